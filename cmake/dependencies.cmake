@@ -1,0 +1,15 @@
+# Every third-party library and its version, in one place. Versions are those of
+# Debian 12.
+find_package(Threads REQUIRED)
+find_package(TBB 2021.8 REQUIRED)
+find_package(Protobuf 3.21 REQUIRED)
+find_package(gRPC 1.51 CONFIG REQUIRED)
+find_package(spdlog 1.10 REQUIRED)
+find_package(CLI11 2.1 REQUIRED)
+if(MESHSMOOTH_BUILD_TESTS)
+  find_package(GTest 1.12 REQUIRED)
+  find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+endif()
+if(MESHSMOOTH_BUILD_BENCHMARKS)
+  find_package(benchmark 1.7 REQUIRED)
+endif()

@@ -1,0 +1,8 @@
+# One interface target carries warnings and floating-point rules for our own code.
+add_library(meshsmooth_flags INTERFACE)
+# Contraction to fused multiply-add would make the bits depend on the compiler
+# and differ between backends.
+target_compile_options(meshsmooth_flags INTERFACE
+  $<$<COMPILE_LANGUAGE:CXX>:-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion
+    -ffp-contract=off>
+  $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<BOOL:${MESHSMOOTH_WERROR}>>:-Werror>)

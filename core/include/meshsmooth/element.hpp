@@ -1,0 +1,67 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+namespace meshsmooth {
+
+/// Index of a node. Node ids are 32-bit, everything that counts more is 64-bit.
+using NodeId = std::int32_t;
+
+/// The linear element types; node order is VTK's.
+enum class ElementType : std::uint8_t { triangle, quad, tetrahedron, pyramid, wedge, hexahedron };
+
+inline constexpr std::size_t kElementTypeCount = 6;
+inline constexpr std::array<ElementType, kElementTypeCount> kElementTypes = {
+    ElementType::triangle, ElementType::quad,  ElementType::tetrahedron,
+    ElementType::pyramid,  ElementType::wedge, ElementType::hexahedron};
+
+/// A facet: the face of a volume element or the edge of a surface element, as
+/// local node numbers. Seen from outside the nodes of a face run
+/// counter-clockwise.
+struct FacetShape {
+  std::int8_t node_count;
+  std::array<std::int8_t, 4> nodes;
+};
+
+/// The ideal corner of an element: its rows are the inverse of the matrix of
+/// the ideal edge vectors. A corner matrix A (columns = edge vectors) has the
+/// shape matrix A * inverse.
+struct IdealCorner {
+  std::array<std::array<double, 3>, 3> inverse;
+  double determinant;  // of the ideal edge vectors scaled to length 1
+};
+
+/// A corner: the node and its neighbours along edges, ordered so that the
+/// determinant of the edge vectors is positive in a valid element. Surface
+/// elements have two neighbours per corner. Together the corners of a pyramid
+/// also cover its apex.
+struct CornerShape {
+  std::int8_t node;
+  std::array<std::int8_t, 3> neighbours;
+};
+
+/// One row of the element table: what the steps and the quality measures need
+/// to know of a type.
+struct ElementShape {
+  std::string_view name;  // "tetrahedron"
+  std::int8_t dimension;  // 2 or 3
+  std::int8_t node_count;
+  std::int8_t edge_count;
+  std::int8_t facet_count;
+  std::int8_t corner_count;
+  std::array<std::array<std::int8_t, 2>, 12> edges;
+  std::array<FacetShape, 6> facets;
+  std::array<CornerShape, 8> corners;
+  IdealCorner ideal;  // the same at every corner of the types we have
+};
+
+/// The row of a type. O(1).
+[[nodiscard]] const ElementShape& element_shape(ElementType type) noexcept;
+
+/// The whole table, for upload to a device.
+[[nodiscard]] const std::array<ElementShape, kElementTypeCount>& element_table() noexcept;
+
+}  // namespace meshsmooth

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <variant>
+#include <vector>
+
+#include "meshsmooth/element.hpp"
+#include "meshsmooth/vec3.hpp"
+
+namespace meshsmooth {
+
+/// A run of elements of one type, not owned.
+struct ElementBlockView {
+  ElementType type;
+  std::span<const NodeId> nodes;  // element_count() x nodes of the type
+
+  [[nodiscard]] std::size_t element_count() const {
+    return nodes.size() / static_cast<std::size_t>(element_shape(type).node_count);
+  }
+};
+
+/// A mesh without its positions, not owned. Element ids count through all
+/// blocks in order; all blocks are of one dimension.
+struct TopologyView {
+  std::size_t node_count = 0;
+  std::span<const ElementBlockView> blocks;
+  std::span<const std::uint8_t> fixed;  // node_count bytes, non-zero = fixed; or empty
+
+  [[nodiscard]] std::size_t element_count() const;
+};
+
+/// Node positions in the caller's precision, not owned.
+using PositionsView = std::variant<std::span<const Vec3f>, std::span<const Vec3d>>;
+using PositionsSpan = std::variant<std::span<Vec3f>, std::span<Vec3d>>;
+
+[[nodiscard]] PositionsView as_view(const PositionsSpan& positions);
+[[nodiscard]] std::size_t position_count(const PositionsView& positions);
+
+/// A run of elements of one type.
+struct ElementBlock {
+  ElementType type;
+  std::vector<NodeId> nodes;
+};
+
+/// Owns node positions and connectivity on the host; nothing else. A mesh need
+/// not be valid: `validate` says whether it is.
+struct Mesh {
+  std::variant<std::vector<Vec3f>, std::vector<Vec3d>> positions = std::vector<Vec3d>{};
+  std::vector<ElementBlock> blocks;
+  std::vector<std::uint8_t> fixed;  // one byte per node, non-zero = fixed; or empty
+
+  [[nodiscard]] std::size_t node_count() const;
+  [[nodiscard]] std::size_t element_count() const;
+  [[nodiscard]] PositionsView positions_view() const;
+  [[nodiscard]] PositionsSpan positions_span();
+  [[nodiscard]] std::vector<ElementBlockView> block_views() const;
+};
+
+/// A `TopologyView` of a mesh together with the block views it points to. The
+/// mesh must outlive it.
+class MeshTopology {
+ public:
+  explicit MeshTopology(const Mesh& mesh)
+      : blocks_(mesh.block_views()), node_count_(mesh.node_count()), fixed_(mesh.fixed) {}
+  [[nodiscard]] TopologyView view() const { return {node_count_, blocks_, fixed_}; }
+
+ private:
+  std::vector<ElementBlockView> blocks_;
+  std::size_t node_count_;
+  std::span<const std::uint8_t> fixed_;
+};
+
+/// Throws `InvalidMesh` naming the first offender (lowest id) unless the mesh
+/// has nodes and elements, blocks of one dimension and whole elements, every
+/// index in range, no element with a repeated node, only finite coordinates,
+/// and a fixed mask of the right size. Facets used more than twice are found
+/// by the boundary step. O(nodes + elements), multi-threaded.
+///
+/// Reasons: MESH_EMPTY, ARRAY_SIZE_MISMATCH, MIXED_DIMENSIONS,
+/// INDEX_OUT_OF_RANGE, REPEATED_NODE, NON_FINITE_COORDINATE.
+void validate(const TopologyView& topology, const PositionsView& positions);
+
+}  // namespace meshsmooth

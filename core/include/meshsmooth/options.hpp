@@ -1,0 +1,43 @@
+#pragma once
+
+#include <chrono>
+#include <optional>
+
+#include "meshsmooth/methods.hpp"
+
+namespace meshsmooth {
+
+/// In which order the nodes of one sweep see each other's moves.
+enum class Form {
+  automatic,     // gauss_seidel for SmartLaplacian, jacobi otherwise
+  jacobi,        // form A of the paper: read the old positions, write new ones
+  gauss_seidel,  // in place, colour by colour; deterministic
+  racing,        // form B of the paper: in place, unordered; not deterministic
+};
+
+enum class BoundaryPolicy { fixed, free };
+
+enum class TangledPolicy { repair, refuse };
+
+struct Tolerance {
+  double value = 1e-4;
+  bool relative = true;  // to the bounding box's diagonal; else in the mesh's unit
+};
+
+struct SmoothOptions {
+  Method method = SmartLaplacian{};
+  Form form = Form::automatic;
+  int max_iterations = 1000;  // >= 0; 0 only judges the mesh
+  Tolerance tolerance;
+  BoundaryPolicy boundary = BoundaryPolicy::fixed;
+  bool guard = true;  // a valid element stays valid
+  TangledPolicy tangled = TangledPolicy::repair;
+  std::optional<std::chrono::nanoseconds> compute_budget;
+  bool history = false;
+};
+
+/// Throws `InvalidOption` (OPTION_OUT_OF_RANGE, detail "field") or
+/// `NotSupported` (OPTION_NOT_SUPPORTED).
+void validate(const SmoothOptions& options);
+
+}  // namespace meshsmooth

@@ -1,0 +1,113 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "meshsmooth/mesh.hpp"
+
+namespace meshsmooth {
+
+enum class QualityMetric {
+  mean_ratio,          // every type, worst corner; 1 = ideal, negative = inverted
+  scaled_jacobian,     // every type, worst corner, ideal corner = 1
+  radius_ratio,        // tetrahedra: 3 inradius / circumradius, signed
+  min_dihedral_angle,  // tetrahedra, degrees; 0 when inverted
+  max_dihedral_angle,  // tetrahedra, degrees; 180 when inverted
+  min_angle,           // triangles, degrees
+  max_angle,           // triangles, degrees
+};
+
+[[nodiscard]] std::string_view metric_name(QualityMetric metric);
+
+/// A metric over all elements it is defined for.
+struct MetricStats {
+  QualityMetric metric;
+  std::int64_t element_count = 0;
+  double min = 0;
+  double percentile_1 = 0;  // 1 % of the elements lie below; lower edge of a 1/2048 bin
+  double mean = 0;
+  double max = 0;
+  double histogram_lower = 0;
+  double histogram_upper = 0;
+  std::vector<std::int64_t> histogram;  // equal bins, 32 of them
+};
+
+struct ElementQuality {
+  std::int64_t element = -1;  // the caller's id
+  ElementType type = ElementType::tetrahedron;
+  double mean_ratio = 0;
+  double scaled_jacobian = 0;
+};
+
+struct QualityStats {
+  std::int64_t element_count = 0;
+  std::int64_t inverted_count = 0;    // a corner determinant is certainly negative
+  std::int64_t degenerate_count = 0;  // not inverted, but a corner's sign is not decidable in double
+  double sum_absolute_volume = 0;     // area for surface elements
+  std::vector<MetricStats> metrics;
+  std::vector<ElementQuality> worst;  // by mean ratio, worst first; at most 10
+};
+
+/// Elements whose nodes are all fixed.
+struct LockedStats {
+  std::int64_t element_count = 0;
+  std::int64_t inverted_count = 0;
+  std::optional<ElementQuality> worst;
+};
+
+/// What one element is worth. All measures in double from the stored
+/// coordinates.
+struct ElementMeasure {
+  double mean_ratio = 0;
+  double scaled_jacobian = 0;
+  double volume = 0;         // signed; area for surface elements
+  bool inverted = false;
+  bool degenerate = false;
+  double radius_ratio = 0;   // tetrahedra
+  double min_angle_cos = 0;  // cosine of the least (dihedral) angle: tetrahedra and triangles
+  double max_angle_cos = 0;
+};
+
+/// Reference directions by which surface elements are judged: an element is
+/// inverted when its normal points against its reference. For plane meshes the
+/// plane's normal, on curved surfaces each element's own normal in the mesh
+/// given here; empty for volume meshes. O(elements).
+class SurfaceOrientation {
+ public:
+  SurfaceOrientation() = default;
+  SurfaceOrientation(const TopologyView& topology, const PositionsView& positions);
+  [[nodiscard]] bool plane() const { return plane_; }
+  /// Normal for a global element id; zero vector for volume meshes.
+  [[nodiscard]] Vec3d reference(std::size_t element) const {
+    return normals_.empty() ? common_ : normals_[element];
+  }
+
+ private:
+  bool plane_ = false;
+  Vec3d common_{0, 0, 0};
+  std::vector<Vec3d> normals_;
+};
+
+/// Measures one element. `corners` are the positions of its nodes in VTK order,
+/// `reference` the reference normal of a surface element.
+[[nodiscard]] ElementMeasure measure_element(ElementType type, const Vec3d* corners,
+                                             Vec3d reference);
+
+/// Judges every element in double, at all its corners. Needs a valid mesh.
+/// Multi-threaded; same bits for every number of threads. O(elements).
+[[nodiscard]] QualityStats measure_quality(const TopologyView& topology,
+                                           const PositionsView& positions,
+                                           const SurfaceOrientation& orientation);
+
+/// Convenience over a mesh's own orientation.
+[[nodiscard]] QualityStats measure_quality(const Mesh& mesh);
+
+/// Counts the elements whose nodes are all fixed in `fixed` (one byte a node).
+[[nodiscard]] LockedStats measure_locked(const TopologyView& topology,
+                                         std::span<const std::uint8_t> fixed,
+                                         const PositionsView& positions,
+                                         const SurfaceOrientation& orientation);
+
+}  // namespace meshsmooth

@@ -1,0 +1,98 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "meshsmooth/mesh.hpp"
+#include "meshsmooth/options.hpp"
+#include "meshsmooth/summary.hpp"
+
+namespace meshsmooth {
+
+enum class Stage { find_neighbours, find_boundary, iterate, judge };
+
+struct Progress {
+  Stage stage = Stage::find_neighbours;
+  int iteration = 0;
+  double max_displacement = 0;  // in the mesh's unit
+  double rms_displacement = 0;
+};
+
+/// How a running job is watched and stopped. All members may be left empty.
+struct JobControl {
+  /// Ends the job by `Cancelled`; looked at at least every 50 ms of work.
+  std::stop_token stop;
+  /// Once true, the job ends with the positions reached so far.
+  const std::atomic<bool>* finish_early = nullptr;
+  /// Ends the job by `DeadlineExceeded` once passed.
+  std::optional<std::chrono::steady_clock::time_point> deadline;
+  /// Called by the job's own thread, at most once a sweep; must not block.
+  std::function<void(const Progress&)> on_progress;
+};
+
+/// What is known of a mesh before its data: enough to foresee its memory.
+struct MeshSize {
+  std::int64_t node_count = 0;
+  std::array<std::int64_t, kElementTypeCount> element_counts{};
+  bool float64 = true;
+};
+
+struct MemoryEstimate {
+  std::int64_t host_bytes = 0;
+  std::int64_t device_bytes = 0;
+};
+
+/// One in-order slot on one backend: takes a mesh and options, moves its nodes,
+/// says what happened. Not thread-safe; costly to build, cheap to call again.
+class Smoother {
+ public:
+  virtual ~Smoother() = default;
+
+  /// "cpu", "cuda:0" …
+  [[nodiscard]] virtual std::string_view backend() const = 0;
+
+  /// Upper bound of the bytes that `smooth` allocates for an ordinary
+  /// (conforming) mesh of this size, the caller's arrays not counted.
+  [[nodiscard]] virtual MemoryEstimate estimate(const MeshSize& size,
+                                                const SmoothOptions& options) const = 0;
+
+  /// Smooths `positions` in place: they are written once, when all has gone
+  /// well. Fixed and isolated nodes keep their bits. The same input gives the
+  /// same bits on every call and with every number of threads, `Form::racing`
+  /// excepted.
+  ///
+  /// Throws InvalidMesh, InvalidOption, NotSupported, OutOfMemory, DeviceError,
+  /// Cancelled, DeadlineExceeded; positions are then as they were.
+  /// O(elements + sweeps * edges).
+  virtual SmoothSummary smooth(const TopologyView& topology, PositionsSpan positions,
+                               const SmoothOptions& options, const JobControl& control) = 0;
+
+  SmoothSummary smooth(Mesh& mesh, const SmoothOptions& options, const JobControl& control = {}) {
+    const MeshTopology topology(mesh);
+    return smooth(topology.view(), mesh.positions_span(), options, control);
+  }
+};
+
+/// The backends compiled in, in order of preference.
+struct BackendInfo {
+  std::string name;  // "cpu"
+  bool available;    // usable on this machine
+  std::string device_name;
+};
+[[nodiscard]] std::vector<BackendInfo> list_backends();
+
+/// `backend` is "auto", "cpu", "cuda" or "cuda:N"; `thread_count` 0 means all
+/// cores. Throws `NotSupported` (BACKEND_NOT_AVAILABLE).
+[[nodiscard]] std::unique_ptr<Smoother> make_smoother(std::string_view backend = "auto",
+                                                      int thread_count = 0);
+
+}  // namespace meshsmooth

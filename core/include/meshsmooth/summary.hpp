@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "meshsmooth/quality.hpp"
+
+namespace meshsmooth {
+
+enum class StopReason {
+  converged,
+  target_reached,
+  iteration_limit,
+  compute_budget,
+  stagnated,
+  cancelled_with_result,
+};
+
+struct Convergence {
+  int iteration_count = 0;
+  double last_max_displacement = 0;  // in the mesh's unit
+  double last_rms_displacement = 0;
+  double tolerance = 0;  // in the mesh's unit
+  double bounding_box_diagonal = 0;
+  std::int64_t held_node_count = 0;  // moves refused or cut short in the last sweep
+  std::vector<double> max_displacements;  // with SmoothOptions::history
+  std::vector<double> rms_displacements;
+  std::vector<std::int64_t> moved_node_counts;
+};
+
+struct NodeCounts {
+  std::int64_t total = 0;
+  std::int64_t boundary = 0;
+  std::int64_t fixed = 0;     // boundary and the caller's own
+  std::int64_t isolated = 0;  // in no element; they stay
+  std::int64_t moved = 0;     // position differs from the input
+};
+
+struct StageTimes {
+  double upload_seconds = 0;
+  double find_neighbours_seconds = 0;
+  double find_boundary_seconds = 0;
+  double iterate_seconds = 0;
+  double judge_seconds = 0;
+  double download_seconds = 0;
+};
+
+struct SmoothSummary {
+  StopReason stop_reason = StopReason::converged;
+  Convergence convergence;
+  QualityStats quality_before;
+  QualityStats quality_after;
+  LockedStats locked;
+  NodeCounts nodes;
+  StageTimes times;
+  std::string backend;      // "cpu"
+  std::string device_name;
+  int thread_count = 0;
+  int colour_count = 0;
+  std::int64_t host_peak_bytes = 0;    // allocated by this job, the caller's arrays not counted
+  std::int64_t device_peak_bytes = 0;
+};
+
+}  // namespace meshsmooth
