@@ -1,0 +1,143 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "meshsmooth/error.hpp"
+#include "meshsmooth/mesh.hpp"
+#include "meshsmooth/options.hpp"
+#include "meshsmooth/summary.hpp"
+
+namespace meshsmooth::client {
+
+/// The gRPC status codes a caller can act on.
+enum class StatusCode {
+  cancelled = 1,
+  unknown = 2,
+  invalid_argument = 3,
+  deadline_exceeded = 4,
+  not_found = 5,
+  already_exists = 6,
+  permission_denied = 7,
+  resource_exhausted = 8,
+  failed_precondition = 9,
+  out_of_range = 11,
+  unimplemented = 12,
+  internal = 13,
+  unavailable = 14,
+  data_loss = 15,
+  unauthenticated = 16,
+};
+
+/// A call failed. `reason()` is the server's ErrorInfo.reason, or "" when the
+/// error did not come from a meshsmooth server; `hint()` then says what such an
+/// error usually means and what to do.
+class ServiceError : public Error {
+ public:
+  ServiceError(StatusCode code, std::string reason, const std::string& message,
+               ErrorDetails details, std::string hint)
+      : Error(std::move(reason), message, std::move(details)),
+        code_(code),
+        hint_(std::move(hint)) {}
+  [[nodiscard]] StatusCode code() const noexcept { return code_; }
+  [[nodiscard]] const std::string& hint() const noexcept { return hint_; }
+
+ private:
+  StatusCode code_;
+  std::string hint_;
+};
+
+enum class JobState {
+  unspecified, receiving, queued, running, sending, succeeded, failed, cancelled, expired,
+};
+
+struct JobProgress {
+  JobState state = JobState::unspecified;
+  int queue_position = 0;
+  std::string stage;  // "find_neighbours", "iterate", …; empty unless running
+  int iteration = 0;
+  double max_displacement = 0;
+  double rms_displacement = 0;
+};
+
+struct RequestOptions {
+  std::string request_id;      // a UUID; empty: one is made
+  std::string backend = "auto";  // "auto", "cpu", "cuda"
+  std::optional<std::chrono::nanoseconds> timeout;  // deadline of the whole call
+  std::chrono::milliseconds progress_interval{100};
+  std::function<void(const JobProgress&)> on_progress;  // on the calling thread
+  std::stop_token stop;        // cancels the call
+};
+
+/// The answer to one job.
+struct SmoothReport {
+  SmoothSummary summary;
+  std::string job_name;
+  std::string request_id;
+  double queue_seconds = 0;
+  double receive_seconds = 0;
+  double send_seconds = 0;
+  std::string server_version;
+  /// meshsmooth.v1.Summary as proto3 JSON with original field names.
+  std::string json;
+};
+
+struct ServerInfo {
+  std::string version;
+  std::string build_commit;
+  std::vector<std::string> methods;
+  std::vector<std::string> features;
+  bool draining = false;
+  std::string json;  // the whole GetServerInfoResponse
+};
+
+struct JobInfo {
+  std::string name;
+  std::string request_id;
+  JobState state = JobState::unspecified;
+  std::int64_t node_count = 0;
+  std::int64_t element_count = 0;
+  JobProgress progress;
+  std::string error;  // "REASON: message" of a failed job
+  std::string json;   // the whole Job
+};
+
+[[nodiscard]] std::string_view job_state_name(JobState state);
+
+/// A connection to one server. Thread-safe: calls may run at the same time.
+/// Every call throws `ServiceError`.
+class Client {
+ public:
+  /// `target` is HOST:PORT or unix:PATH. Does not connect yet.
+  explicit Client(const std::string& target);
+  ~Client();
+  Client(Client&&) noexcept;
+  Client& operator=(Client&&) noexcept;
+
+  /// Smooths `mesh` in place: positions change when the whole result has
+  /// arrived, never before; nothing else changes.
+  SmoothReport smooth(Mesh& mesh, const SmoothOptions& options,
+                      const RequestOptions& request = {});
+
+  [[nodiscard]] ServerInfo server_info();
+  [[nodiscard]] std::vector<JobInfo> list_jobs();
+  [[nodiscard]] JobInfo get_job(const std::string& name);
+  /// Returns the job as it then is.
+  JobInfo cancel_job(const std::string& name, bool keep_result = false);
+  /// Asks grpc.health.v1 for the whole server: true = SERVING.
+  [[nodiscard]] bool healthy(std::chrono::milliseconds timeout = std::chrono::seconds(5));
+
+ private:
+  struct Impl;
+  explicit Client(std::unique_ptr<Impl> impl);
+  friend struct ClientAccess;  // lets the CLI and tests hand in an in-process channel
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace meshsmooth::client
