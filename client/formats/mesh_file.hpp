@@ -1,0 +1,97 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "meshsmooth/error.hpp"
+#include "meshsmooth/mesh.hpp"
+
+namespace meshsmooth::formats {
+
+class FileContent;
+
+/// A mesh file in memory: the mesh to smooth, and whatever else the file
+/// carries, kept so that writing gives back the caller's own file with only
+/// the coordinates changed.
+///
+/// The mesh holds the elements of the file's highest dimension, one block per
+/// type; the file's elements keep their order inside a block. Elements of a
+/// lower dimension (points, edges, surface elements of a volume mesh) are
+/// passengers: they are written again, following their nodes. Nodes are in the
+/// file's order. Coordinates keep the file's precision.
+///
+/// Change `mesh.positions` and `mesh.fixed` as you like (also the precision);
+/// the number of nodes and the blocks must stay as they were read. Copies are
+/// cheap but for the mesh: the rest is shared and never changes.
+class MeshFile {
+ public:
+  MeshFile() = default;
+  /// A mesh that comes from no file; ids count from 0.
+  explicit MeshFile(Mesh mesh_of_its_own) : mesh(std::move(mesh_of_its_own)) {}
+  MeshFile(Mesh mesh_of_file, std::shared_ptr<const FileContent> content);
+
+  Mesh mesh;
+
+  /// What the file calls a mesh element: its tag (Gmsh), its number (TetGen)
+  /// or its 0-based position among all elements (VTK). O(1).
+  [[nodiscard]] std::int64_t file_element_id(std::int64_t element) const;
+  /// What the file calls a node. O(1).
+  [[nodiscard]] std::int64_t file_node_id(std::int64_t node) const;
+  /// The node that the file calls so. O(log nodes).
+  [[nodiscard]] std::optional<NodeId> find_node(std::int64_t file_id) const;
+
+  /// The nodes of all passengers, each once, ascending.
+  [[nodiscard]] const std::vector<NodeId>& passenger_nodes() const;
+  [[nodiscard]] std::int64_t passenger_count() const;
+
+  /// For the writers; null for a mesh that comes from no file.
+  [[nodiscard]] const std::shared_ptr<const FileContent>& content() const { return content_; }
+
+ private:
+  std::shared_ptr<const FileContent> content_;
+};
+
+/// The format follows from the extension, in any letter case:
+///
+///   extension    library  precision  carries besides the mesh
+///   .vtu         VTK      f32, f64   point, cell and field data, passengers
+///   .vtk         VTK      f32, f64   the same; binary is written
+///   .vtp         VTK      f32, f64   the same, surfaces only
+///   .ply         VTK      f32        colours, surfaces only
+///   .obj         own      f64        every other line of the file, surfaces only
+///   .stl         VTK      f32        nothing, triangles only
+///   .msh         Gmsh     f64        ids, physical groups, entities, data views, passengers
+///   .mesh        Gmsh     f64        reference numbers, passengers
+///   .unv         Gmsh     f64        ids, groups, passengers
+///   .bdf .nas    Gmsh     f64        ids, property ids, passengers
+///   .inp         Gmsh     f64        written only: ids, element sets, passengers
+///   .node .ele   TetGen   f64        attributes, markers, first number; tetrahedra only
+///
+/// Writing to another format than the one read converts what that format can
+/// carry; an element type it cannot carry is an error. Not thread-safe: the
+/// Gmsh library has one global state.
+///
+/// Errors: FILE_NOT_FOUND, FILE_NOT_READABLE, FORMAT_UNKNOWN (also: built
+/// without the library), FORMAT_ERROR, FILE_TRUNCATED, MESH_EMPTY (nothing to
+/// smooth in it), ELEMENT_NOT_SUPPORTED (higher order, polyhedra …).
+/// O(file size).
+[[nodiscard]] MeshFile read_mesh_file(const std::filesystem::path& path);
+
+/// Replaces `path` when all has been written, never before. Errors:
+/// FORMAT_UNKNOWN, FILE_NOT_WRITABLE, ELEMENT_NOT_SUPPORTED.
+void write_mesh_file(const std::filesystem::path& path, const MeshFile& file);
+
+/// Throws what `write_mesh_file` would throw for this path as far as it can be
+/// foreseen (format, folder, permission), before the work starts. Leaves no
+/// file behind.
+void check_writable(const std::filesystem::path& path);
+
+/// ".vtu .vtk …": what can be read and written here, for messages and help.
+[[nodiscard]] std::string readable_extensions();
+[[nodiscard]] std::string writable_extensions();
+
+}  // namespace meshsmooth::formats
