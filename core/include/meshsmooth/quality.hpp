@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -43,9 +44,10 @@ struct ElementQuality {
 
 struct QualityStats {
   std::int64_t element_count = 0;
-  std::int64_t inverted_count = 0;    // a corner determinant is certainly negative
-  std::int64_t degenerate_count = 0;  // not inverted, but a corner's sign is not decidable in double
-  double sum_absolute_volume = 0;     // area for surface elements
+  std::int64_t inverted_count = 0;  // a corner determinant is certainly negative
+  std::int64_t degenerate_count =
+      0;                           // not inverted, but a corner's sign is not decidable in double
+  double sum_absolute_volume = 0;  // area for surface elements
   std::vector<MetricStats> metrics;
   std::vector<ElementQuality> worst;  // by mean ratio, worst first; at most 10
 };
@@ -62,7 +64,7 @@ struct LockedStats {
 struct ElementMeasure {
   double mean_ratio = 0;
   double scaled_jacobian = 0;
-  double volume = 0;         // signed; area for surface elements
+  double volume = 0;  // signed; area for surface elements
   bool inverted = false;
   bool degenerate = false;
   double radius_ratio = 0;   // tetrahedra
@@ -83,6 +85,9 @@ class SurfaceOrientation {
   [[nodiscard]] Vec3d reference(std::size_t element) const {
     return normals_.empty() ? common_ : normals_[element];
   }
+  /// A normal per element on curved surfaces; empty: all have `common()`.
+  [[nodiscard]] std::span<const Vec3d> normals() const { return normals_; }
+  [[nodiscard]] Vec3d common() const { return common_; }
 
  private:
   bool plane_ = false;

@@ -1,0 +1,232 @@
+#pragma once
+
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/parallel_sort.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstring>
+#include <new>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "meshsmooth/error.hpp"
+#include "meshsmooth/vec3.hpp"
+#include "smooth/executor.hpp"
+#include "smooth/interrupt.hpp"
+
+namespace meshsmooth::detail {
+
+/// Counts the bytes of one job: now and at the highest.
+class ByteCount {
+ public:
+  void add(std::size_t bytes) {
+    now_ += bytes;
+    peak_ = std::max(peak_, now_);
+  }
+  void subtract(std::size_t bytes) { now_ -= bytes; }
+  [[nodiscard]] std::size_t peak() const { return peak_; }
+
+ private:
+  std::size_t now_ = 0;
+  std::size_t peak_ = 0;
+};
+
+/// Owns uninitialised host memory, counted while it lives. Moves, never copies.
+template <class T>
+class CpuBuffer {
+ public:
+  CpuBuffer() = default;
+  CpuBuffer(std::size_t size, ByteCount& count) : size_(size), count_(&count) {
+    if (size == 0) return;
+    data_ = static_cast<T*>(::operator new(size * sizeof(T), kAlignment, std::nothrow));
+    if (data_ == nullptr) {
+      throw OutOfMemory("HOST_MEMORY_EXHAUSTED",
+                        "host memory: " + std::to_string(size * sizeof(T)) +
+                            " bytes more could not be allocated; use a smaller mesh");
+    }
+    count_->add(size * sizeof(T));
+  }
+  CpuBuffer(CpuBuffer&& other) noexcept { swap(other); }
+  CpuBuffer& operator=(CpuBuffer&& other) noexcept {
+    CpuBuffer moved(std::move(other));
+    swap(moved);
+    return *this;
+  }
+  ~CpuBuffer() {
+    if (data_ == nullptr) return;
+    count_->subtract(size_ * sizeof(T));
+    ::operator delete(data_, kAlignment);
+  }
+
+  [[nodiscard]] T* data() { return data_; }
+  [[nodiscard]] const T* data() const { return data_; }
+  [[nodiscard]] std::size_t size() const { return size_; }
+
+ private:
+  static constexpr std::align_val_t kAlignment{64};
+
+  void swap(CpuBuffer& other) noexcept {
+    std::swap(data_, other.data_);
+    std::swap(size_, other.size_);
+    std::swap(count_, other.count_);
+  }
+
+  T* data_ = nullptr;
+  std::size_t size_ = 0;
+  ByteCount* count_ = nullptr;
+};
+
+/// Positions that others write at the same time (Form::racing): each coordinate
+/// is whole, a node may be a mixture of old and new.
+template <class R>
+struct CpuRacingPositions {
+  using Real = R;
+  Vec3<R>* data;
+
+  [[nodiscard]] Vec3<R> operator[](std::size_t node) const {
+    Vec3<R>& p = data[node];
+    return {load(p.x), load(p.y), load(p.z)};
+  }
+  void store(std::size_t node, Vec3<R> place) const {
+    Vec3<R>& p = data[node];
+    std::atomic_ref<R>(p.x).store(place.x, std::memory_order_relaxed);
+    std::atomic_ref<R>(p.y).store(place.y, std::memory_order_relaxed);
+    std::atomic_ref<R>(p.z).store(place.z, std::memory_order_relaxed);
+  }
+
+ private:
+  static R load(R& value) { return std::atomic_ref<R>(value).load(std::memory_order_relaxed); }
+};
+
+/// The executor of the CPU backend: host memory, oneTBB inside one arena.
+class CpuExecutor {
+ public:
+  template <class T>
+  using Buffer = CpuBuffer<T>;
+  template <class Real>
+  using RacingPositions = CpuRacingPositions<Real>;
+
+  CpuExecutor(tbb::task_arena& arena, const Interrupt& interrupt)
+      : arena_(arena), interrupt_(interrupt) {}
+
+  /// Host data as this executor sees it: in place.
+  template <class T>
+  using HostArray = std::span<const T>;
+  template <class T>
+  [[nodiscard]] HostArray<T> in_executor_memory(std::span<const T> host) const {
+    return host;
+  }
+
+  template <class T>
+  [[nodiscard]] Buffer<T> allocate(std::size_t size) {
+    return Buffer<T>(size, bytes_);
+  }
+
+  template <class T>
+  void upload(const T* host, std::size_t size, T* to) {
+    if (size != 0) std::memcpy(to, host, size * sizeof(T));
+  }
+
+  template <class T>
+  void download(const T* from, std::size_t size, T* host) {
+    if (size != 0) std::memcpy(host, from, size * sizeof(T));
+  }
+
+  /// Calls `body(begin, end)` for consecutive ranges that cover [0, count);
+  /// stops early when the job is interrupted, which `check` then reports.
+  template <class Body>
+  void for_each_range(std::size_t count, const Body& body) {
+    const std::size_t chunks = (count + kChunk - 1) / kChunk;
+    const auto run = [&](std::size_t chunk) {
+      if (interrupt_.requested()) return;
+      body(chunk * kChunk, std::min(count, (chunk + 1) * kChunk));
+    };
+    if (chunks <= 1 || arena_.max_concurrency() == 1) {
+      for (std::size_t chunk = 0; chunk < chunks; ++chunk) run(chunk);
+    } else {
+      arena_.execute([&] { tbb::parallel_for(std::size_t{0}, chunks, run); });
+    }
+    check();
+  }
+
+  template <class Body>
+  void for_each(std::size_t count, const Body& body) {
+    for_each_range(count, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) body(i);
+    });
+  }
+
+  template <class T, class Body, class Combine>
+  [[nodiscard]] T reduce(std::size_t count, T zero, const Body& body, const Combine& combine) {
+    std::vector<T> partial((count + kChunk - 1) / kChunk, zero);
+    for_each_range(count, [&](std::size_t begin, std::size_t end) {
+      T sum = zero;
+      for (std::size_t i = begin; i < end; ++i) sum = combine(sum, body(i));
+      partial[begin / kChunk] = sum;
+    });
+    T sum = zero;
+    for (const T& part : partial) sum = combine(sum, part);
+    return sum;
+  }
+
+  template <class T>
+  T exclusive_scan(T* data, std::size_t count) {
+    T sum = 0;
+    for (std::size_t i = 0; i < count; ++i) sum += std::exchange(data[i], sum);
+    return sum;
+  }
+
+  template <class Key>
+  void sort(Key* keys, std::size_t count) {
+    arena_.execute([&] { tbb::parallel_sort(keys, keys + count); });
+    check();
+  }
+
+  template <class Key>
+  [[nodiscard]] std::size_t unique(Key* keys, std::size_t count) {
+    return static_cast<std::size_t>(std::unique(keys, keys + count) - keys);
+  }
+
+  /// Index of the first of the ascending keys that is not below `value`.
+  template <class Key>
+  [[nodiscard]] std::size_t lower_bound(const Key* keys, std::size_t count, Key value) const {
+    return static_cast<std::size_t>(std::lower_bound(keys, keys + count, value) - keys);
+  }
+
+  template <class T>
+  static T fetch_add(T& slot, T value) {
+    return std::atomic_ref<T>(slot).fetch_add(value, std::memory_order_relaxed);
+  }
+
+  /// A store that other threads may make or read at the same time.
+  template <class T>
+  static void store(T& slot, T value) {
+    std::atomic_ref<T>(slot).store(value, std::memory_order_relaxed);
+  }
+  template <class T>
+  static T load(T& slot) {
+    return std::atomic_ref<T>(slot).load(std::memory_order_relaxed);
+  }
+
+  void synchronize() {}
+  void check() const { interrupt_.check(); }
+
+  [[nodiscard]] tbb::task_arena& arena() { return arena_; }
+  [[nodiscard]] ByteCount& bytes() { return bytes_; }
+
+ private:
+  static constexpr std::size_t kChunk = 2048;
+
+  tbb::task_arena& arena_;
+  const Interrupt& interrupt_;
+  ByteCount bytes_;
+};
+
+static_assert(Executor<CpuExecutor>);
+
+}  // namespace meshsmooth::detail

@@ -1,0 +1,159 @@
+#include "smooth/cpu/cpu_smoother.hpp"
+
+#include <oneapi/tbb/task_arena.h>
+
+#include <fstream>
+#include <string>
+#include <thread>
+
+#include "smooth/cpu/cpu_topology.hpp"
+#include "smooth/memory_model.hpp"
+#include "smooth/pipeline.hpp"
+
+namespace meshsmooth::detail {
+namespace {
+
+/// Judges a job in host memory and in internal order, and gives the caller's
+/// ids back.
+class CpuJudge {
+ public:
+  explicit CpuJudge(CpuExecutor& executor) : executor_(executor) {}
+
+  class Orientation {
+   public:
+    Orientation() = default;
+    explicit Orientation(SurfaceOrientation judged) : judged_(std::move(judged)) {}
+    [[nodiscard]] const Vec3d* references() const {
+      return judged_.normals().empty() ? nullptr : judged_.normals().data();
+    }
+    [[nodiscard]] Vec3d common() const { return judged_.common(); }
+    [[nodiscard]] const SurfaceOrientation& judged() const { return judged_; }
+
+   private:
+    SurfaceOrientation judged_;
+  };
+
+  template <class Real>
+  [[nodiscard]] Orientation orientation(const JobElements<CpuExecutor>& elements,
+                                        const Vec3<Real>* places, std::size_t node_count) const {
+    return in_arena(elements, places, node_count, [](const auto& topology, const auto& positions) {
+      return Orientation(SurfaceOrientation(topology, positions));
+    });
+  }
+
+  template <class Real>
+  [[nodiscard]] QualityStats quality(const JobElements<CpuExecutor>& elements,
+                                     const Vec3<Real>* places, std::size_t node_count,
+                                     const Orientation& orientation) const {
+    QualityStats stats =
+        in_arena(elements, places, node_count, [&](const auto& topology, const auto& positions) {
+          return measure_quality(topology, positions, orientation.judged());
+        });
+    for (ElementQuality& worst : stats.worst) rename(worst, elements);
+    return stats;
+  }
+
+  template <class Real>
+  [[nodiscard]] LockedStats locked(const JobElements<CpuExecutor>& elements,
+                                   const Vec3<Real>* places, std::size_t node_count,
+                                   const Orientation& orientation,
+                                   const std::uint8_t* fixed) const {
+    LockedStats stats =
+        in_arena(elements, places, node_count, [&](const auto& topology, const auto& positions) {
+          return measure_locked(topology, {fixed, node_count}, positions, orientation.judged());
+        });
+    if (stats.worst) rename(*stats.worst, elements);
+    return stats;
+  }
+
+  /// Free nodes to the caller's array; returns how many differ from the input.
+  template <class Real>
+  std::int64_t write_back(const NodeId* caller_of, const std::uint8_t* fixed,
+                          const Vec3<Real>* places, std::span<Vec3<Real>> positions) const {
+    const std::size_t node_count = positions.size();
+    Vec3<Real>* const out = positions.data();
+    executor_.check();  // the last chance to end without a result
+    std::int64_t moved = 0;
+    for (std::size_t node = 0; node < node_count; ++node) {
+      Vec3<Real>& target = out[caller_of[node]];
+      if (fixed[node] != 0 || places[node] == target) continue;
+      target = places[node];
+      ++moved;
+    }
+    return moved;
+  }
+
+ private:
+  template <class Real, class Body>
+  auto in_arena(const JobElements<CpuExecutor>& elements, const Vec3<Real>* places,
+                std::size_t node_count, const Body& body) const {
+    const std::vector<ElementBlockView> blocks = block_views(elements);
+    const TopologyView topology{node_count, blocks, {}};
+    const PositionsView positions = std::span<const Vec3<Real>>(places, node_count);
+    return executor_.arena().execute([&] { return body(topology, positions); });
+  }
+
+  static void rename(ElementQuality& quality, const JobElements<CpuExecutor>& elements) {
+    quality.element = elements.caller_of.data()[quality.element];
+  }
+
+  CpuExecutor& executor_;
+};
+
+std::string cpu_name() {
+  std::ifstream info("/proc/cpuinfo");
+  for (std::string line; std::getline(info, line);) {
+    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
+  }
+  return "CPU";
+}
+
+class CpuSmoother final : public Smoother {
+ public:
+  explicit CpuSmoother(int thread_count)
+      : thread_count_(thread_count > 0 ? thread_count
+                                       : static_cast<int>(std::thread::hardware_concurrency())),
+        arena_(thread_count_),
+        device_name_(cpu_name()) {}
+
+  [[nodiscard]] std::string_view backend() const override { return "cpu"; }
+
+  [[nodiscard]] MemoryEstimate estimate(const MeshSize& size,
+                                        const SmoothOptions& options) const override {
+    return {estimate_bytes(size, options), 0};
+  }
+
+  using Smoother::smooth;
+  SmoothSummary smooth(const TopologyView& topology, PositionsSpan positions,
+                       const SmoothOptions& options, const JobControl& control) override {
+    validate(options);
+    arena_.execute([&] { validate(topology, as_view(positions)); });
+    return std::visit(
+        [&](auto span) {
+          const Interrupt interrupt(control);
+          CpuExecutor executor(arena_, interrupt);
+          executor.check();
+          SmoothSummary summary =
+              run_pipeline(executor, topology, span, options, control, CpuJudge(executor));
+          summary.backend = backend();
+          summary.device_name = device_name_;
+          summary.thread_count = thread_count_;
+          summary.host_peak_bytes = static_cast<std::int64_t>(executor.bytes().peak());
+          return summary;
+        },
+        positions);
+  }
+
+ private:
+  int thread_count_;
+  tbb::task_arena arena_;
+  std::string device_name_;
+};
+
+}  // namespace
+
+std::unique_ptr<Smoother> make_cpu_smoother(int thread_count) {
+  return std::make_unique<CpuSmoother>(thread_count);
+}
+
+}  // namespace meshsmooth::detail

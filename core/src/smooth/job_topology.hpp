@@ -1,0 +1,111 @@
+#pragma once
+
+#include <vector>
+
+#include "meshsmooth/mesh.hpp"
+#include "smooth/incidence.hpp"
+#include "smooth/renumbering.hpp"
+#include "smooth/rules.hpp"
+
+namespace meshsmooth::detail {
+
+/// The caller's elements in internal numbers: grouped by type, inside a type in
+/// the order of their lowest node, so that walks over elements are local.
+template <Executor E>
+struct JobElements {
+  Elements view;
+  typename E::template Buffer<ElementShape> shapes;
+  typename E::template Buffer<NodeId> connectivity;
+  typename E::template Buffer<ElementId> caller_of;  // internal element -> caller's
+};
+
+/// The caller's elements of one type: blocks in executor memory.
+struct SourceBlock {
+  const NodeId* nodes;
+  std::size_t first;         // among the elements of the type
+  std::size_t first_caller;  // the caller's id of its first element
+};
+
+/// cost   O(elements); 8 B an element and 8 B a node while it runs
+template <Executor E>
+JobElements<E> renumber_elements(E& executor, const TopologyView& topology,
+                                 const NodeId* internal_of) {
+  const std::size_t node_count = topology.node_count;
+  JobElements<E> result;
+  result.shapes = executor.template allocate<ElementShape>(kElementTypeCount);
+  executor.upload(element_table().data(), kElementTypeCount, result.shapes.data());
+
+  std::size_t connectivity_size = 0;
+  for (const ElementBlockView& block : topology.blocks) connectivity_size += block.nodes.size();
+  result.connectivity = executor.template allocate<NodeId>(connectivity_size);
+  result.caller_of = executor.template allocate<ElementId>(topology.element_count());
+
+  NodeId* next_nodes = result.connectivity.data();
+  for (const ElementType type : kElementTypes) {
+    std::vector<SourceBlock> blocks;
+    std::vector<typename E::template HostArray<NodeId>> arrays;
+    std::size_t count = 0;
+    std::size_t first_caller = 0;
+    for (const ElementBlockView& block : topology.blocks) {
+      const std::size_t elements = block.element_count();
+      if (block.type == type && elements > 0) {
+        arrays.push_back(executor.in_executor_memory(block.nodes));
+        blocks.push_back({arrays.back().data(), count, first_caller});
+        count += elements;
+      }
+      first_caller += elements;
+    }
+    if (count == 0) continue;
+
+    auto block_buffer = executor.template allocate<SourceBlock>(blocks.size());
+    executor.upload(blocks.data(), blocks.size(), block_buffer.data());
+    const SourceBlock* const source = block_buffer.data();
+    const std::size_t block_count = blocks.size();
+    const ElementShape* const shape = result.shapes.data() + static_cast<std::size_t>(type);
+    const auto block_of = [=] MESHSMOOTH_HD(std::size_t item) {
+      std::size_t low = 0;
+      for (std::size_t high = block_count; high - low > 1;) {
+        const std::size_t middle = low + (high - low) / 2;
+        (source[middle].first <= item ? low : high) = middle;
+      }
+      return source + low;
+    };
+    const auto nodes_of = [=] MESHSMOOTH_HD(std::size_t item) {
+      const SourceBlock* const block = block_of(item);
+      return block->nodes + (item - block->first) * static_cast<std::size_t>(shape->node_count);
+    };
+    const auto by_lowest_node = group_items(
+        executor, node_count, count,
+        [=] MESHSMOOTH_HD(std::size_t item, const auto& emit) {
+          const NodeId* const nodes = nodes_of(item);
+          NodeId lowest = internal_of[nodes[0]];
+          for (int n = 1; n < shape->node_count; ++n) {
+            const NodeId other = internal_of[nodes[n]];
+            if (other < lowest) lowest = other;
+          }
+          emit(lowest);
+        },
+        [] MESHSMOOTH_HD(ElementId item) { return item; });
+
+    const std::size_t first = result.view.count;
+    const ElementId* const order = by_lowest_node.entries.data();
+    NodeId* const nodes_out = next_nodes;
+    ElementId* const caller_of = result.caller_of.data() + first;
+    executor.for_each(count, [=] MESHSMOOTH_HD(std::size_t element) {
+      const ElementId item = order[element];
+      const SourceBlock* const block = block_of(item);
+      const NodeId* const nodes = nodes_of(item);
+      caller_of[element] = static_cast<ElementId>(block->first_caller + (item - block->first));
+      for (int n = 0; n < shape->node_count; ++n) {
+        nodes_out[element * static_cast<std::size_t>(shape->node_count) + n] =
+            internal_of[nodes[n]];
+      }
+    });
+    result.view.runs[result.view.run_count++] = {shape, nodes_out, first};
+    result.view.count += count;
+    next_nodes += count * static_cast<std::size_t>(element_shape(type).node_count);
+  }
+  return result;
+}
+
+}  // namespace meshsmooth::detail

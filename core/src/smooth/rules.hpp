@@ -1,0 +1,168 @@
+#pragma once
+
+#include "meshsmooth/methods.hpp"
+#include "smooth/score.hpp"
+#include "smooth/topology.hpp"
+
+namespace meshsmooth::detail {
+
+/// Everything around the nodes of a job that does not move, in executor memory.
+struct Surroundings {
+  std::size_t node_count;
+  Elements elements;
+  Rows<NodeId> rings;
+  Rows<ElementId> balls;      // only where a method or the guard needs them
+  const std::uint8_t* fixed;  // one byte a node
+  const Vec3d* references;    // a normal per surface element; null: all have `reference`
+  Vec3d reference;
+
+  [[nodiscard]] MESHSMOOTH_HD Vec3d reference_of(std::size_t element) const {
+    return references == nullptr ? reference : references[element];
+  }
+};
+
+/// Reads positions that nobody writes, or only nodes of another colour.
+template <class R>
+struct QuietPositions {
+  using Real = R;
+  const Vec3<R>* data;
+  [[nodiscard]] MESHSMOOTH_HD Vec3<R> operator[](std::size_t node) const { return data[node]; }
+};
+
+// The rules: where the weighted mean of a node's surroundings lies. `mean`
+// returns the node's own position when there is nothing to average. Sums run in
+// the rows' order, which is the caller's.
+
+/// x' = sum_j x_j / |ring|. Source: Xiao et al. 2019, eq. 1.
+struct UniformMean {
+  template <class P>
+  MESHSMOOTH_HD Vec3<typename P::Real> operator()(const Surroundings& around, const P& x,
+                                                  std::size_t node) const {
+    using Real = typename P::Real;
+    const NodeId* const begin = around.rings.begin(node);
+    const NodeId* const end = around.rings.end(node);
+    if (begin == end) return x[node];
+    Vec3<Real> sum{0, 0, 0};
+    for (const NodeId* n = begin; n != end; ++n) sum += x[static_cast<std::size_t>(*n)];
+    const auto count = static_cast<Real>(end - begin);
+    return {sum.x / count, sum.y / count, sum.z / count};
+  }
+};
+
+/// x' = sum_j w_j x_j / sum_j w_j with w = length^Power; edges of length zero
+/// carry no weight.
+template <int Power>
+struct EdgeLengthMean {
+  static_assert(Power == 1 || Power == -1);
+  template <class P>
+  MESHSMOOTH_HD Vec3<typename P::Real> operator()(const Surroundings& around, const P& x,
+                                                  std::size_t node) const {
+    using Real = typename P::Real;
+    const Vec3<Real> own = x[node];
+    Vec3<Real> sum{0, 0, 0};
+    Real weights = 0;
+    for (const NodeId* n = around.rings.begin(node); n != around.rings.end(node); ++n) {
+      const Vec3<Real> edge = x[static_cast<std::size_t>(*n)] - own;
+      const Real length = norm(edge);
+      if (!(length > 0)) continue;
+      const Real weight = Power == 1 ? length : 1 / length;
+      sum += weight * edge;
+      weights += weight;
+    }
+    return weights > 0 ? own + (1 / weights) * sum : own;
+  }
+};
+
+/// x' = sum_e V_e c_e / sum_e V_e over the ball's elements, c_e the mean of an
+/// element's nodes.
+struct BallVolumeMean {
+  template <class P>
+  MESHSMOOTH_HD Vec3<typename P::Real> operator()(const Surroundings& around, const P& x,
+                                                  std::size_t node) const {
+    using Real = typename P::Real;
+    const Vec3d own = vec3_cast<double>(x[node]);
+    Vec3d sum{0, 0, 0};
+    double weights = 0;
+    for (const ElementId* e = around.balls.begin(node); e != around.balls.end(node); ++e) {
+      const ElementView element = around.elements[*e];
+      const ElementMass mass = element_mass(*element.shape, [&](int n) {
+        return vec3_cast<double>(x[static_cast<std::size_t>(element.nodes[n])]) - own;
+      });
+      sum += mass.volume * mass.centre;
+      weights += mass.volume;
+    }
+    return weights > 0 ? vec3_cast<Real>(own + (1 / weights) * sum) : x[node];
+  }
+};
+
+/// One relaxed step towards the mean; factor 1 lands on it exactly.
+template <class Mean, class P>
+MESHSMOOTH_HD Vec3<typename P::Real> step_towards(const Mean& mean, const Surroundings& around,
+                                                  const P& x, std::size_t node,
+                                                  typename P::Real factor) {
+  return (1 - factor) * x[node] + factor * mean(around, x, node);
+}
+
+/// Which moves are taken. Judged in double on the positions as they are stored.
+struct Acceptance {
+  bool guard = false;  // a valid element stays valid
+  bool smart = false;  // the worst score of the ball does not fall
+
+  [[nodiscard]] MESHSMOOTH_HD bool active() const { return guard || smart; }
+};
+
+/// Score of an element when `node` lies at `place`.
+template <class P>
+MESHSMOOTH_HD double score_with(const Surroundings& around, const P& x, ElementId e,
+                                std::size_t node, Vec3<typename P::Real> place) {
+  const ElementView element = around.elements[e];
+  return element_score(
+      *element.shape,
+      [&](int n) {
+        const auto other = static_cast<std::size_t>(element.nodes[n]);
+        return vec3_cast<double>(other == node ? place : x[other]);
+      },
+      around.reference_of(e));
+}
+
+template <class P>
+MESHSMOOTH_HD double worst_score(const Surroundings& around, const P& x, std::size_t node) {
+  double worst = 2.0;
+  for (const ElementId* e = around.balls.begin(node); e != around.balls.end(node); ++e) {
+    const double score = score_with(around, x, *e, node, x[node]);
+    if (score < worst) worst = score;
+  }
+  return worst;
+}
+
+/// Cuts a move back until it is acceptable: the whole step, a half, a quarter,
+/// an eighth, or none. `held` becomes true unless the whole step is taken.
+template <class P>
+MESHSMOOTH_HD Vec3<typename P::Real> accept_move(const Surroundings& around, const P& x,
+                                                 std::size_t node, Vec3<typename P::Real> candidate,
+                                                 Acceptance acceptance, bool& held) {
+  using Real = typename P::Real;
+  const Vec3<Real> before = x[node];
+  if (candidate == before) return before;
+  const double worst = acceptance.smart ? worst_score(around, x, node) : 0.0;
+  const auto allowed = [&](Vec3<Real> place) {
+    for (const ElementId* e = around.balls.begin(node); e != around.balls.end(node); ++e) {
+      const double score = score_with(around, x, *e, node, place);
+      if (acceptance.smart && score < worst) return false;
+      if (acceptance.guard && !(score > 0) && score_with(around, x, *e, node, before) > 0) {
+        return false;
+      }
+    }
+    return true;
+  };
+  Real share = 1;
+  for (int trial = 0; trial < 4; ++trial) {
+    const Vec3<Real> place = trial == 0 ? candidate : before + share * (candidate - before);
+    if (allowed(place)) return place;
+    held = true;
+    share /= 2;
+  }
+  return before;
+}
+
+}  // namespace meshsmooth::detail

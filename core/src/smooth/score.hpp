@@ -1,0 +1,98 @@
+#pragma once
+
+#include "meshsmooth/vec3.hpp"
+#include "smooth/topology.hpp"
+
+namespace meshsmooth::detail {
+
+/// The certain sign bound of a 3x3 determinant in double: below this share of
+/// the product of the edge lengths the sign may be rounding.
+inline constexpr double kSignBound = 1e-14;
+
+/// What the rules compare elements by: above 0 if and only if every corner is
+/// certainly positive, 0 for a degenerate element, negative for an inverted
+/// one. In a volume element it is the cube of the worst corner's mean ratio
+/// (the same order without a root), in a surface element the mean ratio itself.
+///
+/// `get(n)` gives the position of local node n in double; `reference` is the
+/// normal that a surface element must not turn against.
+template <class Get>
+MESHSMOOTH_HD double element_score(const ElementShape& shape, const Get& get, Vec3d reference) {
+  const auto sign = [](double value, double bound) {
+    return value > bound ? 1.0 : (value < -bound ? -1.0 : 0.0);
+  };
+  if (shape.dimension == 3 && shape.node_count == 4) {
+    const Vec3d origin = get(0);
+    const Vec3d a = get(1) - origin, b = get(2) - origin, c = get(3) - origin;
+    const double det = dot(a, cross(b, c));
+    const double aa = dot(a, a), bb = dot(b, b), cc = dot(c, c);
+    const Vec3d ab = b - a, ac = c - a, bc = c - b;
+    const double length = aa + bb + cc + dot(ab, ab) + dot(ac, ac) + dot(bc, bc);
+    if (!(det * det > kSignBound * kSignBound * (aa * bb * cc))) return 0.0;
+    const double score = 432.0 * (det * det) / (length * length * length);
+    return det > 0 ? score : -score;
+  }
+  double worst = 2.0;
+  for (int k = 0; k < shape.corner_count; ++k) {
+    const CornerShape& corner = shape.corners[k];
+    const Vec3d origin = get(corner.node);
+    const Vec3d a = get(corner.neighbours[0]) - origin;
+    const Vec3d b = get(corner.neighbours[1]) - origin;
+    double score = 0;
+    if (shape.dimension == 2) {
+      const Vec3d normal = cross(a, b);
+      const double area = norm(normal);
+      const double aa = dot(a, a), bb = dot(b, b);
+      const Vec3d ab = b - a;
+      const double size =
+          shape.node_count == 3 ? (aa + bb + dot(ab, ab)) / std::sqrt(3.0) : aa + bb;
+      const double s = sign(dot(normal, reference), kSignBound * std::sqrt(aa * bb));
+      score = size > 0 ? s * 2.0 * area / size : 0.0;
+    } else {
+      const Vec3d c = get(corner.neighbours[2]) - origin;
+      const double det = dot(a, cross(b, c));
+      const double lengths = std::sqrt(dot(a, a) * dot(b, b) * dot(c, c));
+      const auto& w = shape.ideal.inverse;
+      double size = 0;
+      for (int column = 0; column < 3; ++column) {
+        const Vec3d t = w[0][column] * a + w[1][column] * b + w[2][column] * c;
+        size += dot(t, t);
+      }
+      const double shape_det = det / shape.ideal.determinant;
+      score = size > 0 ? sign(det, kSignBound * lengths) * 27.0 * shape_det * shape_det /
+                             (size * size * size)
+                       : 0.0;
+    }
+    if (!(score >= worst)) worst = score;
+  }
+  return worst;
+}
+
+/// Volume (area of a surface element) without sign and the mean of its nodes.
+struct ElementMass {
+  double volume;
+  Vec3d centre;
+};
+
+template <class Get>
+MESHSMOOTH_HD ElementMass element_mass(const ElementShape& shape, const Get& get) {
+  Vec3d centre{0, 0, 0};
+  for (int n = 0; n < shape.node_count; ++n) centre += get(n);
+  centre = (1.0 / shape.node_count) * centre;
+  double volume = 0;
+  for (int f = 0; f < shape.facet_count; ++f) {
+    const FacetShape& facet = shape.facets[f];
+    const Vec3d first = get(facet.nodes[0]) - centre;
+    if (shape.dimension == 2) {
+      volume += norm(cross(first, get(facet.nodes[1]) - centre)) / 2;
+      continue;
+    }
+    for (int n = 2; n < facet.node_count; ++n) {
+      volume +=
+          dot(first, cross(get(facet.nodes[n - 1]) - centre, get(facet.nodes[n]) - centre)) / 6;
+    }
+  }
+  return {volume < 0 ? -volume : volume, centre};
+}
+
+}  // namespace meshsmooth::detail

@@ -1,0 +1,99 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+#include "meshsmooth/annotations.hpp"
+#include "meshsmooth/element.hpp"
+
+namespace meshsmooth::detail {
+
+/// Index of an element inside a job: 32-bit unsigned.
+using ElementId = std::uint32_t;
+
+/// One element: its row of the table and its nodes.
+struct ElementView {
+  const ElementShape* shape;
+  const NodeId* nodes;
+};
+
+/// The elements of a job: at most one run per type, in executor memory.
+struct Elements {
+  struct Run {
+    const ElementShape* shape;
+    const NodeId* nodes;
+    std::size_t first;  // id of its first element
+  };
+  Run runs[kElementTypeCount];
+  int run_count = 0;
+  std::size_t count = 0;
+
+  [[nodiscard]] MESHSMOOTH_HD ElementView operator[](std::size_t element) const {
+    int run = 0;
+    while (run + 1 < run_count && runs[run + 1].first <= element) ++run;
+    const Run& r = runs[run];
+    return {r.shape, r.nodes + (element - r.first) * static_cast<std::size_t>(r.shape->node_count)};
+  }
+};
+
+/// Rows of ids, in executor memory: row i is entries[offsets[i] .. offsets[i+1]).
+template <class Id>
+struct Rows {
+  const std::int64_t* offsets;  // row count + 1
+  const Id* entries;
+
+  [[nodiscard]] MESHSMOOTH_HD const Id* begin(std::size_t row) const {
+    return entries + offsets[row];
+  }
+  [[nodiscard]] MESHSMOOTH_HD const Id* end(std::size_t row) const {
+    return entries + offsets[row + 1];
+  }
+  [[nodiscard]] MESHSMOOTH_HD std::size_t size(std::size_t row) const {
+    return static_cast<std::size_t>(offsets[row + 1] - offsets[row]);
+  }
+};
+
+/// Owns rows of ids.
+template <class E, class Id>
+struct RowBuffer {
+  typename E::template Buffer<std::int64_t> offsets;
+  typename E::template Buffer<Id> entries;
+  [[nodiscard]] Rows<Id> view() const { return {offsets.data(), entries.data()}; }
+};
+
+/// Sorts a short row by `key(entry)`; rows are short, so insertion is the
+/// fastest, and heap order for the rare long one keeps it O(n log n).
+template <class Id, class Key>
+MESHSMOOTH_HD void sort_row(Id* row, std::size_t count, const Key& key) {
+  constexpr std::size_t kInsertionLimit = 64;
+  if (count <= kInsertionLimit) {
+    for (std::size_t i = 1; i < count; ++i) {
+      const Id moving = row[i];
+      const auto moving_key = key(moving);
+      std::size_t j = i;
+      for (; j > 0 && key(row[j - 1]) > moving_key; --j) row[j] = row[j - 1];
+      row[j] = moving;
+    }
+    return;
+  }
+  const auto sift_down = [&](std::size_t root, std::size_t size) {
+    for (std::size_t child = 2 * root + 1; child < size; child = 2 * root + 1) {
+      if (child + 1 < size && key(row[child]) < key(row[child + 1])) ++child;
+      if (!(key(row[root]) < key(row[child]))) return;
+      const Id swapped = row[root];
+      row[root] = row[child];
+      row[child] = swapped;
+      root = child;
+    }
+  };
+  for (std::size_t root = count / 2; root-- > 0;) sift_down(root, count);
+  for (std::size_t size = count; size-- > 1;) {
+    const Id swapped = row[0];
+    row[0] = row[size];
+    row[size] = swapped;
+    sift_down(0, size);
+  }
+}
+
+}  // namespace meshsmooth::detail
