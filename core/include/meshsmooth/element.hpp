@@ -10,7 +10,9 @@ namespace meshsmooth {
 /// Index of a node. Node ids are 32-bit, everything that counts more is 64-bit.
 using NodeId = std::int32_t;
 
-/// The linear element types; node order is VTK's.
+/// The linear element types; node order is VTK's. Mind the wedge: seen from the
+/// triangle 3-4-5 the triangle 0-1-2 runs clockwise, the other way round than in
+/// Gmsh, Exodus and Abaqus.
 enum class ElementType : std::uint8_t { triangle, quad, tetrahedron, pyramid, wedge, hexahedron };
 
 inline constexpr std::size_t kElementTypeCount = 6;

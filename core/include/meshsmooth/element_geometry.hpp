@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cmath>
+
+#include "meshsmooth/element.hpp"
+#include "meshsmooth/vec3.hpp"
+
+namespace meshsmooth {
+
+/// Below this share of the product of its edge lengths the sign of a corner's
+/// determinant may be rounding.
+inline constexpr double kSignBound = 1e-14;
+
+/// What the measures of an element are made of, at one corner. Everything is in
+/// the mesh's unit.
+struct CornerGeometry {
+  /// Of the edge vectors; in a surface element twice the area of the corner's
+  /// triangle, negative when its normal points against the reference.
+  double determinant;
+  double length_product;  // of the corner's edges
+  /// Squared Frobenius norm of the shape matrix: edge vectors times the inverse
+  /// of the ideal ones.
+  double shape_norm_squared;
+  /// +1 or -1 where the sign of the determinant is certain in double, else 0.
+  int sign;
+};
+
+/// Corner `k` of an element. `get(n)` gives the position of local node n as
+/// Vec3d. `reference` is a unit normal for surface elements, or zero to take
+/// them as they lie; volume elements do not look at it.
+template <class GetPosition>
+MESHSMOOTH_HD CornerGeometry corner_geometry(const ElementShape& shape, int k,
+                                             const GetPosition& get, Vec3d reference) {
+  const CornerShape& corner = shape.corners[k];
+  const auto& w = shape.ideal.inverse;
+  const Vec3d origin = get(corner.node);
+  const Vec3d a = get(corner.neighbours[0]) - origin;
+  const Vec3d b = get(corner.neighbours[1]) - origin;
+  CornerGeometry result{};
+  double decisive = 0;  // the determinant whose sign counts
+  if (shape.dimension == 2) {
+    const Vec3d normal = cross(a, b);
+    const double area = norm(normal);
+    const bool referenced = dot(reference, reference) > 0;
+    decisive = referenced ? dot(normal, reference) : area;
+    result.determinant = decisive < 0 ? -area : area;
+    result.length_product = std::sqrt(dot(a, a) * dot(b, b));
+    const Vec3d s = w[0][0] * a + w[1][0] * b;
+    const Vec3d t = w[0][1] * a + w[1][1] * b;
+    result.shape_norm_squared = dot(s, s) + dot(t, t);
+  } else {
+    const Vec3d c = get(corner.neighbours[2]) - origin;
+    decisive = dot(a, cross(b, c));
+    result.determinant = decisive;
+    result.length_product = std::sqrt(dot(a, a) * dot(b, b) * dot(c, c));
+    for (int column = 0; column < 3; ++column) {
+      const Vec3d t = w[0][column] * a + w[1][column] * b + w[2][column] * c;
+      result.shape_norm_squared += dot(t, t);
+    }
+  }
+  const double bound = kSignBound * result.length_product;
+  result.sign = decisive > bound ? 1 : (decisive < -bound ? -1 : 0);
+  return result;
+}
+
+}  // namespace meshsmooth

@@ -1,0 +1,133 @@
+#include "meshsmooth/element.hpp"
+
+namespace meshsmooth {
+namespace {
+
+constexpr double kRoot2 = 1.41421356237309504880;
+constexpr double kRoot3 = 1.73205080756887729353;
+constexpr double kRoot6 = 2.44948974278317809820;
+
+// Ideal corners, written as inverses of W = (w1 w2 w3), the ideal edge vectors
+// of a corner as columns.
+
+// w1 = (1, 0), w2 = (1/2, root3/2).
+constexpr IdealCorner kEquilateral = {{{{1, -1 / kRoot3, 0}, {0, 2 / kRoot3, 0}, {0, 0, 1}}},
+                                      kRoot3 / 2};
+
+constexpr IdealCorner kSquare = {{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, 1};
+
+// w3 = (1/2, root3/6, root6/3): the regular tetrahedron.
+constexpr IdealCorner kRegularTetrahedron = {
+    {{{1, -1 / kRoot3, -1 / kRoot6}, {0, 2 / kRoot3, -1 / kRoot6}, {0, 0, 3 / kRoot6}}},
+    1 / kRoot2};
+
+// w1 = (1, 0, 0), w2 = (0, 1, 0), w3 = (1/2, 1/2, 1/root2): unit square base,
+// all edges equal.
+constexpr IdealCorner kEqualEdgedPyramid = {
+    {{{1, 0, -1 / kRoot2}, {0, 1, -1 / kRoot2}, {0, 0, kRoot2}}}, 1 / kRoot2};
+
+// The equilateral triangle and a unit edge upright on it.
+constexpr IdealCorner kUprightWedge = kEquilateral;
+
+constexpr IdealCorner kCube = kSquare;
+
+constexpr std::array<ElementShape, kElementTypeCount> kTable = {{
+    {"triangle",
+     2,
+     3,
+     3,
+     3,
+     3,
+     {{{0, 1}, {1, 2}, {2, 0}}},
+     {{{2, {0, 1}}, {2, {1, 2}}, {2, {2, 0}}}},
+     {{{0, {1, 2}}, {1, {2, 0}}, {2, {0, 1}}}},
+     kEquilateral},
+    {"quad",
+     2,
+     4,
+     4,
+     4,
+     4,
+     {{{0, 1}, {1, 2}, {2, 3}, {3, 0}}},
+     {{{2, {0, 1}}, {2, {1, 2}}, {2, {2, 3}}, {2, {3, 0}}}},
+     {{{0, {1, 3}}, {1, {2, 0}}, {2, {3, 1}}, {3, {0, 2}}}},
+     kSquare},
+    {"tetrahedron",
+     3,
+     4,
+     6,
+     4,
+     4,
+     {{{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}},
+     {{{3, {0, 1, 3}}, {3, {1, 2, 3}}, {3, {2, 0, 3}}, {3, {0, 2, 1}}}},
+     {{{0, {1, 2, 3}}, {1, {2, 0, 3}}, {2, {0, 1, 3}}, {3, {0, 2, 1}}}},
+     kRegularTetrahedron},
+    {"pyramid",
+     3,
+     5,
+     8,
+     5,
+     4,
+     {{{0, 1}, {1, 2}, {2, 3}, {3, 0}, {0, 4}, {1, 4}, {2, 4}, {3, 4}}},
+     {{{4, {0, 3, 2, 1}}, {3, {0, 1, 4}}, {3, {1, 2, 4}}, {3, {2, 3, 4}}, {3, {3, 0, 4}}}},
+     {{{0, {1, 3, 4}}, {1, {2, 0, 4}}, {2, {3, 1, 4}}, {3, {0, 2, 4}}}},
+     kEqualEdgedPyramid},
+    {"wedge",
+     3,
+     6,
+     9,
+     5,
+     6,
+     {{{0, 1}, {1, 2}, {2, 0}, {3, 4}, {4, 5}, {5, 3}, {0, 3}, {1, 4}, {2, 5}}},
+     {{{3, {0, 1, 2}}, {3, {3, 5, 4}}, {4, {0, 3, 4, 1}}, {4, {1, 4, 5, 2}}, {4, {2, 5, 3, 0}}}},
+     {{{0, {2, 1, 3}},
+       {1, {0, 2, 4}},
+       {2, {1, 0, 5}},
+       {3, {4, 5, 0}},
+       {4, {5, 3, 1}},
+       {5, {3, 4, 2}}}},
+     kUprightWedge},
+    {"hexahedron",
+     3,
+     8,
+     12,
+     6,
+     8,
+     {{{0, 1},
+       {1, 2},
+       {2, 3},
+       {3, 0},
+       {4, 5},
+       {5, 6},
+       {6, 7},
+       {7, 4},
+       {0, 4},
+       {1, 5},
+       {2, 6},
+       {3, 7}}},
+     {{{4, {0, 4, 7, 3}},
+       {4, {1, 2, 6, 5}},
+       {4, {0, 1, 5, 4}},
+       {4, {3, 7, 6, 2}},
+       {4, {0, 3, 2, 1}},
+       {4, {4, 5, 6, 7}}}},
+     {{{0, {1, 3, 4}},
+       {1, {2, 0, 5}},
+       {2, {3, 1, 6}},
+       {3, {0, 2, 7}},
+       {4, {7, 5, 0}},
+       {5, {4, 6, 1}},
+       {6, {5, 7, 2}},
+       {7, {6, 4, 3}}}},
+     kCube},
+}};
+
+}  // namespace
+
+const ElementShape& element_shape(ElementType type) noexcept {
+  return kTable[static_cast<std::size_t>(type)];
+}
+
+const std::array<ElementShape, kElementTypeCount>& element_table() noexcept { return kTable; }
+
+}  // namespace meshsmooth

@@ -1,0 +1,188 @@
+#include "meshsmooth/mesh.hpp"
+
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_reduce.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+#include <string>
+
+#include "meshsmooth/error.hpp"
+
+namespace meshsmooth {
+namespace {
+
+constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+constexpr std::size_t kGrain = 8192;
+
+/// The lowest index below `count` that is `wrong`, or kNone.
+template <class Wrong>
+std::size_t find_first(std::size_t count, const Wrong& wrong) {
+  return tbb::parallel_reduce(
+      tbb::blocked_range<std::size_t>(0, count, kGrain), kNone,
+      [&](const tbb::blocked_range<std::size_t>& range, std::size_t found) {
+        for (std::size_t i = range.begin(); i < std::min(range.end(), found); ++i) {
+          if (wrong(i)) return i;
+        }
+        return found;
+      },
+      [](std::size_t a, std::size_t b) { return std::min(a, b); });
+}
+
+[[noreturn]] void throw_size(const std::string& message) {
+  throw InvalidMesh("ARRAY_SIZE_MISMATCH", message);
+}
+
+void validate_sizes(const TopologyView& topology, const PositionsView& positions) {
+  if (topology.node_count == 0) throw InvalidMesh("MESH_EMPTY", "the mesh has no nodes");
+  if (topology.element_count() == 0) throw InvalidMesh("MESH_EMPTY", "the mesh has no elements");
+  if (topology.node_count > std::numeric_limits<NodeId>::max()) {
+    throw_size("the mesh has " + std::to_string(topology.node_count) +
+               " nodes, node ids are 32-bit");
+  }
+  if (position_count(positions) != topology.node_count) {
+    throw_size("the mesh has " + std::to_string(topology.node_count) + " nodes but " +
+               std::to_string(position_count(positions)) + " positions");
+  }
+  if (!topology.fixed.empty() && topology.fixed.size() != topology.node_count) {
+    throw_size("the fixed mask has " + std::to_string(topology.fixed.size()) +
+               " bytes, the mesh has " + std::to_string(topology.node_count) + " nodes");
+  }
+  const ElementShape& first = element_shape(topology.blocks.front().type);
+  for (std::size_t b = 0; b < topology.blocks.size(); ++b) {
+    const ElementBlockView& block = topology.blocks[b];
+    const ElementShape& shape = element_shape(block.type);
+    if (block.nodes.size() % static_cast<std::size_t>(shape.node_count) != 0) {
+      throw_size("block " + std::to_string(b) + " (" + std::string(shape.name) + ") has " +
+                 std::to_string(block.nodes.size()) + " nodes, that is no multiple of " +
+                 std::to_string(shape.node_count));
+    }
+    if (shape.dimension != first.dimension) {
+      throw InvalidMesh("MIXED_DIMENSIONS",
+                        "block " + std::to_string(b) + " (" + std::string(shape.name) +
+                            ") and block 0 (" + std::string(first.name) +
+                            ") are of different dimension; send surface and volume elements as "
+                            "separate meshes");
+    }
+  }
+}
+
+/// Local number of the first node of the element that is out of range or
+/// repeats an earlier one, or -1.
+int find_wrong_node(const NodeId* nodes, int count, std::size_t node_count) {
+  for (int n = 0; n < count; ++n) {
+    if (nodes[n] < 0 || static_cast<std::size_t>(nodes[n]) >= node_count) return n;
+  }
+  for (int n = 1; n < count; ++n) {
+    for (int earlier = 0; earlier < n; ++earlier) {
+      if (nodes[earlier] == nodes[n]) return n;
+    }
+  }
+  return -1;
+}
+
+void validate_elements(const ElementBlockView& block, std::size_t first_id,
+                       std::size_t node_count) {
+  const ElementShape& shape = element_shape(block.type);
+  const int width = shape.node_count;
+  const auto nodes_of = [&](std::size_t e) {
+    return block.nodes.data() + e * static_cast<std::size_t>(width);
+  };
+  const std::size_t wrong = find_first(block.element_count(), [&](std::size_t e) {
+    return find_wrong_node(nodes_of(e), width, node_count) >= 0;
+  });
+  if (wrong == kNone) return;
+
+  const NodeId node = nodes_of(wrong)[find_wrong_node(nodes_of(wrong), width, node_count)];
+  const std::string element_id = std::to_string(first_id + wrong);
+  const std::string node_id = std::to_string(node);
+  const std::string where =
+      "element " + element_id + " (" + std::string(shape.name) + "): node " + node_id;
+  const ErrorDetails details{{"element", element_id}, {"node", node_id}};
+  if (node < 0 || static_cast<std::size_t>(node) >= node_count) {
+    throw InvalidMesh("INDEX_OUT_OF_RANGE",
+                      where + " is out of range, the mesh has " + std::to_string(node_count) +
+                          " nodes" + (node < 0 ? " and they count from 0" : ""),
+                      details);
+  }
+  throw InvalidMesh("REPEATED_NODE", where + " occurs more than once", details);
+}
+
+template <class Real>
+void validate_positions(std::span<const Vec3<Real>> positions) {
+  const std::size_t wrong = find_first(positions.size(), [&](std::size_t node) {
+    const Vec3<Real> p = positions[node];
+    return !(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z));
+  });
+  if (wrong == kNone) return;
+  const Vec3<Real> p = positions[wrong];
+  std::ostringstream message;
+  message << "node " << wrong << ": its position (" << p.x << ", " << p.y << ", " << p.z
+          << ") is not finite";
+  throw InvalidMesh("NON_FINITE_COORDINATE", message.str(), {{"node", std::to_string(wrong)}});
+}
+
+}  // namespace
+
+std::size_t TopologyView::element_count() const {
+  std::size_t count = 0;
+  for (const ElementBlockView& block : blocks) count += block.element_count();
+  return count;
+}
+
+PositionsView as_view(const PositionsSpan& positions) {
+  return std::visit(
+      []<class Real>(std::span<Vec3<Real>> span) -> PositionsView {
+        return std::span<const Vec3<Real>>(span);
+      },
+      positions);
+}
+
+std::size_t position_count(const PositionsView& positions) {
+  return std::visit([](auto span) { return span.size(); }, positions);
+}
+
+std::size_t Mesh::node_count() const { return position_count(positions_view()); }
+
+std::size_t Mesh::element_count() const {
+  std::size_t count = 0;
+  for (const ElementBlockView& block : block_views()) count += block.element_count();
+  return count;
+}
+
+PositionsView Mesh::positions_view() const {
+  return std::visit(
+      []<class Real>(const std::vector<Vec3<Real>>& own) -> PositionsView {
+        return std::span<const Vec3<Real>>(own);
+      },
+      positions);
+}
+
+PositionsSpan Mesh::positions_span() {
+  return std::visit(
+      []<class Real>(std::vector<Vec3<Real>>& own) -> PositionsSpan {
+        return std::span<Vec3<Real>>(own);
+      },
+      positions);
+}
+
+std::vector<ElementBlockView> Mesh::block_views() const {
+  std::vector<ElementBlockView> views;
+  views.reserve(blocks.size());
+  for (const ElementBlock& block : blocks) views.push_back({block.type, block.nodes});
+  return views;
+}
+
+void validate(const TopologyView& topology, const PositionsView& positions) {
+  validate_sizes(topology, positions);
+  std::size_t first_id = 0;
+  for (const ElementBlockView& block : topology.blocks) {
+    validate_elements(block, first_id, topology.node_count);
+    first_id += block.element_count();
+  }
+  std::visit([](auto span) { validate_positions(span); }, positions);
+}
+
+}  // namespace meshsmooth
