@@ -26,6 +26,26 @@ MESHSMOOTH_HD inline std::uint32_t colour_priority(NodeId caller_id) {
   return h ^ (h >> 16);
 }
 
+/// Calls `body(other)` for the nodes that share an element with `node` until it
+/// returns false; says whether it never did. In a mesh of simplices they are the
+/// ring; else some are visited more than once.
+template <class Body>
+MESHSMOOTH_HD bool visit_adjacent(const Surroundings& around, std::size_t node, const Body& body) {
+  if (around.elements.simplices()) {
+    for (const NodeId* n = around.rings.begin(node); n != around.rings.end(node); ++n) {
+      if (!body(*n)) return false;
+    }
+    return true;
+  }
+  for (const ElementId* e = around.balls.begin(node); e != around.balls.end(node); ++e) {
+    const ElementView element = around.elements[*e];
+    for (int n = 0; n < element.shape->node_count; ++n) {
+      if (!body(element.nodes[n])) return false;
+    }
+  }
+  return true;
+}
+
 /// First-fit in the order of `colour_priority`, found in parallel: a node
 /// chooses once all its neighbours of higher priority have. The result is that
 /// of the serial first-fit, whatever the schedule. Source: Jones, Plassmann
@@ -43,16 +63,9 @@ Colouring<E> colour_nodes(E& executor, const Surroundings& around, const NodeId*
 
   const auto visit_higher = [=] MESHSMOOTH_HD(std::size_t node, const auto& body) {
     const std::uint32_t own = colour_priority(caller_ids[node]);
-    for (const ElementId* e = around.balls.begin(node); e != around.balls.end(node); ++e) {
-      const ElementView element = around.elements[*e];
-      for (int n = 0; n < element.shape->node_count; ++n) {
-        const NodeId other = element.nodes[n];
-        if (around.fixed[other] == 0 && colour_priority(caller_ids[other]) > own && !body(other)) {
-          return false;
-        }
-      }
-    }
-    return true;
+    return visit_adjacent(around, node, [&](NodeId other) {
+      return around.fixed[other] != 0 || colour_priority(caller_ids[other]) <= own || body(other);
+    });
   };
   for (std::size_t open = 1; open > 0;) {
     open = executor.reduce(

@@ -21,7 +21,8 @@ namespace meshsmooth::detail {
 ///   sort(keys, n)         ascending; equal keys are indistinguishable
 ///   unique(keys, n)       drops repeated neighbours; returns what is left
 ///   lower_bound(keys, n, v)  index of the first of ascending keys not below v
-///   fetch_add, store, load   as std::atomic_ref, relaxed; callable in bodies
+///   adder()               fetch_add for bodies that share a slot
+///   store, load           of slots that other bodies use at the same time
 ///   RacingPositions<Real>    positions that bodies read and write at the same time
 ///   check()               throws Cancelled or DeadlineExceeded when the job must end
 template <class E>
@@ -31,7 +32,7 @@ concept Executor = requires(E& e, std::uint64_t* keys, std::int64_t* sums, std::
   {e.sort(keys, std::size_t{1})};
   { e.unique(keys, std::size_t{1}) } -> std::same_as<std::size_t>;
   { e.lower_bound(keys, std::size_t{1}, keys[0]) } -> std::same_as<std::size_t>;
-  { E::fetch_add(slots[0], std::uint32_t{1}) } -> std::same_as<std::uint32_t>;
+  { e.adder()(slots[0], std::uint32_t{1}) } -> std::same_as<std::uint32_t>;
   {e.synchronize()};
   {e.check()};
 };

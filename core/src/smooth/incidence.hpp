@@ -21,10 +21,11 @@ RowBuffer<E, ElementId> group_items(E& executor, std::size_t row_count, std::siz
   auto fill = executor.template allocate<std::uint32_t>(row_count);
   std::int64_t* const offsets = rows.offsets.data();
   std::uint32_t* const filled = fill.data();
+  const auto add = executor.adder();
 
   executor.for_each(row_count, [=] MESHSMOOTH_HD(std::size_t row) { filled[row] = 0; });
   executor.for_each(item_count, [=] MESHSMOOTH_HD(std::size_t item) {
-    visit(item, [=](NodeId row) { E::fetch_add(filled[row], std::uint32_t{1}); });
+    visit(item, [=](NodeId row) { add(filled[row], std::uint32_t{1}); });
   });
   executor.for_each(row_count + 1, [=] MESHSMOOTH_HD(std::size_t row) {
     offsets[row] = row < row_count ? filled[row] : 0;
@@ -36,7 +37,7 @@ RowBuffer<E, ElementId> group_items(E& executor, std::size_t row_count, std::siz
   ElementId* const entries = rows.entries.data();
   executor.for_each(item_count, [=] MESHSMOOTH_HD(std::size_t item) {
     visit(item, [=](NodeId row) {
-      const std::uint32_t slot = E::fetch_add(filled[row], std::uint32_t{1});
+      const std::uint32_t slot = add(filled[row], std::uint32_t{1});
       entries[offsets[row] + slot] = static_cast<ElementId>(item);
     });
   });

@@ -10,7 +10,7 @@ template <class Emit>
 MESHSMOOTH_HD inline void visit_neighbours(const ElementView& element, NodeId node,
                                            const Emit& emit) {
   const ElementShape& shape = *element.shape;
-  if (shape.edge_count * 2 == shape.node_count * (shape.node_count - 1)) {  // a simplex
+  if (is_simplex(shape)) {
     for (int n = 0; n < shape.node_count; ++n) {
       if (element.nodes[n] != node) emit(element.nodes[n]);
     }

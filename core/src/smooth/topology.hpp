@@ -18,6 +18,11 @@ struct ElementView {
   const NodeId* nodes;
 };
 
+/// Whether every two nodes of the type share an edge.
+MESHSMOOTH_HD inline bool is_simplex(const ElementShape& shape) {
+  return shape.edge_count * 2 == shape.node_count * (shape.node_count - 1);
+}
+
 /// The elements of a job: at most one run per type, in executor memory.
 struct Elements {
   struct Run {
@@ -28,6 +33,10 @@ struct Elements {
   Run runs[kElementTypeCount];
   int run_count = 0;
   std::size_t count = 0;
+
+  [[nodiscard]] MESHSMOOTH_HD bool simplices() const {
+    return run_count == 1 && is_simplex(*runs[0].shape);
+  }
 
   [[nodiscard]] MESHSMOOTH_HD ElementView operator[](std::size_t element) const {
     int run = 0;

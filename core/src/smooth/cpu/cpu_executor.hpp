@@ -141,7 +141,7 @@ class CpuExecutor {
   /// stops early when the job is interrupted, which `check` then reports.
   template <class Body>
   void for_each_range(std::size_t count, const Body& body) {
-    const std::size_t chunks = (count + kChunk - 1) / kChunk;
+    const std::size_t chunks = chunk_count(count);
     const auto run = [&](std::size_t chunk) {
       if (interrupt_.requested()) return;
       body(chunk * kChunk, std::min(count, (chunk + 1) * kChunk));
@@ -163,11 +163,11 @@ class CpuExecutor {
 
   template <class T, class Body, class Combine>
   [[nodiscard]] T reduce(std::size_t count, T zero, const Body& body, const Combine& combine) {
-    std::vector<T> partial((count + kChunk - 1) / kChunk, zero);
+    std::vector<T> partial(chunk_count(count), zero);
     for_each_range(count, [&](std::size_t begin, std::size_t end) {
       T sum = zero;
       for (std::size_t i = begin; i < end; ++i) sum = combine(sum, body(i));
-      partial[begin / kChunk] = sum;
+      partial[chunk_of(begin)] = sum;
     });
     T sum = zero;
     for (const T& part : partial) sum = combine(sum, part);
@@ -198,10 +198,21 @@ class CpuExecutor {
     return static_cast<std::size_t>(std::lower_bound(keys, keys + count, value) - keys);
   }
 
-  template <class T>
-  static T fetch_add(T& slot, T value) {
-    return std::atomic_ref<T>(slot).fetch_add(value, std::memory_order_relaxed);
-  }
+  /// Adds to a slot that several bodies share and returns what was there. A
+  /// lock-free addition costs several plain ones, so one thread does without.
+  class Adder {
+   public:
+    explicit Adder(bool alone) : alone_(alone) {}
+    template <class T>
+    T operator()(T& slot, T value) const {
+      if (alone_) return std::exchange(slot, slot + value);
+      return std::atomic_ref<T>(slot).fetch_add(value, std::memory_order_relaxed);
+    }
+
+   private:
+    bool alone_;
+  };
+  [[nodiscard]] Adder adder() const { return Adder(arena_.max_concurrency() == 1); }
 
   /// A store that other threads may make or read at the same time.
   template <class T>
@@ -215,6 +226,12 @@ class CpuExecutor {
 
   void synchronize() {}
   void check() const { interrupt_.check(); }
+
+  /// Ranges of `for_each_range`: how many there are, and which begins at `begin`.
+  [[nodiscard]] static std::size_t chunk_count(std::size_t count) {
+    return (count + kChunk - 1) / kChunk;
+  }
+  [[nodiscard]] static std::size_t chunk_of(std::size_t begin) { return begin / kChunk; }
 
   [[nodiscard]] tbb::task_arena& arena() { return arena_; }
   [[nodiscard]] ByteCount& bytes() { return bytes_; }
