@@ -1,0 +1,285 @@
+#include "wire/codec.hpp"
+
+#include <google/protobuf/unknown_field_set.h>
+#include <google/protobuf/util/json_util.h>
+#include <google/protobuf/util/time_util.h>
+
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "meshsmooth/error.hpp"
+
+namespace meshsmooth::wire {
+namespace {
+
+[[noreturn]] void throw_not_supported(const std::string& field, const std::string& what) {
+  throw NotSupported("OPTION_NOT_SUPPORTED", field + ": " + what, {{"field", field}});
+}
+
+void refuse_unknown_fields(const google::protobuf::Message& message, const std::string& where) {
+  const auto& unknown = message.GetReflection()->GetUnknownFields(message);
+  if (unknown.empty()) return;
+  const std::string number = std::to_string(unknown.field(0).number());
+  throw_not_supported(where + "#" + number,
+                      "this server does not know field number " + number + "; it may be too old");
+}
+
+Weighting decode_weighting(v1::Weighting weighting, const std::string& field) {
+  switch (weighting) {
+    case v1::WEIGHTING_UNSPECIFIED:
+    case v1::WEIGHTING_UNIFORM:
+      return Weighting::uniform;
+    case v1::WEIGHTING_INVERSE_EDGE_LENGTH:
+      return Weighting::inverse_edge_length;
+    case v1::WEIGHTING_EDGE_LENGTH:
+      return Weighting::edge_length;
+    case v1::WEIGHTING_BALL_VOLUME:
+      return Weighting::ball_volume;
+    default:
+      throw_not_supported(field, "unknown weighting " + std::to_string(weighting));
+  }
+}
+
+v1::Weighting encode_weighting(Weighting weighting) {
+  switch (weighting) {
+    case Weighting::uniform:
+      return v1::WEIGHTING_UNIFORM;
+    case Weighting::inverse_edge_length:
+      return v1::WEIGHTING_INVERSE_EDGE_LENGTH;
+    case Weighting::edge_length:
+      return v1::WEIGHTING_EDGE_LENGTH;
+    case Weighting::ball_volume:
+      return v1::WEIGHTING_BALL_VOLUME;
+  }
+  __builtin_unreachable();
+}
+
+template <class Averaging, class Message>
+Averaging decode_averaging(const Message& message, const std::string& name) {
+  refuse_unknown_fields(message, name);
+  Averaging method;
+  method.weighting = decode_weighting(message.weighting(), name + ".weighting");
+  if (message.has_relaxation_factor()) method.relaxation = message.relaxation_factor();
+  return method;
+}
+
+Method decode_method(const v1::SmoothingOptions& message, const Method& fallback) {
+  switch (message.method_case()) {
+    case v1::SmoothingOptions::METHOD_NOT_SET:
+      return fallback;
+    case v1::SmoothingOptions::kLaplacian:
+      return decode_averaging<Laplacian>(message.laplacian(), "laplacian");
+    case v1::SmoothingOptions::kSmartLaplacian:
+      return decode_averaging<SmartLaplacian>(message.smart_laplacian(), "smart_laplacian");
+    case v1::SmoothingOptions::kTaubin: {
+      refuse_unknown_fields(message.taubin(), "taubin");
+      Taubin method;
+      if (message.taubin().has_lambda()) method.lambda = message.taubin().lambda();
+      if (message.taubin().has_mu()) method.mu = message.taubin().mu();
+      return method;
+    }
+    case v1::SmoothingOptions::kHcLaplacian: {
+      refuse_unknown_fields(message.hc_laplacian(), "hc_laplacian");
+      HcLaplacian method;
+      if (message.hc_laplacian().has_alpha()) method.alpha = message.hc_laplacian().alpha();
+      if (message.hc_laplacian().has_beta()) method.beta = message.hc_laplacian().beta();
+      return method;
+    }
+    case v1::SmoothingOptions::kOptimize:
+      throw_not_supported("optimize", "this server has no optimiser");
+  }
+  __builtin_unreachable();
+}
+
+struct EncodeMethod {
+  v1::SmoothingOptions& message;
+
+  void operator()(const Laplacian& method) const {
+    message.mutable_laplacian()->set_weighting(encode_weighting(method.weighting));
+    message.mutable_laplacian()->set_relaxation_factor(method.relaxation);
+  }
+  void operator()(const SmartLaplacian& method) const {
+    message.mutable_smart_laplacian()->set_weighting(encode_weighting(method.weighting));
+    message.mutable_smart_laplacian()->set_relaxation_factor(method.relaxation);
+  }
+  void operator()(const Taubin& method) const {
+    message.mutable_taubin()->set_lambda(method.lambda);
+    message.mutable_taubin()->set_mu(method.mu);
+  }
+  void operator()(const HcLaplacian& method) const {
+    message.mutable_hc_laplacian()->set_alpha(method.alpha);
+    message.mutable_hc_laplacian()->set_beta(method.beta);
+  }
+};
+
+Form decode_form(v1::Form form) {
+  switch (form) {
+    case v1::FORM_UNSPECIFIED:
+      return Form::automatic;
+    case v1::FORM_JACOBI:
+      return Form::jacobi;
+    case v1::FORM_GAUSS_SEIDEL:
+      return Form::gauss_seidel;
+    case v1::FORM_RACING:
+      return Form::racing;
+    default:
+      throw_not_supported("form", "unknown form " + std::to_string(form));
+  }
+}
+
+v1::Form encode_form(Form form) {
+  switch (form) {
+    case Form::automatic:
+      return v1::FORM_UNSPECIFIED;
+    case Form::jacobi:
+      return v1::FORM_JACOBI;
+    case Form::gauss_seidel:
+      return v1::FORM_GAUSS_SEIDEL;
+    case Form::racing:
+      return v1::FORM_RACING;
+  }
+  __builtin_unreachable();
+}
+
+BoundaryPolicy decode_boundary(v1::BoundaryPolicy policy) {
+  switch (policy) {
+    case v1::BOUNDARY_POLICY_UNSPECIFIED:
+    case v1::BOUNDARY_POLICY_FIXED:
+      return BoundaryPolicy::fixed;
+    case v1::BOUNDARY_POLICY_FREE:
+      return BoundaryPolicy::free;
+    case v1::BOUNDARY_POLICY_SLIDE:
+      throw_not_supported("boundary_policy", "this server cannot slide boundary nodes");
+    default:
+      throw_not_supported("boundary_policy", "unknown policy " + std::to_string(policy));
+  }
+}
+
+TangledPolicy decode_tangled(v1::TangledPolicy policy) {
+  switch (policy) {
+    case v1::TANGLED_POLICY_UNSPECIFIED:
+    case v1::TANGLED_POLICY_REPAIR:
+      return TangledPolicy::repair;
+    case v1::TANGLED_POLICY_REFUSE:
+      return TangledPolicy::refuse;
+    default:
+      throw_not_supported("tangled_policy", "unknown policy " + std::to_string(policy));
+  }
+}
+
+}  // namespace
+
+v1::SmoothingOptions encode_options(const SmoothOptions& options) {
+  v1::SmoothingOptions message;
+  std::visit(EncodeMethod{message}, options.method);
+  message.set_form(encode_form(options.form));
+  message.set_max_iteration_count(options.max_iterations);
+  if (options.tolerance.relative) {
+    message.set_convergence_tolerance(options.tolerance.value);
+  } else {
+    message.set_absolute_tolerance(options.tolerance.value);
+  }
+  message.set_boundary_policy(options.boundary == BoundaryPolicy::fixed ? v1::BOUNDARY_POLICY_FIXED
+                                                                        : v1::BOUNDARY_POLICY_FREE);
+  message.set_guard(options.guard);
+  message.set_tangled_policy(options.tangled == TangledPolicy::repair ? v1::TANGLED_POLICY_REPAIR
+                                                                      : v1::TANGLED_POLICY_REFUSE);
+  if (options.compute_budget) {
+    *message.mutable_compute_budget() = encode_duration(*options.compute_budget);
+  }
+  return message;
+}
+
+SmoothOptions decode_options(const v1::SmoothingOptions& message) {
+  refuse_unknown_fields(message, "options");
+  for (const auto& [set, field] :
+       {std::pair{message.has_feature_angle_degrees(), "feature_angle_degrees"},
+        std::pair{message.has_target_quality(), "target_quality"},
+        std::pair{message.has_movement_limit(), "movement_limit"}}) {
+    if (set) throw_not_supported(field, "this server does not have the option");
+  }
+  SmoothOptions options;
+  options.method = decode_method(message, options.method);
+  options.form = decode_form(message.form());
+  if (message.has_max_iteration_count()) options.max_iterations = message.max_iteration_count();
+  if (message.has_absolute_tolerance()) {
+    options.tolerance = {.value = message.absolute_tolerance(), .relative = false};
+  } else if (message.has_convergence_tolerance()) {
+    options.tolerance = {.value = message.convergence_tolerance(), .relative = true};
+  }
+  options.boundary = decode_boundary(message.boundary_policy());
+  if (message.has_guard()) options.guard = message.guard();
+  options.tangled = decode_tangled(message.tangled_policy());
+  if (message.has_compute_budget()) {
+    options.compute_budget = decode_duration(message.compute_budget(), "compute_budget");
+  }
+  validate(options);
+  return options;
+}
+
+v1::ElementType encode_element_type(ElementType type) {
+  return static_cast<v1::ElementType>(static_cast<int>(type) + 1);
+}
+
+ElementType decode_element_type(v1::ElementType type, const std::string& field) {
+  if (type < v1::ELEMENT_TYPE_TRIANGLE || type > v1::ELEMENT_TYPE_HEXAHEDRON) {
+    throw_not_supported(field, "unknown element type " + std::to_string(type));
+  }
+  return static_cast<ElementType>(static_cast<int>(type) - 1);
+}
+
+static_assert(static_cast<int>(ElementType::triangle) + 1 == v1::ELEMENT_TYPE_TRIANGLE &&
+              static_cast<int>(ElementType::hexahedron) + 1 == v1::ELEMENT_TYPE_HEXAHEDRON);
+
+v1::Stage encode_stage(Stage stage) {
+  switch (stage) {
+    case Stage::find_neighbours:
+      return v1::STAGE_FIND_NEIGHBOURS;
+    case Stage::find_boundary:
+      return v1::STAGE_FIND_BOUNDARY;
+    case Stage::iterate:
+      return v1::STAGE_ITERATE;
+    case Stage::judge:
+      return v1::STAGE_JUDGE;
+  }
+  __builtin_unreachable();
+}
+
+std::chrono::nanoseconds decode_duration(const google::protobuf::Duration& message,
+                                         const std::string& field) {
+  constexpr std::int64_t kNanosPerSecond = 1'000'000'000;
+  if (message.seconds() < 0 || message.nanos() < 0 || message.nanos() >= kNanosPerSecond) {
+    throw InvalidOption("OPTION_OUT_OF_RANGE", field + ": not a duration of 0 or more",
+                        {{"field", field}});
+  }
+  if (message.seconds() >= std::numeric_limits<std::int64_t>::max() / kNanosPerSecond) {
+    return std::chrono::nanoseconds::max();
+  }
+  return std::chrono::nanoseconds(message.seconds() * kNanosPerSecond + message.nanos());
+}
+
+google::protobuf::Duration encode_duration(std::chrono::nanoseconds duration) {
+  return google::protobuf::util::TimeUtil::NanosecondsToDuration(duration.count());
+}
+
+google::protobuf::Duration encode_seconds(double seconds) {
+  return google::protobuf::util::TimeUtil::NanosecondsToDuration(std::llround(seconds * 1e9));
+}
+
+double decode_seconds(const google::protobuf::Duration& message) {
+  return static_cast<double>(message.seconds()) + message.nanos() * 1e-9;
+}
+
+std::string to_json(const google::protobuf::Message& message) {
+  google::protobuf::util::JsonPrintOptions options;
+  options.add_whitespace = true;
+  options.always_print_primitive_fields = true;
+  options.preserve_proto_field_names = true;
+  std::string text;
+  const auto status = google::protobuf::util::MessageToJsonString(message, &text, options);
+  if (!status.ok()) throw Error("INTERNAL", "cannot write JSON: " + status.ToString());
+  return text;
+}
+
+}  // namespace meshsmooth::wire

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <chrono>
+#include <optional>
+#include <string>
+
+#include "meshsmooth/options.hpp"
+#include "meshsmooth/smoother.hpp"
+#include "meshsmooth/summary.hpp"
+#include "meshsmooth/v1/mesh.pb.h"
+#include "meshsmooth/v1/smoothing.pb.h"
+
+/// Between the messages of meshsmooth.v1 and the types of core. Nothing else
+/// converts them. `encode_` makes messages, `decode_` reads them. Values that
+/// came over the wire are hostile: what is unknown or out of range throws
+/// `InvalidOption` (OPTION_OUT_OF_RANGE) or `NotSupported`
+/// (OPTION_NOT_SUPPORTED) with the detail "field".
+namespace meshsmooth::wire {
+
+/// All fields set, the defaults too.
+[[nodiscard]] v1::SmoothingOptions encode_options(const SmoothOptions& options);
+
+/// What is unset becomes core's default. `history` is not part of the message
+/// (JobSpec.iteration_history_included). Fields that this build does not know
+/// are refused: they may be a method or an option of a newer client. The result
+/// has passed `validate`.
+[[nodiscard]] SmoothOptions decode_options(const v1::SmoothingOptions& message);
+
+/// All that core says; queueing, receiving, sending, `options`, topology_reused
+/// and server_version are the server's to add.
+[[nodiscard]] v1::Summary encode_summary(const SmoothSummary& summary);
+
+/// Metrics that this build does not know are left out; an unknown stop reason
+/// throws `NotSupported` (RESPONSE_NOT_UNDERSTOOD).
+[[nodiscard]] SmoothSummary decode_summary(const v1::Summary& message);
+
+[[nodiscard]] v1::ElementType encode_element_type(ElementType type);
+[[nodiscard]] ElementType decode_element_type(v1::ElementType type, const std::string& field);
+
+[[nodiscard]] v1::Stage encode_stage(Stage stage);
+
+/// A negative or malformed duration throws; more than 292 years are cut.
+[[nodiscard]] std::chrono::nanoseconds decode_duration(const google::protobuf::Duration& message,
+                                                       const std::string& field);
+[[nodiscard]] google::protobuf::Duration encode_duration(std::chrono::nanoseconds duration);
+[[nodiscard]] google::protobuf::Duration encode_seconds(double seconds);
+[[nodiscard]] double decode_seconds(const google::protobuf::Duration& message);
+
+/// Proto3 JSON with original field names, indented; fields without presence
+/// are printed even when zero.
+[[nodiscard]] std::string to_json(const google::protobuf::Message& message);
+
+}  // namespace meshsmooth::wire

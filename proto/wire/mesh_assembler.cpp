@@ -1,0 +1,149 @@
+#include "wire/mesh_assembler.hpp"
+
+#include <bit>
+#include <cstring>
+#include <string>
+#include <utility>
+
+#include "meshsmooth/error.hpp"
+#include "wire/crc32c.hpp"
+
+namespace meshsmooth::wire {
+namespace {
+
+// Bytes of the wire become numbers without a conversion.
+static_assert(std::endian::native == std::endian::little);
+static_assert(sizeof(Vec3f) == 12 && sizeof(Vec3d) == 24 && sizeof(NodeId) == 4);
+
+constexpr std::size_t kAlignment = 64;
+
+std::string array_name(v1::ArrayId id) {
+  const std::string& name = v1::ArrayId_Name(id);
+  return name.empty() ? std::to_string(static_cast<int>(id)) : name;
+}
+
+ErrorDetails where(const v1::Chunk& chunk) {
+  return {{"array", array_name(chunk.array_id())},
+          {"offset_bytes", std::to_string(chunk.offset_bytes())}};
+}
+
+std::string describe(const v1::Chunk& chunk) {
+  return "chunk of " + array_name(chunk.array_id()) + " at byte " +
+         std::to_string(chunk.offset_bytes());
+}
+
+}  // namespace
+
+MeshAssembler::MeshAssembler(MeshLayout layout, std::pmr::memory_resource* memory)
+    : layout_(std::move(layout)),
+      memory_(memory),
+      arrays_{
+          Array{v1::ARRAY_ID_ELEMENTS, static_cast<std::size_t>(layout_.elements_bytes)},
+          Array{v1::ARRAY_ID_FIXED_MASK, static_cast<std::size_t>(layout_.fixed_mask_bytes)},
+          Array{v1::ARRAY_ID_COORDINATES, static_cast<std::size_t>(layout_.coordinates_bytes)}} {
+  try {
+    for (Array& array : arrays_) {
+      if (array.size_bytes == 0) continue;
+      array.data = static_cast<std::byte*>(memory_->allocate(array.size_bytes, kAlignment));
+    }
+    const auto* nodes = reinterpret_cast<const NodeId*>(arrays_[0].data);
+    block_views_.reserve(layout_.blocks.size());
+    for (const MeshLayout::Block& block : layout_.blocks) {
+      const auto node_count = static_cast<std::size_t>(block.element_count) *
+                              static_cast<std::size_t>(element_shape(block.type).node_count);
+      block_views_.push_back({block.type, {nodes, node_count}});
+      nodes += node_count;
+    }
+  } catch (...) {
+    for (const Array& array : arrays_) {
+      if (array.data != nullptr) memory_->deallocate(array.data, array.size_bytes, kAlignment);
+    }
+    throw;
+  }
+  skip_complete_arrays();
+}
+
+MeshAssembler::~MeshAssembler() {
+  for (const Array& array : arrays_) {
+    if (array.data != nullptr) memory_->deallocate(array.data, array.size_bytes, kAlignment);
+  }
+}
+
+void MeshAssembler::skip_complete_arrays() {
+  while (current_ < arrays_.size() &&
+         arrays_[current_].received_bytes == arrays_[current_].size_bytes) {
+    ++current_;
+  }
+}
+
+void MeshAssembler::throw_unexpected(const v1::Chunk& chunk) const {
+  for (std::size_t i = 0; i < current_; ++i) {
+    const Array& array = arrays_[i];
+    if (array.id == chunk.array_id() && array.size_bytes > 0 &&
+        chunk.offset_bytes() == static_cast<std::int64_t>(array.size_bytes)) {
+      throw InvalidMesh("ARRAY_SIZE_MISMATCH",
+                        describe(chunk) + ": the spec announced only " +
+                            std::to_string(array.size_bytes) + " bytes of it",
+                        where(chunk));
+    }
+  }
+  const std::string expected = complete() ? "no more data"
+                                          : array_name(arrays_[current_].id) + " at byte " +
+                                                std::to_string(arrays_[current_].received_bytes);
+  throw InvalidMesh("CHUNK_OUT_OF_ORDER", describe(chunk) + ", expected " + expected, where(chunk));
+}
+
+void MeshAssembler::add(const v1::Chunk& chunk) {
+  if (complete()) throw_unexpected(chunk);
+  Array& array = arrays_[current_];
+  if (chunk.array_id() != array.id ||
+      chunk.offset_bytes() != static_cast<std::int64_t>(array.received_bytes)) {
+    throw_unexpected(chunk);
+  }
+  const std::string& data = chunk.data();
+  if (data.size() > array.size_bytes - array.received_bytes) {
+    throw InvalidMesh("ARRAY_SIZE_MISMATCH",
+                      describe(chunk) + " has " + std::to_string(data.size()) + " bytes, only " +
+                          std::to_string(array.size_bytes - array.received_bytes) +
+                          " are left of what the spec announced",
+                      where(chunk));
+  }
+  if (chunk.has_crc32c() &&
+      crc32c(std::as_bytes(std::span(data.data(), data.size()))) != chunk.crc32c()) {
+    throw InvalidMesh("CHECKSUM_MISMATCH", describe(chunk) + ": its bytes changed on the way",
+                      where(chunk));
+  }
+  std::memcpy(array.data + array.received_bytes, data.data(), data.size());
+  array.received_bytes += data.size();
+  received_bytes_ += static_cast<std::int64_t>(data.size());
+  skip_complete_arrays();
+}
+
+void MeshAssembler::finish() const {
+  if (complete()) return;
+  const Array& array = arrays_[current_];
+  throw InvalidMesh(
+      "ARRAY_SIZE_MISMATCH",
+      array_name(array.id) + " ended after " + std::to_string(array.received_bytes) + " of " +
+          std::to_string(array.size_bytes) + " bytes",
+      {{"array", array_name(array.id)}, {"offset_bytes", std::to_string(array.received_bytes)}});
+}
+
+TopologyView MeshAssembler::topology() const {
+  return {.node_count = static_cast<std::size_t>(layout_.node_count),
+          .blocks = block_views_,
+          .fixed = {reinterpret_cast<const std::uint8_t*>(arrays_[1].data), arrays_[1].size_bytes}};
+}
+
+PositionsSpan MeshAssembler::positions() {
+  const auto node_count = static_cast<std::size_t>(layout_.node_count);
+  std::byte* data = arrays_[2].data;
+  if (layout_.float64) return std::span(reinterpret_cast<Vec3d*>(data), node_count);
+  return std::span(reinterpret_cast<Vec3f*>(data), node_count);
+}
+
+std::span<const std::byte> MeshAssembler::coordinate_bytes() const {
+  return {arrays_[2].data, arrays_[2].size_bytes};
+}
+
+}  // namespace meshsmooth::wire

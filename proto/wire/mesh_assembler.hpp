@@ -1,0 +1,71 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory_resource>
+#include <span>
+#include <vector>
+
+#include "meshsmooth/mesh.hpp"
+#include "meshsmooth/v1/mesh.pb.h"
+#include "wire/mesh_layout.hpp"
+
+namespace meshsmooth::wire {
+
+/// Turns the chunks of one mesh into arrays at their final place: one copy, no
+/// zero fill. Not thread-safe.
+///
+///     MeshAssembler assembler(decode_layout(spec, type, limits));
+///     for (chunk : stream) assembler.add(chunk);
+///     assembler.finish();
+///     smoother.smooth(assembler.topology(), assembler.positions(), …);
+///
+/// What the arrays say (indices, coordinates) is for core's `validate`.
+class MeshAssembler {
+ public:
+  /// Allocates all arrays, each aligned to 64 bytes, from `memory`, which must
+  /// outlive the assembler. Throws std::bad_alloc.
+  explicit MeshAssembler(MeshLayout layout,
+                         std::pmr::memory_resource* memory = std::pmr::new_delete_resource());
+  ~MeshAssembler();
+  MeshAssembler(const MeshAssembler&) = delete;
+  MeshAssembler& operator=(const MeshAssembler&) = delete;
+
+  /// Throws InvalidMesh: CHUNK_OUT_OF_ORDER (wrong array, gap, overlap),
+  /// ARRAY_SIZE_MISMATCH (more bytes than announced), CHECKSUM_MISMATCH; with
+  /// the details "array" and "offset_bytes". After a throw only destruction
+  /// makes sense.
+  void add(const v1::Chunk& chunk);
+
+  /// Throws InvalidMesh (ARRAY_SIZE_MISMATCH) unless complete.
+  void finish() const;
+  [[nodiscard]] bool complete() const { return current_ == arrays_.size(); }
+  [[nodiscard]] std::int64_t received_bytes() const { return received_bytes_; }
+
+  [[nodiscard]] const MeshLayout& layout() const { return layout_; }
+  /// Views of the arrays; need a complete mesh and live as long as this.
+  [[nodiscard]] TopologyView topology() const;
+  [[nodiscard]] PositionsSpan positions();
+  [[nodiscard]] std::span<const std::byte> coordinate_bytes() const;
+
+ private:
+  struct Array {
+    v1::ArrayId id;
+    std::size_t size_bytes;
+    std::size_t received_bytes = 0;
+    std::byte* data = nullptr;
+  };
+
+  void skip_complete_arrays();
+  [[noreturn]] void throw_unexpected(const v1::Chunk& chunk) const;
+
+  MeshLayout layout_;
+  std::pmr::memory_resource* memory_;
+  std::array<Array, 3> arrays_;  // in the order of the stream; absent ones have no bytes
+  std::size_t current_ = 0;
+  std::int64_t received_bytes_ = 0;
+  std::vector<ElementBlockView> block_views_;
+};
+
+}  // namespace meshsmooth::wire

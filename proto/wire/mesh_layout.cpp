@@ -1,0 +1,124 @@
+#include "wire/mesh_layout.hpp"
+
+#include <limits>
+#include <numeric>
+#include <string>
+
+#include "meshsmooth/error.hpp"
+#include "wire/codec.hpp"
+
+namespace meshsmooth::wire {
+namespace {
+
+constexpr std::int64_t kMax = std::numeric_limits<std::int64_t>::max();
+
+// What does not fit 64 bits is larger than any limit, so saturating is enough.
+std::int64_t saturating_add(std::int64_t a, std::int64_t b) {
+  std::int64_t sum;
+  return __builtin_add_overflow(a, b, &sum) ? kMax : sum;
+}
+
+std::int64_t saturating_multiply(std::int64_t a, std::int64_t b) {
+  std::int64_t product;
+  return __builtin_mul_overflow(a, b, &product) ? kMax : product;
+}
+
+void need_at_most(std::int64_t need, std::int64_t limit, const std::string& unit) {
+  if (need <= limit) return;
+  throw OutOfMemory(
+      "MESH_TOO_LARGE",
+      "the mesh needs " + std::to_string(need) + " " + unit + ", this server takes at most " +
+          std::to_string(limit),
+      {{"need_" + unit, std::to_string(need)}, {"limit_" + unit, std::to_string(limit)}});
+}
+
+void need_not_negative(std::int64_t count, const std::string& field) {
+  if (count >= 0) return;
+  throw InvalidOption("OPTION_OUT_OF_RANGE",
+                      field + " is " + std::to_string(count) + ", it must be 0 or more",
+                      {{"field", field}});
+}
+
+bool decode_float64(v1::ScalarType type) {
+  if (type == v1::SCALAR_TYPE_FLOAT64) return true;
+  if (type == v1::SCALAR_TYPE_FLOAT32) return false;
+  throw NotSupported("OPTION_NOT_SUPPORTED", "coordinate_type must be FLOAT32 or FLOAT64",
+                     {{"field", "coordinate_type"}});
+}
+
+}  // namespace
+
+std::int64_t MeshLayout::element_count() const {
+  return std::accumulate(
+      blocks.begin(), blocks.end(), std::int64_t{0},
+      [](std::int64_t sum, const Block& block) { return sum + block.element_count; });
+}
+
+MeshSize MeshLayout::size() const {
+  MeshSize size{.node_count = node_count, .element_counts = {}, .float64 = float64};
+  for (const Block& block : blocks) {
+    size.element_counts[static_cast<std::size_t>(block.type)] += block.element_count;
+  }
+  return size;
+}
+
+MeshLayout decode_layout(const v1::TopologySpec& topology, v1::ScalarType coordinate_type,
+                         const MeshLimits& limits) {
+  if (topology.element_tags_present()) {
+    throw NotSupported("OPTION_NOT_SUPPORTED", "this server does not take element tags",
+                       {{"field", "inline_topology.element_tags_present"}});
+  }
+  MeshLayout layout;
+  layout.float64 = decode_float64(coordinate_type);
+  layout.node_count = topology.node_count();
+  need_not_negative(layout.node_count, "inline_topology.node_count");
+
+  std::int64_t element_count = 0;
+  int dimension = 0;
+  for (const v1::ElementBlock& block : topology.element_blocks()) {
+    const ElementType type =
+        decode_element_type(block.element_type(), "inline_topology.element_blocks.element_type");
+    need_not_negative(block.element_count(), "inline_topology.element_blocks.element_count");
+    const ElementShape& shape = element_shape(type);
+    if (dimension != 0 && dimension != shape.dimension) {
+      throw InvalidMesh("MIXED_DIMENSIONS",
+                        "element block " + std::to_string(layout.blocks.size()) + " (" +
+                            std::string(shape.name) +
+                            ") mixes surface and volume elements; send them as separate meshes",
+                        {{"block", std::to_string(layout.blocks.size())}});
+    }
+    dimension = shape.dimension;
+    element_count = saturating_add(element_count, block.element_count());
+    layout.elements_bytes = saturating_add(
+        layout.elements_bytes,
+        saturating_multiply(block.element_count(),
+                            shape.node_count * static_cast<std::int64_t>(sizeof(NodeId))));
+    layout.blocks.push_back({type, block.element_count()});
+  }
+  if (layout.node_count == 0) throw InvalidMesh("MESH_EMPTY", "the mesh has no nodes");
+  if (element_count == 0) throw InvalidMesh("MESH_EMPTY", "the mesh has no elements");
+  need_at_most(layout.node_count, limits.max_node_count, "nodes");
+  need_at_most(element_count, limits.max_element_count, "elements");
+
+  layout.fixed_mask_bytes = topology.fixed_mask_present() ? layout.node_count : 0;
+  layout.coordinates_bytes =
+      saturating_multiply(layout.node_count, layout.float64 ? sizeof(Vec3d) : sizeof(Vec3f));
+  need_at_most(saturating_add(saturating_add(layout.elements_bytes, layout.fixed_mask_bytes),
+                              layout.coordinates_bytes),
+               limits.max_mesh_bytes, "bytes");
+  return layout;
+}
+
+v1::TopologySpec encode_topology_spec(const TopologyView& topology) {
+  v1::TopologySpec spec;
+  spec.set_node_count(static_cast<std::int64_t>(topology.node_count));
+  for (const ElementBlockView& block : topology.blocks) {
+    v1::ElementBlock* message = spec.add_element_blocks();
+    message->set_element_type(encode_element_type(block.type));
+    message->set_element_count(static_cast<std::int64_t>(block.element_count()));
+  }
+  spec.set_fixed_mask_present(!topology.fixed.empty());
+  return spec;
+}
+
+}  // namespace meshsmooth::wire

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "meshsmooth/smoother.hpp"
+#include "meshsmooth/v1/mesh.pb.h"
+
+namespace meshsmooth::wire {
+
+/// Largest mesh that a receiver takes.
+struct MeshLimits {
+  std::int64_t max_node_count = INT32_MAX;
+  std::int64_t max_element_count = INT32_MAX;
+  std::int64_t max_mesh_bytes = INT64_MAX;  // all arrays together
+};
+
+/// What a spec announces, after every size has been checked: nothing in here
+/// overflows. Makes no allocation that depends on the announced sizes.
+struct MeshLayout {
+  struct Block {
+    ElementType type;
+    std::int64_t element_count;
+  };
+
+  std::int64_t node_count = 0;
+  std::vector<Block> blocks;
+  bool float64 = true;
+  std::int64_t elements_bytes = 0;
+  std::int64_t fixed_mask_bytes = 0;  // 0: no mask follows
+  std::int64_t coordinates_bytes = 0;
+
+  [[nodiscard]] std::int64_t total_bytes() const {
+    return elements_bytes + fixed_mask_bytes + coordinates_bytes;
+  }
+  [[nodiscard]] std::int64_t element_count() const;
+  [[nodiscard]] MeshSize size() const;
+};
+
+/// Throws InvalidMesh (MESH_EMPTY, MIXED_DIMENSIONS), InvalidOption
+/// (OPTION_OUT_OF_RANGE), NotSupported (OPTION_NOT_SUPPORTED) or OutOfMemory
+/// (MESH_TOO_LARGE with "need_…" and "limit_…"). O(blocks).
+[[nodiscard]] MeshLayout decode_layout(const v1::TopologySpec& topology,
+                                       v1::ScalarType coordinate_type, const MeshLimits& limits);
+
+/// What a sender announces of its mesh.
+[[nodiscard]] v1::TopologySpec encode_topology_spec(const TopologyView& topology);
+
+}  // namespace meshsmooth::wire

@@ -1,0 +1,263 @@
+// The larger half of codec.hpp: SmoothSummary.
+#include <string>
+#include <utility>
+
+#include "meshsmooth/error.hpp"
+#include "wire/codec.hpp"
+
+namespace meshsmooth::wire {
+namespace {
+
+template <class Values, class Repeated>
+void copy_all(const Values& values, Repeated* repeated) {
+  repeated->Assign(values.begin(), values.end());
+}
+
+v1::StopReason encode_stop_reason(StopReason reason) {
+  switch (reason) {
+    case StopReason::converged:
+      return v1::STOP_REASON_CONVERGED;
+    case StopReason::target_reached:
+      return v1::STOP_REASON_TARGET_REACHED;
+    case StopReason::iteration_limit:
+      return v1::STOP_REASON_ITERATION_LIMIT;
+    case StopReason::compute_budget:
+      return v1::STOP_REASON_COMPUTE_BUDGET;
+    case StopReason::stagnated:
+      return v1::STOP_REASON_STAGNATED;
+    case StopReason::cancelled_with_result:
+      return v1::STOP_REASON_CANCELLED_WITH_RESULT;
+  }
+  __builtin_unreachable();
+}
+
+StopReason decode_stop_reason(v1::StopReason reason) {
+  switch (reason) {
+    case v1::STOP_REASON_CONVERGED:
+      return StopReason::converged;
+    case v1::STOP_REASON_TARGET_REACHED:
+      return StopReason::target_reached;
+    case v1::STOP_REASON_ITERATION_LIMIT:
+      return StopReason::iteration_limit;
+    case v1::STOP_REASON_COMPUTE_BUDGET:
+      return StopReason::compute_budget;
+    case v1::STOP_REASON_STAGNATED:
+      return StopReason::stagnated;
+    case v1::STOP_REASON_CANCELLED_WITH_RESULT:
+      return StopReason::cancelled_with_result;
+    default:
+      throw NotSupported("RESPONSE_NOT_UNDERSTOOD",
+                         "the server named a stop reason that this client does not know: " +
+                             std::to_string(reason));
+  }
+}
+
+// Both enumerations list the same metrics in the same order.
+v1::QualityMetric encode_metric(QualityMetric metric) {
+  return static_cast<v1::QualityMetric>(static_cast<int>(metric) + 1);
+}
+static_assert(static_cast<int>(QualityMetric::mean_ratio) + 1 == v1::QUALITY_METRIC_MEAN_RATIO &&
+              static_cast<int>(QualityMetric::max_angle) + 1 == v1::QUALITY_METRIC_MAX_ANGLE);
+
+void encode_element_quality(const ElementQuality& quality, v1::ElementQuality* message) {
+  message->set_element(quality.element);
+  message->set_element_type(encode_element_type(quality.type));
+  message->set_mean_ratio(quality.mean_ratio);
+  message->set_scaled_jacobian(quality.scaled_jacobian);
+}
+
+ElementQuality decode_element_quality(const v1::ElementQuality& message) {
+  return {.element = message.element(),
+          .type = decode_element_type(message.element_type(), "element_type"),
+          .mean_ratio = message.mean_ratio(),
+          .scaled_jacobian = message.scaled_jacobian()};
+}
+
+void encode_metric_stats(const MetricStats& stats, v1::MetricStats* message) {
+  message->set_metric(encode_metric(stats.metric));
+  message->set_element_count(stats.element_count);
+  message->set_min(stats.min);
+  message->set_percentile_1(stats.percentile_1);
+  message->set_mean(stats.mean);
+  message->set_max(stats.max);
+  message->set_histogram_lower(stats.histogram_lower);
+  message->set_histogram_upper(stats.histogram_upper);
+  copy_all(stats.histogram, message->mutable_histogram());
+}
+
+MetricStats decode_metric_stats(const v1::MetricStats& message) {
+  return {.metric = static_cast<QualityMetric>(message.metric() - 1),
+          .element_count = message.element_count(),
+          .min = message.min(),
+          .percentile_1 = message.percentile_1(),
+          .mean = message.mean(),
+          .max = message.max(),
+          .histogram_lower = message.histogram_lower(),
+          .histogram_upper = message.histogram_upper(),
+          .histogram = {message.histogram().begin(), message.histogram().end()}};
+}
+
+void encode_quality(const QualityStats& stats, v1::QualityStats* message) {
+  message->set_element_count(stats.element_count);
+  message->set_inverted_element_count(stats.inverted_count);
+  message->set_degenerate_element_count(stats.degenerate_count);
+  message->set_sum_absolute_volume(stats.sum_absolute_volume);
+  for (const MetricStats& metric : stats.metrics) {
+    encode_metric_stats(metric, message->add_metrics());
+  }
+  for (const ElementQuality& element : stats.worst) {
+    encode_element_quality(element, message->add_worst_elements());
+  }
+}
+
+QualityStats decode_quality(const v1::QualityStats& message) {
+  QualityStats stats;
+  stats.element_count = message.element_count();
+  stats.inverted_count = message.inverted_element_count();
+  stats.degenerate_count = message.degenerate_element_count();
+  stats.sum_absolute_volume = message.sum_absolute_volume();
+  for (const v1::MetricStats& metric : message.metrics()) {
+    if (metric.metric() < v1::QUALITY_METRIC_MEAN_RATIO ||
+        metric.metric() > v1::QUALITY_METRIC_MAX_ANGLE) {
+      continue;
+    }
+    stats.metrics.push_back(decode_metric_stats(metric));
+  }
+  for (const v1::ElementQuality& element : message.worst_elements()) {
+    stats.worst.push_back(decode_element_quality(element));
+  }
+  return stats;
+}
+
+void encode_convergence(const Convergence& convergence, v1::ConvergenceStats* message) {
+  message->set_iteration_count(convergence.iteration_count);
+  message->set_last_max_displacement(convergence.last_max_displacement);
+  message->set_last_rms_displacement(convergence.last_rms_displacement);
+  message->set_tolerance(convergence.tolerance);
+  message->set_bounding_box_diagonal(convergence.bounding_box_diagonal);
+  message->set_held_node_count(convergence.held_node_count);
+  copy_all(convergence.max_displacements, message->mutable_max_displacements());
+  copy_all(convergence.rms_displacements, message->mutable_rms_displacements());
+  copy_all(convergence.moved_node_counts, message->mutable_moved_node_counts());
+}
+
+Convergence decode_convergence(const v1::ConvergenceStats& message) {
+  return {
+      .iteration_count = message.iteration_count(),
+      .last_max_displacement = message.last_max_displacement(),
+      .last_rms_displacement = message.last_rms_displacement(),
+      .tolerance = message.tolerance(),
+      .bounding_box_diagonal = message.bounding_box_diagonal(),
+      .held_node_count = message.held_node_count(),
+      .max_displacements = {message.max_displacements().begin(), message.max_displacements().end()},
+      .rms_displacements = {message.rms_displacements().begin(), message.rms_displacements().end()},
+      .moved_node_counts = {message.moved_node_counts().begin(),
+                            message.moved_node_counts().end()}};
+}
+
+void encode_times(const StageTimes& times, v1::Timings* message) {
+  *message->mutable_host_to_device() = encode_seconds(times.upload_seconds);
+  *message->mutable_find_neighbours() = encode_seconds(times.find_neighbours_seconds);
+  *message->mutable_find_boundary() = encode_seconds(times.find_boundary_seconds);
+  *message->mutable_iterate() = encode_seconds(times.iterate_seconds);
+  *message->mutable_judge() = encode_seconds(times.judge_seconds);
+  *message->mutable_device_to_host() = encode_seconds(times.download_seconds);
+}
+
+StageTimes decode_times(const v1::Timings& message) {
+  return {.upload_seconds = decode_seconds(message.host_to_device()),
+          .find_neighbours_seconds = decode_seconds(message.find_neighbours()),
+          .find_boundary_seconds = decode_seconds(message.find_boundary()),
+          .iterate_seconds = decode_seconds(message.iterate()),
+          .judge_seconds = decode_seconds(message.judge()),
+          .download_seconds = decode_seconds(message.device_to_host())};
+}
+
+// "cpu", "cuda:1".
+void encode_backend(const std::string& backend, v1::Execution* message) {
+  if (backend.starts_with("cpu")) {
+    message->set_backend_kind(v1::BACKEND_KIND_CPU);
+  } else if (backend.starts_with("cuda")) {
+    message->set_backend_kind(v1::BACKEND_KIND_CUDA);
+  }
+  const std::size_t colon = backend.find(':');
+  if (colon != std::string::npos) message->set_device_index(std::stoi(backend.substr(colon + 1)));
+}
+
+std::string decode_backend(const v1::Execution& message) {
+  switch (message.backend_kind()) {
+    case v1::BACKEND_KIND_CPU:
+      return "cpu";
+    case v1::BACKEND_KIND_CUDA:
+      return "cuda:" + std::to_string(message.device_index());
+    default:
+      return "";
+  }
+}
+
+}  // namespace
+
+v1::Summary encode_summary(const SmoothSummary& summary) {
+  v1::Summary message;
+  message.set_stop_reason(encode_stop_reason(summary.stop_reason));
+  encode_convergence(summary.convergence, message.mutable_convergence());
+  encode_quality(summary.quality_before, message.mutable_quality_before());
+  encode_quality(summary.quality_after, message.mutable_quality_after());
+
+  v1::LockedStats* locked = message.mutable_locked();
+  locked->set_element_count(summary.locked.element_count);
+  locked->set_inverted_element_count(summary.locked.inverted_count);
+  if (summary.locked.worst) {
+    encode_element_quality(*summary.locked.worst, locked->mutable_worst_element());
+  }
+
+  v1::NodeCounts* nodes = message.mutable_nodes();
+  nodes->set_total(summary.nodes.total);
+  nodes->set_boundary(summary.nodes.boundary);
+  nodes->set_fixed(summary.nodes.fixed);
+  nodes->set_isolated(summary.nodes.isolated);
+  nodes->set_moved(summary.nodes.moved);
+
+  encode_times(summary.times, message.mutable_timings());
+
+  v1::Execution* execution = message.mutable_execution();
+  encode_backend(summary.backend, execution);
+  execution->set_device_name(summary.device_name);
+  execution->set_host_peak_bytes(summary.host_peak_bytes);
+  execution->set_device_peak_bytes(summary.device_peak_bytes);
+  execution->set_thread_count(summary.thread_count);
+  execution->set_colour_count(summary.colour_count);
+
+  message.mutable_volume()->set_sum_absolute(summary.quality_after.sum_absolute_volume);
+  return message;
+}
+
+SmoothSummary decode_summary(const v1::Summary& message) {
+  SmoothSummary summary;
+  summary.stop_reason = decode_stop_reason(message.stop_reason());
+  summary.convergence = decode_convergence(message.convergence());
+  summary.quality_before = decode_quality(message.quality_before());
+  summary.quality_after = decode_quality(message.quality_after());
+  summary.locked = {.element_count = message.locked().element_count(),
+                    .inverted_count = message.locked().inverted_element_count(),
+                    .worst = {}};
+  if (message.locked().has_worst_element()) {
+    summary.locked.worst = decode_element_quality(message.locked().worst_element());
+  }
+  summary.nodes = {.total = message.nodes().total(),
+                   .boundary = message.nodes().boundary(),
+                   .fixed = message.nodes().fixed(),
+                   .isolated = message.nodes().isolated(),
+                   .moved = message.nodes().moved()};
+  summary.times = decode_times(message.timings());
+  const v1::Execution& execution = message.execution();
+  summary.backend = decode_backend(execution);
+  summary.device_name = execution.device_name();
+  summary.thread_count = execution.thread_count();
+  summary.colour_count = execution.colour_count();
+  summary.host_peak_bytes = execution.host_peak_bytes();
+  summary.device_peak_bytes = execution.device_peak_bytes();
+  return summary;
+}
+
+}  // namespace meshsmooth::wire
