@@ -12,12 +12,12 @@ namespace meshsmooth {
 
 enum class QualityMetric {
   mean_ratio,          // every type, worst corner; 1 = ideal, negative = inverted
-  scaled_jacobian,     // every type, worst corner, ideal corner = 1
+  scaled_jacobian,     // every type, worst corner, ideal corner = 1; a pyramid can exceed 1
   radius_ratio,        // tetrahedra: 3 inradius / circumradius, signed
   min_dihedral_angle,  // tetrahedra, degrees; 0 when inverted
   max_dihedral_angle,  // tetrahedra, degrees; 180 when inverted
-  min_angle,           // triangles, degrees
-  max_angle,           // triangles, degrees
+  min_angle,           // triangles, degrees; 0 when inverted
+  max_angle,           // triangles, degrees; 180 when inverted
 };
 
 [[nodiscard]] std::string_view metric_name(QualityMetric metric);
@@ -27,12 +27,13 @@ struct MetricStats {
   QualityMetric metric;
   std::int64_t element_count = 0;
   double min = 0;
-  double percentile_1 = 0;  // 1 % of the elements lie below; lower edge of a 1/2048 bin
+  /// At most 1 % of the elements lie below; the lower edge of one of 2048 bins.
+  double percentile_1 = 0;
   double mean = 0;
   double max = 0;
   double histogram_lower = 0;
   double histogram_upper = 0;
-  std::vector<std::int64_t> histogram;  // equal bins, 32 of them
+  std::vector<std::int64_t> histogram;  // 32 equal bins; the outer ones take what lies outside
 };
 
 struct ElementQuality {
@@ -44,12 +45,13 @@ struct ElementQuality {
 
 struct QualityStats {
   std::int64_t element_count = 0;
-  std::int64_t inverted_count = 0;  // a corner determinant is certainly negative
-  std::int64_t degenerate_count =
-      0;                           // not inverted, but a corner's sign is not decidable in double
+  /// Elements with a corner determinant that is certainly negative.
+  std::int64_t inverted_count = 0;
+  /// Not inverted, but the sign of a corner is not decidable in double.
+  std::int64_t degenerate_count = 0;
   double sum_absolute_volume = 0;  // area for surface elements
   std::vector<MetricStats> metrics;
-  std::vector<ElementQuality> worst;  // by mean ratio, worst first; at most 10
+  std::vector<ElementQuality> worst;  // by mean ratio, then id; worst first; at most 10
 };
 
 /// Elements whose nodes are all fixed.
@@ -73,9 +75,11 @@ struct ElementMeasure {
 };
 
 /// Reference directions by which surface elements are judged: an element is
-/// inverted when its normal points against its reference. For plane meshes the
-/// plane's normal, on curved surfaces each element's own normal in the mesh
-/// given here; empty for volume meshes. O(elements).
+/// inverted when its normal points against its reference. For plane meshes (to
+/// 1e-12 of their extent and to the rounding of the coordinates) the plane's
+/// normal, on the side that gives a positive sum of areas; on curved surfaces
+/// each element's own normal in the mesh given here; empty for volume meshes.
+/// O(elements).
 class SurfaceOrientation {
  public:
   SurfaceOrientation() = default;
@@ -96,7 +100,8 @@ class SurfaceOrientation {
 };
 
 /// Measures one element. `corners` are the positions of its nodes in VTK order,
-/// `reference` the reference normal of a surface element.
+/// `reference` the unit reference normal of a surface element; zero takes it as
+/// it lies.
 [[nodiscard]] ElementMeasure measure_element(ElementType type, const Vec3d* corners,
                                              Vec3d reference);
 

@@ -7,10 +7,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <numbers>
-
-#include "mesh/tetrahedron.hpp"
 
 namespace meshsmooth {
 namespace {
@@ -22,7 +21,6 @@ constexpr std::size_t kWorstCount = 10;
 /// Sums are made chunk by chunk and added in order, so that their bits do not
 /// depend on the number of threads.
 constexpr std::size_t kChunk = 8192;
-constexpr std::size_t kBatch = 128;
 
 struct MetricScale {
   std::string_view name;
@@ -119,66 +117,26 @@ struct ElementRun {
   std::size_t first_id;    // of the block
   const Vec3<Real>* positions;
 
-  [[nodiscard]] Vec3d position(std::size_t element, std::size_t width, std::size_t n) const {
-    return vec3_cast<double>(positions[nodes[element * width + n]]);
+  [[nodiscard]] std::span<const NodeId> nodes_of(std::size_t element) const {
+    const auto width = static_cast<std::size_t>(element_shape(type).node_count);
+    return {nodes + element * width, width};
   }
 };
 
 template <class Real>
 ElementMeasure measure_in(const ElementRun<Real>& run, std::size_t element,
                           const SurfaceOrientation& orientation) {
-  const auto width = static_cast<std::size_t>(element_shape(run.type).node_count);
   std::array<Vec3d, 8> corners;
-  for (std::size_t n = 0; n < width; ++n) corners[n] = run.position(element, width, n);
-  return measure_element(run.type, corners.data(), orientation.reference(run.first_id + element));
-}
-
-/// Tetrahedra in batches, transposed so that the compiler vectorises over them.
-template <class Real>
-void tally_tetrahedra(const ElementRun<Real>& run, Tally& tally, ChunkSums& sums) {
-  double x[12][kBatch];
-  double determinant[kBatch], sign[kBatch], edge_sum[kBatch], jacobian[kBatch], radius[kBatch],
-      min_cos[kBatch], max_cos[kBatch];
-  for (std::size_t begin = run.begin; begin < run.end; begin += kBatch) {
-    const std::size_t count = std::min(kBatch, run.end - begin);
-    for (std::size_t i = 0; i < count; ++i) {
-      for (std::size_t n = 0; n < 4; ++n) {
-        const Vec3d p = run.position(begin + i, 4, n);
-        x[3 * n][i] = p.x;
-        x[3 * n + 1][i] = p.y;
-        x[3 * n + 2][i] = p.z;
-      }
-    }
-    for (std::size_t i = 0; i < count; ++i) {
-      const detail::TetrahedronMeasure m =
-          detail::measure_tetrahedron({x[0][i], x[1][i], x[2][i]}, {x[3][i], x[4][i], x[5][i]},
-                                      {x[6][i], x[7][i], x[8][i]}, {x[9][i], x[10][i], x[11][i]});
-      determinant[i] = m.determinant;
-      sign[i] = m.sign;
-      edge_sum[i] = m.edge_sum;
-      jacobian[i] = m.scaled_jacobian;
-      radius[i] = m.radius_ratio;
-      min_cos[i] = m.min_angle_cos;
-      max_cos[i] = m.max_angle_cos;
-    }
-    for (std::size_t i = 0; i < count; ++i) {
-      tally.add({.mean_ratio = detail::mean_ratio(determinant[i], edge_sum[i]),
-                 .scaled_jacobian = jacobian[i],
-                 .volume = determinant[i] / 6,
-                 .inverted = sign[i] < 0,
-                 .degenerate = sign[i] == 0,
-                 .radius_ratio = radius[i],
-                 .min_angle_cos = min_cos[i],
-                 .max_angle_cos = max_cos[i]},
-                run.type, static_cast<std::int64_t>(run.first_id + begin + i), sums);
-    }
+  std::size_t n = 0;
+  for (const NodeId node : run.nodes_of(element)) {
+    corners[n++] = vec3_cast<double>(run.positions[node]);
   }
+  return measure_element(run.type, corners.data(), orientation.reference(run.first_id + element));
 }
 
 template <class Real>
 void tally_run(const ElementRun<Real>& run, const SurfaceOrientation& orientation, Tally& tally,
                ChunkSums& sums) {
-  if (run.type == ElementType::tetrahedron) return tally_tetrahedra(run, tally, sums);
   for (std::size_t e = run.begin; e < run.end; ++e) {
     tally.add(measure_in(run, e, orientation), run.type,
               static_cast<std::int64_t>(run.first_id + e), sums);
@@ -290,10 +248,9 @@ LockedStats measure_locked(const TopologyView& topology, std::span<const std::ui
     };
     tbb::parallel_for(std::size_t{0}, runs.size(), [&](std::size_t r) {
       const ElementRun<Real>& run = runs[r];
-      const auto width = static_cast<std::size_t>(element_shape(run.type).node_count);
       for (std::size_t e = run.begin; e < run.end; ++e) {
-        const NodeId* const nodes = run.nodes + e * width;
-        if (!std::all_of(nodes, nodes + width, [&](NodeId n) { return fixed[n] != 0; })) continue;
+        const auto nodes = run.nodes_of(e);
+        if (!std::ranges::all_of(nodes, [&](NodeId n) { return fixed[n] != 0; })) continue;
         const ElementMeasure measure = measure_in(run, e, orientation);
         merge(per_thread.local(),
               {.element_count = 1,
