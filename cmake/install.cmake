@@ -1,13 +1,19 @@
 # Install rules and the exported package: find_package(meshsmooth CONFIG) gives
-# meshsmooth::mesh, ::smooth, ::wire and ::client.
+# meshsmooth::mesh, ::smooth, ::wire and ::client. Components: libraries, programs.
 include(CMakePackageConfigHelpers)
 include(GNUInstallDirs)
 
-foreach(library mesh smooth wire client)
-  if(TARGET meshsmooth_${library})
-    set_target_properties(meshsmooth_${library} PROPERTIES EXPORT_NAME ${library})
-    install(TARGETS meshsmooth_${library} EXPORT meshsmooth COMPONENT libraries)
+# All public headers are C++20.
+target_compile_features(meshsmooth_mesh INTERFACE cxx_std_20)
+
+# messages and stubs are what wire and client stand on.
+foreach(library mesh smooth messages stubs wire client)
+  if(NOT TARGET meshsmooth_${library})
+    continue()
   endif()
+  set_target_properties(meshsmooth_${library} PROPERTIES EXPORT_NAME ${library})
+  install(TARGETS meshsmooth_${library} EXPORT meshsmooth COMPONENT libraries
+    INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 endforeach()
 foreach(program meshsmooth-server meshsmooth)
   if(TARGET ${program})
@@ -17,7 +23,14 @@ endforeach()
 
 install(DIRECTORY core/include/ client/include/ TYPE INCLUDE COMPONENT libraries
   FILES_MATCHING PATTERN "*.hpp")
+install(DIRECTORY ${PROJECT_BINARY_DIR}/proto/generated/ TYPE INCLUDE COMPONENT libraries
+  FILES_MATCHING PATTERN "*.pb.h")
 install(DIRECTORY proto/meshsmooth TYPE DATA COMPONENT libraries FILES_MATCHING PATTERN "*.proto")
+# In a folder of its own: "wire/" alone would be too common a name among all includes.
+set(wire_include_dir ${CMAKE_INSTALL_INCLUDEDIR}/meshsmooth-wire)
+target_include_directories(meshsmooth_wire PUBLIC $<INSTALL_INTERFACE:${wire_include_dir}>)
+install(DIRECTORY proto/wire DESTINATION ${wire_include_dir} COMPONENT libraries
+  FILES_MATCHING PATTERN "*.hpp")
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/meshsmooth)
 configure_package_config_file(cmake/meshsmoothConfig.cmake.in

@@ -1,0 +1,32 @@
+# What the documents say of the code is true where that can be checked: the README's example
+# is the program that tests/package builds and runs, and docs/protocol.md lists every reason
+# that the sources give. Run by ctest: cmake -DROOT=… -P docs_test.cmake
+cmake_minimum_required(VERSION 3.25)
+
+file(READ ${ROOT}/README.md readme)
+file(READ ${ROOT}/tests/package/main.cpp example)
+string(FIND "${readme}" "```cpp\n${example}```" place)
+if(place EQUAL -1)
+  message(SEND_ERROR "README.md: the C++ example differs from tests/package/main.cpp")
+endif()
+
+file(READ ${ROOT}/docs/protocol.md protocol)
+file(GLOB_RECURSE sources ${ROOT}/core/*.[ch]pp ${ROOT}/proto/*.[ch]pp ${ROOT}/server/*.[ch]pp)
+set(reasons "")
+foreach(source IN LISTS sources)
+  file(READ ${source} text)
+  string(REGEX MATCHALL "\"[A-Z]+(_[A-Z]+)+\"" found "${text}")
+  list(APPEND reasons ${found})
+endforeach()
+list(REMOVE_DUPLICATES reasons)
+list(LENGTH reasons reason_count)
+if(reason_count LESS 20)
+  message(SEND_ERROR "only ${reason_count} reasons found in the sources: has their form changed?")
+endif()
+foreach(reason IN LISTS reasons)
+  string(REPLACE "\"" "`" quoted ${reason})
+  string(FIND "${protocol}" "${quoted}" place)
+  if(place EQUAL -1)
+    message(SEND_ERROR "docs/protocol.md does not list the reason ${quoted}")
+  endif()
+endforeach()

@@ -1,0 +1,18 @@
+// A stranger's program: one tetrahedron split at an off-centre node, smoothed through a
+// server. Needs its address: HOST:PORT.
+#include <iostream>
+#include <meshsmooth/client.hpp>
+
+int main(int, char** argv) {
+  meshsmooth::Mesh mesh;
+  mesh.positions = std::vector<meshsmooth::Vec3d>{
+      {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0.1, 0.1, 0.1}};
+  mesh.blocks = {{meshsmooth::ElementType::tetrahedron,
+                  {4, 1, 2, 3, 0, 4, 2, 3, 0, 1, 4, 3, 0, 1, 2, 4}}};
+
+  meshsmooth::client::Client client(argv[1]);
+  const auto report = client.smooth(mesh, {.method = meshsmooth::SmartLaplacian{}});
+
+  std::cout << "inverted: " << report.summary.quality_after.inverted_count
+            << ", moved: " << report.summary.nodes.moved << '\n';
+}
