@@ -1,0 +1,61 @@
+#pragma once
+
+#include <vtkPointSet.h>
+#include <vtkPoints.h>
+#include <vtkSmartPointer.h>
+#include <vtkUnstructuredGrid.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "coordinate_fields.hpp"
+#include "mesh_file.hpp"
+
+namespace meshsmooth::formats {
+
+/// Names of the data arrays that carry what VTK has no place for. The first
+/// three are meshio's.
+inline constexpr const char* kPhysicalArray = "gmsh:physical";
+inline constexpr const char* kEntityArray = "gmsh:geometrical";
+inline constexpr const char* kReferenceArray = "medit:ref";
+inline constexpr const char* kPhysicalNamesArray = "gmsh:physical_names";  // "DIM TAG NAME"
+inline constexpr const char* kNodeIdArray = "node_id";
+inline constexpr const char* kElementIdArray = "element_id";
+inline constexpr const char* kMarkerArray = "tetgen:marker";
+
+/// All that a file carries. Every reader fills the data set, which is what the
+/// formats exchange when one is converted to another; readers of text formats
+/// also keep the text, to write the same format by changing only the
+/// coordinates in it.
+class FileContent {
+ public:
+  std::string extension;                  // of the format read, ".vtu"
+  vtkSmartPointer<vtkPointSet> dataset;   // all cells in the file's order
+  std::vector<std::int64_t> node_ids;     // empty: they count from 0
+  std::vector<std::int64_t> element_ids;  // of the mesh's elements
+  std::vector<NodeId> nodes_by_id;        // nodes in ascending order of their ids; or empty
+  std::vector<NodeId> passenger_nodes;
+  std::int64_t passenger_count = 0;
+  std::string text;            // the file, or empty
+  CoordinateFields fields;     // in the text; one per node
+  std::string companion_text;  // of the .ele file beside a .node file
+};
+
+/// Sorts the cells of `content.dataset` into mesh and passengers. `cell_ids`
+/// are the file's ids of all cells; empty: they count from 0. Throws
+/// MESH_EMPTY, ELEMENT_NOT_SUPPORTED, FORMAT_ERROR.
+[[nodiscard]] MeshFile make_mesh_file(const std::filesystem::path& path, FileContent content,
+                                      const std::vector<std::int64_t>& cell_ids);
+
+/// The mesh's positions as points of the same precision.
+[[nodiscard]] vtkSmartPointer<vtkPoints> make_points(const PositionsView& positions);
+
+/// The file's data set with the mesh's positions.
+[[nodiscard]] vtkSmartPointer<vtkPointSet> moved_dataset(const MeshFile& file);
+/// The same as an unstructured grid.
+[[nodiscard]] vtkSmartPointer<vtkUnstructuredGrid> moved_grid(const MeshFile& file);
+
+}  // namespace meshsmooth::formats

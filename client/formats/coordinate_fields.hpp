@@ -1,0 +1,45 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "meshsmooth/mesh.hpp"
+#include "text.hpp"
+
+namespace meshsmooth::formats {
+
+/// How a coordinate is written in a file.
+enum class NumberStyle {
+  shortest,  // as few digits as give the same bits back
+  fortran,   // 1.0000000000000000D+00, right-aligned in its field
+  binary,    // eight bytes, little-endian
+};
+
+/// Where the coordinates of the nodes stand in the bytes of a file, in the
+/// file's order. Putting other numbers there and nothing else is the surest
+/// way to give a caller his own file back.
+struct CoordinateFields {
+  struct Field {
+    std::size_t begin;
+    std::size_t length;
+  };
+
+  NumberStyle style = NumberStyle::shortest;
+  std::vector<std::int64_t> node_ids;        // what the file calls the nodes
+  std::vector<std::array<Field, 3>> fields;  // x, y, z of each
+  std::vector<Vec3d> positions;              // as read
+
+  void add(std::int64_t node_id, std::array<std::string_view, 3> words, const Scanner& scanner);
+};
+
+/// The bytes with the positions put in place. A coordinate that equals the one
+/// read keeps its very text. O(bytes).
+[[nodiscard]] std::string replace_coordinates(std::string_view bytes,
+                                              const CoordinateFields& fields,
+                                              const PositionsView& positions);
+
+}  // namespace meshsmooth::formats

@@ -1,0 +1,240 @@
+#include <vtkCellData.h>
+#include <vtkDoubleArray.h>
+#include <vtkIntArray.h>
+#include <vtkLongLongArray.h>
+#include <vtkPointData.h>
+#include <vtkStringArray.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <unordered_map>
+
+#include "cells.hpp"
+#include "content.hpp"
+#include "gmsh_fields.hpp"
+#include "gmsh_session.hpp"
+#include "readers.hpp"
+
+namespace meshsmooth::formats {
+namespace {
+
+using std::filesystem::path;
+using Places = std::unordered_map<std::int64_t, vtkIdType>;  // of ids in their list
+
+/// One element as Gmsh tells of it; its node tags start at `first`.
+struct Row {
+  std::int64_t tag;
+  const CellKind* kind;
+  int entity;
+  int physical;
+  std::size_t first;
+};
+
+struct Elements {
+  std::vector<Row> rows;
+  std::vector<std::size_t> node_tags;
+};
+
+Places places_of(const std::vector<std::int64_t>& ids) {
+  Places places;
+  places.reserve(ids.size());
+  for (const std::int64_t id : ids) places.emplace(id, static_cast<vtkIdType>(places.size()));
+  return places;
+}
+
+const CellKind& kind_of(const path& file, int gmsh_type, std::size_t first_tag) {
+  if (const CellKind* kind = find_gmsh_cell(gmsh_type)) return *kind;
+  std::string name;
+  int dimension = 0;
+  int order = 0;
+  int node_count = 0;
+  int corner_count = 0;
+  std::vector<double> places;
+  gmsh::model::mesh::getElementProperties(gmsh_type, name, dimension, order, node_count, places,
+                                          corner_count);
+  fail("ELEMENT_NOT_SUPPORTED", file,
+       "element " + std::to_string(first_tag) + " is a \"" + name + "\" of order " +
+           std::to_string(order) +
+           "; only linear triangles, quads, tetrahedra, pyramids, wedges and hexahedra can be "
+           "smoothed");
+}
+
+/// All elements, by ascending tag, which is the file's own order.
+Elements get_elements(const path& file) {
+  Elements found;
+  gmsh::vectorpair entities;
+  gmsh::model::getEntities(entities);
+  for (const auto& [dimension, entity] : entities) {
+    std::vector<int> physicals;
+    gmsh::model::getPhysicalGroupsForEntity(dimension, entity, physicals);
+    std::vector<int> types;
+    std::vector<std::vector<std::size_t>> tags;
+    std::vector<std::vector<std::size_t>> nodes;
+    gmsh::model::mesh::getElements(types, tags, nodes, dimension, entity);
+    for (std::size_t type = 0; type < types.size(); ++type) {
+      if (tags[type].empty()) continue;
+      const CellKind& kind = kind_of(file, types[type], tags[type].front());
+      std::size_t first = found.node_tags.size();
+      for (const std::size_t tag : tags[type]) {
+        found.rows.push_back({static_cast<std::int64_t>(tag), &kind, entity,
+                              physicals.empty() ? 0 : physicals.front(), first});
+        first += static_cast<std::size_t>(kind.node_count);
+      }
+      found.node_tags.insert(found.node_tags.end(), nodes[type].begin(), nodes[type].end());
+    }
+  }
+  std::stable_sort(found.rows.begin(), found.rows.end(),
+                   [](const Row& a, const Row& b) { return a.tag < b.tag; });
+  return found;
+}
+
+/// For formats whose nodes we do not find ourselves.
+void get_nodes(CoordinateFields& found) {
+  std::vector<std::size_t> tags;
+  std::vector<double> places;
+  std::vector<double> unused;
+  gmsh::model::mesh::getNodes(tags, places, unused, -1, -1, false, false);
+  std::vector<std::size_t> order(tags.size());
+  for (std::size_t node = 0; node < order.size(); ++node) order[node] = node;
+  std::sort(order.begin(), order.end(), [&](auto a, auto b) { return tags[a] < tags[b]; });
+  for (const std::size_t node : order) {
+    found.node_ids.push_back(static_cast<std::int64_t>(tags[node]));
+    found.positions.push_back({places[3 * node], places[3 * node + 1], places[3 * node + 2]});
+  }
+}
+
+void add_cells(const path& file, const Elements& elements, const Places& nodes,
+               vtkUnstructuredGrid& grid) {
+  for (const Row& row : elements.rows) {
+    std::array<vtkIdType, 8> cell{};
+    for (std::size_t corner = 0; corner < static_cast<std::size_t>(row.kind->node_count);
+         ++corner) {
+      const auto place = row.first + static_cast<std::size_t>(row.kind->gmsh_nodes[corner]);
+      const auto node = nodes.find(static_cast<std::int64_t>(elements.node_tags[place]));
+      if (node == nodes.end()) {
+        fail("FORMAT_ERROR", file,
+             "element " + std::to_string(row.tag) + " uses node " +
+                 std::to_string(elements.node_tags[place]) + ", which is not in the file");
+      }
+      cell[corner] = node->second;
+    }
+    grid.InsertNextCell(row.kind->vtk_type, row.kind->node_count, cell.data());
+  }
+}
+
+template <class Array, class Values, class Get>
+void add_array(vtkFieldData* data, const char* name, const Values& values, Get get) {
+  const vtkNew<Array> array;
+  array->SetName(name);
+  for (const auto& value : values) array->InsertNextValue(get(value));
+  data->AddArray(array);
+}
+
+void add_groups(const std::string& extension, const Elements& elements,
+                const std::vector<std::int64_t>& node_ids, vtkUnstructuredGrid& grid) {
+  vtkFieldData* data = grid.GetCellData();
+  if (extension == ".mesh") {
+    add_array<vtkIntArray>(data, kReferenceArray, elements.rows,
+                           [](auto& row) { return row.entity; });
+    return;
+  }
+  add_array<vtkIntArray>(data, kEntityArray, elements.rows, [](auto& row) { return row.entity; });
+  add_array<vtkLongLongArray>(data, kElementIdArray, elements.rows,
+                              [](auto& row) { return row.tag; });
+  add_array<vtkLongLongArray>(grid.GetPointData(), kNodeIdArray, node_ids,
+                              [](auto id) { return id; });
+  gmsh::vectorpair groups;
+  gmsh::model::getPhysicalGroups(groups);
+  if (groups.empty()) return;
+  add_array<vtkIntArray>(data, kPhysicalArray, elements.rows,
+                         [](auto& row) { return row.physical; });
+  add_array<vtkStringArray>(grid.GetFieldData(), kPhysicalNamesArray, groups, [](auto& group) {
+    std::string name;
+    gmsh::model::getPhysicalName(group.first, group.second, name);
+    return std::to_string(group.first) + ' ' + std::to_string(group.second) + ' ' + name;
+  });
+}
+
+/// The first step of every view of values on nodes or elements.
+void add_views(const Places& nodes, const Places& elements, vtkUnstructuredGrid& grid) {
+  std::vector<int> views;
+  gmsh::view::getTags(views);
+  for (std::size_t index = 0; index < views.size(); ++index) {
+    std::string kind;
+    std::vector<std::size_t> tags;
+    std::vector<std::vector<double>> values;
+    double time = 0;
+    int components = 0;
+    gmsh::view::getModelData(views[index], 0, kind, tags, values, time, components);
+    if ((kind != "NodeData" && kind != "ElementData") || components < 1) continue;
+    const bool on_nodes = kind == "NodeData";
+    const Places& places = on_nodes ? nodes : elements;
+    std::string name;
+    gmsh::option::getString("View[" + std::to_string(index) + "].Name", name);
+    const vtkNew<vtkDoubleArray> array;
+    array->SetName(name.c_str());
+    array->SetNumberOfComponents(components);
+    array->SetNumberOfTuples(static_cast<vtkIdType>(places.size()));
+    array->Fill(std::numeric_limits<double>::quiet_NaN());
+    for (std::size_t row = 0; row < tags.size(); ++row) {
+      const auto place = places.find(static_cast<std::int64_t>(tags[row]));
+      if (place == places.end() || values[row].size() < static_cast<std::size_t>(components))
+        continue;
+      array->SetTuple(place->second, values[row].data());
+    }
+    (on_nodes ? static_cast<vtkFieldData*>(grid.GetPointData()) : grid.GetCellData())
+        ->AddArray(array);
+  }
+}
+
+/// Gmsh runs as a script whatever it does not know, so it must know the file.
+void check_signature(const path& file, const std::string& extension, std::string_view text) {
+  if (file.extension() != extension) {
+    fail("FORMAT_UNKNOWN", file, "Gmsh wants the extension in lower case, " + extension);
+  }
+  if (extension == ".msh" && !text.starts_with("$MeshFormat")) {
+    fail("FORMAT_ERROR", file, "this is no MSH file: it does not start with $MeshFormat");
+  }
+  if ((extension == ".bdf" || extension == ".nas") &&
+      text.find("ENDDATA") == std::string_view::npos) {
+    const bool nastran = text.find("GRID") != std::string_view::npos;
+    fail(nastran ? "FILE_TRUNCATED" : "FORMAT_ERROR", file, "there is no ENDDATA");
+  }
+}
+
+}  // namespace
+
+MeshFile read_gmsh(const path& file) {
+  FileContent content;
+  content.extension = extension_of(file);
+  content.text = read_bytes(file);
+  check_signature(file, content.extension, content.text);
+  content.fields = find_coordinates(file, content.text);
+
+  GmshSession session;
+  session.run("FORMAT_ERROR", file, [&] { gmsh::merge(file.string()); });
+  if (content.fields.fields.empty()) {
+    content.text.clear();
+    get_nodes(content.fields);
+  }
+  const Elements elements = get_elements(file);
+  const Places nodes = places_of(content.fields.node_ids);
+  if (nodes.size() != content.fields.node_ids.size()) {
+    fail("FORMAT_ERROR", file, "two nodes have the same number");
+  }
+  const auto grid = vtkSmartPointer<vtkUnstructuredGrid>::New();
+  grid->SetPoints(make_points(std::span<const Vec3d>(content.fields.positions)));
+  add_cells(file, elements, nodes, *grid);
+  add_groups(content.extension, elements, content.fields.node_ids, *grid);
+
+  std::vector<std::int64_t> cell_ids;
+  cell_ids.reserve(elements.rows.size());
+  for (const Row& row : elements.rows) cell_ids.push_back(row.tag);
+  add_views(nodes, places_of(cell_ids), *grid);
+  content.node_ids = content.fields.node_ids;
+  content.dataset = grid;
+  return make_mesh_file(file, std::move(content), cell_ids);
+}
+
+}  // namespace meshsmooth::formats

@@ -1,0 +1,180 @@
+#include "mesh_file.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <cstring>
+#include <span>
+
+#include "content.hpp"
+#include "readers.hpp"
+#include "text.hpp"
+
+namespace meshsmooth::formats {
+namespace {
+
+using std::filesystem::path;
+
+/// A format: how it is read and written; a null pointer: not at all.
+struct Format {
+  std::string_view extension;
+  MeshFile (*read)(const path&);
+  void (*write)(const path&, const MeshFile&);
+};
+
+// A new format is one more row.
+constexpr auto kFormats = std::to_array<Format>({
+  {".vtu", read_vtk, write_vtk}, {".vtk", read_vtk, write_vtk}, {".vtp", read_vtk, write_vtk},
+      {".ply", read_vtk, write_vtk}, {".stl", read_vtk, write_vtk}, {".obj", read_obj, write_obj},
+#if defined(MESHSMOOTH_WITH_GMSH)
+      {".msh", read_gmsh, write_gmsh}, {".mesh", read_gmsh, write_gmsh},
+      {".unv", read_gmsh, write_gmsh}, {".bdf", read_gmsh, write_gmsh},
+      {".nas", read_gmsh, write_gmsh}, {".inp", nullptr, write_gmsh},
+#endif
+      {".node", read_tetgen, write_tetgen}, {".ele", read_tetgen, write_tetgen},
+});
+
+template <class Has>
+std::string extensions(Has has) {
+  std::string list;
+  for (const Format& format : kFormats) {
+    if (!has(format)) continue;
+    if (!list.empty()) list += ' ';
+    list += format.extension;
+  }
+  return list;
+}
+
+const Format* find_format(const path& file) {
+  const std::string wanted = extension_of(file);
+  const auto* found = std::find_if(kFormats.begin(), kFormats.end(), [&](const Format& format) {
+    return format.extension == wanted;
+  });
+  return found == kFormats.end() ? nullptr : found;
+}
+
+const Format& writable_format(const path& file) {
+  const Format* format = find_format(file);
+  if (format == nullptr || format->write == nullptr) {
+    fail("FORMAT_UNKNOWN", file,
+         "cannot write \"" + extension_of(file) + "\" files; known are " + writable_extensions());
+  }
+  return *format;
+}
+
+/// Beside the target, so that renaming it stays inside one file system; the
+/// extension stays because libraries choose the format by it.
+path partial_path(const path& target) {
+  path name = ".";
+  name += target.stem();
+  name += ".partial-" + std::to_string(::getpid());
+  name += target.extension();
+  return target.parent_path() / name;
+}
+
+}  // namespace
+
+std::string extension_of(const path& file) {
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
+  return extension;
+}
+
+MeshFile::MeshFile(Mesh mesh_of_file, std::shared_ptr<const FileContent> content)
+    : mesh(std::move(mesh_of_file)), content_(std::move(content)) {}
+
+std::int64_t MeshFile::file_element_id(std::int64_t element) const {
+  return content_ ? content_->element_ids.at(static_cast<std::size_t>(element)) : element;
+}
+
+std::int64_t MeshFile::file_node_id(std::int64_t node) const {
+  if (!content_ || content_->node_ids.empty()) return node;
+  return content_->node_ids.at(static_cast<std::size_t>(node));
+}
+
+std::optional<NodeId> MeshFile::find_node(std::int64_t file_id) const {
+  if (!content_ || content_->node_ids.empty()) {
+    if (file_id < 0 || static_cast<std::size_t>(file_id) >= mesh.node_count()) return std::nullopt;
+    return static_cast<NodeId>(file_id);
+  }
+  const auto& order = content_->nodes_by_id;
+  const auto found =
+      std::lower_bound(order.begin(), order.end(), file_id, [&](NodeId node, std::int64_t id) {
+        return content_->node_ids[static_cast<std::size_t>(node)] < id;
+      });
+  if (found == order.end() || file_node_id(*found) != file_id) return std::nullopt;
+  return *found;
+}
+
+const std::vector<NodeId>& MeshFile::passenger_nodes() const {
+  static const std::vector<NodeId> none;
+  return content_ ? content_->passenger_nodes : none;
+}
+
+std::int64_t MeshFile::passenger_count() const { return content_ ? content_->passenger_count : 0; }
+
+std::string readable_extensions() {
+  return extensions([](const Format& format) { return format.read != nullptr; });
+}
+
+std::string writable_extensions() {
+  return extensions([](const Format& format) { return format.write != nullptr; });
+}
+
+MeshFile read_mesh_file(const path& file) {
+  std::error_code error;
+  if (!std::filesystem::exists(file, error)) fail("FILE_NOT_FOUND", file, "there is no such file");
+  if (std::filesystem::is_directory(file, error))
+    fail("FILE_NOT_READABLE", file, "this is a folder");
+  const Format* format = find_format(file);
+  if (format == nullptr || format->read == nullptr) {
+    fail("FORMAT_UNKNOWN", file,
+         "cannot read \"" + extension_of(file) + "\" files; known are " + readable_extensions());
+  }
+  if (::access(file.c_str(), R_OK) != 0) fail("FILE_NOT_READABLE", file, std::strerror(errno));
+  if (std::filesystem::file_size(file, error) == 0)
+    fail("FILE_TRUNCATED", file, "the file is empty");
+  return format->read(file);
+}
+
+void check_writable(const path& file) {
+  (void)writable_format(file);
+  const path folder = file.has_parent_path() ? file.parent_path() : path(".");
+  std::error_code error;
+  const auto status = std::filesystem::status(file, error);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+    fail("FILE_NOT_WRITABLE", file, "this is no ordinary file");
+  }
+  if (std::filesystem::exists(status) && ::access(file.c_str(), W_OK) != 0) {
+    fail("FILE_NOT_WRITABLE", file, std::strerror(errno));
+  }
+  if (!std::filesystem::is_directory(folder, error)) {
+    fail("FILE_NOT_WRITABLE", file, "there is no folder " + folder.string());
+  }
+  if (::access(folder.c_str(), W_OK | X_OK) != 0) {
+    fail("FILE_NOT_WRITABLE", file, "folder " + folder.string() + ": " + std::strerror(errno));
+  }
+}
+
+void write_mesh_file(const path& file, const MeshFile& content) {
+  check_writable(file);
+  const path partial = partial_path(file);
+  std::error_code error;
+  try {
+    writable_format(file).write(partial, content);
+    for (const auto& [from, to] : written_files(partial, file)) {
+      std::filesystem::rename(from, to, error);
+      if (error) fail("FILE_NOT_WRITABLE", to, error.message());
+    }
+  } catch (...) {
+    for (const auto& [from, to] : written_files(partial, file)) {
+      std::filesystem::remove(from, error);
+    }
+    throw;
+  }
+}
+
+}  // namespace meshsmooth::formats

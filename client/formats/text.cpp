@@ -1,0 +1,108 @@
+#include "text.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+namespace meshsmooth::formats {
+
+void fail(const std::string& reason, const std::filesystem::path& path, const std::string& what) {
+  throw Error(reason, path.string() + ": " + what, {{"path", path.string()}});
+}
+
+std::string read_bytes(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) fail("FILE_NOT_FOUND", path, "there is no such file");
+  if (std::filesystem::is_directory(path, error)) {
+    fail("FILE_NOT_READABLE", path, "this is a folder");
+  }
+  std::ifstream stream(path, std::ios::binary);
+  std::ostringstream bytes;
+  if (stream && stream.peek() != std::ifstream::traits_type::eof()) bytes << stream.rdbuf();
+  if (!stream && !stream.eof()) fail("FILE_NOT_READABLE", path, std::strerror(errno));
+  return std::move(bytes).str();
+}
+
+void write_bytes(const std::filesystem::path& path, std::string_view bytes) {
+  std::ofstream stream(path, std::ios::binary | std::ios::trunc);
+  stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  stream.close();
+  if (!stream) fail("FILE_NOT_WRITABLE", path, std::strerror(errno));
+}
+
+void Scanner::skip_space(bool over_lines) {
+  while (position_ < text_.size()) {
+    const char next = text_[position_];
+    if (comment_ != 0 && next == comment_) {
+      position_ = std::min(text_.find('\n', position_), text_.size());
+    } else if (next == ' ' || next == '\t' || next == '\r' || (over_lines && next == '\n')) {
+      ++position_;
+    } else {
+      return;
+    }
+  }
+}
+
+bool Scanner::at_end() {
+  skip_space(true);
+  return position_ == text_.size();
+}
+
+std::string_view Scanner::token() {
+  if (at_end()) truncated();
+  return token_on_line();
+}
+
+std::string_view Scanner::token_on_line() {
+  skip_space(false);
+  const std::size_t begin = position_;
+  while (position_ < text_.size() && std::strchr(" \t\r\n", text_[position_]) == nullptr &&
+         (comment_ == 0 || text_[position_] != comment_)) {
+    ++position_;
+  }
+  return text_.substr(begin, position_ - begin);
+}
+
+std::string_view Scanner::line() {
+  const std::size_t begin = position_;
+  const std::size_t end = std::min(text_.find('\n', begin), text_.size());
+  position_ = std::min(end + 1, text_.size());
+  std::string_view found = text_.substr(begin, end - begin);
+  if (found.ends_with('\r')) found.remove_suffix(1);
+  return found;
+}
+
+std::string_view Scanner::bytes(std::size_t count) {
+  if (count > text_.size() - position_) truncated();
+  position_ += count;
+  return text_.substr(position_ - count, count);
+}
+
+std::size_t Scanner::count() {
+  const std::string_view word = token();
+  const auto value = parse<std::size_t>(word);
+  if (value > text_.size()) refuse("a number of things that fits in the file", word);
+  return value;
+}
+
+std::string Scanner::where() const {
+  const auto lines =
+      std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(position_), '\n');
+  return "line " + std::to_string(lines + 1);
+}
+
+void Scanner::refuse(std::string_view expected, std::string_view found) const {
+  std::string shown(found.substr(0, 40));
+  std::replace_if(
+      shown.begin(), shown.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+  fail("FORMAT_ERROR", path_,
+       where() + ": expected " + std::string(expected) + ", found \"" + shown + "\"");
+}
+
+void Scanner::truncated() const {
+  fail("FILE_TRUNCATED", path_, where() + ": the file ends too early");
+}
+
+}  // namespace meshsmooth::formats

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <charconv>
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "meshsmooth/error.hpp"
+
+namespace meshsmooth::formats {
+
+/// The whole file. Throws FILE_NOT_FOUND, FILE_NOT_READABLE.
+[[nodiscard]] std::string read_bytes(const std::filesystem::path& path);
+
+/// Throws FILE_NOT_WRITABLE.
+void write_bytes(const std::filesystem::path& path, std::string_view bytes);
+
+/// Throws `Error`: "PATH: what".
+[[noreturn]] void fail(const std::string& reason, const std::filesystem::path& path,
+                       const std::string& what);
+
+/// Walks over a text and knows where it is. All that looks past the end throws
+/// FILE_TRUNCATED, all that finds something else than asked FORMAT_ERROR, both
+/// with path and line.
+class Scanner {
+ public:
+  /// Texts after `comment` up to the end of the line are no tokens; 0: none.
+  Scanner(std::filesystem::path path, std::string_view text, char comment = 0)
+      : path_(std::move(path)), text_(text), comment_(comment) {}
+
+  /// The next token on any line.
+  std::string_view token();
+  /// The next token on this line; empty at its end.
+  std::string_view token_on_line();
+  /// The rest of this line without its end; moves to the next line.
+  std::string_view line();
+  /// Bytes of a binary section.
+  std::string_view bytes(std::size_t count);
+
+  template <class T>
+  T number() {
+    return parse<T>(token());
+  }
+  /// For sizes: not negative and not more than the file could hold.
+  std::size_t count();
+
+  template <class T>
+  T parse(std::string_view word) const {
+    T value{};
+    const std::string_view digits = word.starts_with('+') ? word.substr(1) : word;
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    if (error != std::errc() || end != digits.data() + digits.size()) refuse("a number", word);
+    return value;
+  }
+
+  [[nodiscard]] bool at_end();
+  [[nodiscard]] std::size_t position() const { return position_; }
+  [[nodiscard]] std::size_t offset_of(std::string_view word) const {
+    return static_cast<std::size_t>(word.data() - text_.data());
+  }
+  [[noreturn]] void refuse(std::string_view expected, std::string_view found) const;
+  [[noreturn]] void truncated() const;
+
+ private:
+  void skip_space(bool over_lines);
+  [[nodiscard]] std::string where() const;
+
+  std::filesystem::path path_;
+  std::string_view text_;
+  char comment_;
+  std::size_t position_ = 0;
+};
+
+}  // namespace meshsmooth::formats

@@ -1,0 +1,283 @@
+#include <vtkCellData.h>
+#include <vtkDataSetReader.h>
+#include <vtkObjectFactory.h>
+#include <vtkOutputWindow.h>
+#include <vtkPLYReader.h>
+#include <vtkPLYWriter.h>
+#include <vtkPointData.h>
+#include <vtkPolyData.h>
+#include <vtkPolyDataWriter.h>
+#include <vtkSTLReader.h>
+#include <vtkSTLWriter.h>
+#include <vtkUnstructuredGridWriter.h>
+#include <vtkXMLPolyDataReader.h>
+#include <vtkXMLPolyDataWriter.h>
+#include <vtkXMLUnstructuredGridReader.h>
+#include <vtkXMLUnstructuredGridWriter.h>
+
+#include <algorithm>
+#include <string>
+
+#include "cells.hpp"
+#include "content.hpp"
+#include "readers.hpp"
+#include "text.hpp"
+
+namespace meshsmooth::formats {
+namespace {
+
+/// While it lives, VTK's complaints come here instead of on the terminal. VTK
+/// readers complain and carry on; we take the first complaint as the error.
+class ComplaintWindow : public vtkOutputWindow {
+ public:
+  static ComplaintWindow* New();
+  vtkTypeMacro(ComplaintWindow, vtkOutputWindow) void DisplayText(const char* text) override {
+    note(text);
+  }
+  void DisplayErrorText(const char* text) override { note(text); }
+  void DisplayWarningText(const char*) override {}
+  void DisplayGenericWarningText(const char*) override {}
+  void DisplayDebugText(const char*) override {}
+
+  std::string first;
+
+ private:
+  void note(const char* text) {
+    if (first.empty() && text != nullptr) first = text;
+  }
+};
+vtkStandardNewMacro(ComplaintWindow);
+
+class Complaints {
+ public:
+  Complaints() : before_(vtkOutputWindow::GetInstance()) { vtkOutputWindow::SetInstance(window_); }
+  ~Complaints() { vtkOutputWindow::SetInstance(before_); }
+  Complaints(const Complaints&) = delete;
+  Complaints& operator=(const Complaints&) = delete;
+
+  /// The first one in one line, without VTK's source file and address; or "".
+  [[nodiscard]] std::string first() const {
+    std::string text = window_->first;
+    if (const auto place = text.find("): "); place != std::string::npos) text.erase(0, place + 3);
+    std::replace(text.begin(), text.end(), '\n', ' ');
+    text.erase(text.find_last_not_of(" \t\r") + 1);
+    return text;
+  }
+
+ private:
+  vtkNew<ComplaintWindow> window_;
+  vtkSmartPointer<vtkOutputWindow> before_;
+};
+
+template <class Reader>
+vtkSmartPointer<vtkDataObject> run_reader(const std::filesystem::path& path) {
+  const vtkNew<Reader> reader;
+  reader->SetFileName(path.c_str());
+  reader->Update();
+  return reader->GetOutputDataObject(0);
+}
+
+vtkSmartPointer<vtkDataObject> run_legacy_reader(const std::filesystem::path& path) {
+  const vtkNew<vtkDataSetReader> reader;
+  reader->SetFileName(path.c_str());
+  // Without these a legacy reader keeps only the first array of each kind.
+  reader->ReadAllScalarsOn();
+  reader->ReadAllVectorsOn();
+  reader->ReadAllNormalsOn();
+  reader->ReadAllTensorsOn();
+  reader->ReadAllColorScalarsOn();
+  reader->ReadAllTCoordsOn();
+  reader->ReadAllFieldsOn();
+  reader->Update();
+  return reader->GetOutputDataObject(0);
+}
+
+vtkSmartPointer<vtkDataObject> run_reader_of(const std::filesystem::path& path) {
+  const std::string extension = extension_of(path);
+  if (extension == ".vtu") return run_reader<vtkXMLUnstructuredGridReader>(path);
+  if (extension == ".vtp") return run_reader<vtkXMLPolyDataReader>(path);
+  if (extension == ".ply") return run_reader<vtkPLYReader>(path);
+  if (extension == ".stl") return run_reader<vtkSTLReader>(path);
+  return run_legacy_reader(path);
+}
+
+/// VTK's readers of these formats may crash or see an empty mesh in a file of
+/// another kind, and say nothing of a file that was cut off.
+void check_signature(const std::filesystem::path& path) {
+  const std::string extension = extension_of(path);
+  const std::string bytes = read_bytes(path);
+  const auto refuse = [&](const char* kind) {
+    fail("FORMAT_ERROR", path, std::string("this is no ") + kind + " file");
+  };
+  if (extension == ".ply") {
+    if (!bytes.starts_with("ply")) refuse("PLY");
+    if (bytes.find("end_header") == std::string::npos) {
+      fail("FILE_TRUNCATED", path, "the file ends in its header");
+    }
+  } else if (extension == ".vtk") {
+    if (!bytes.starts_with("# vtk DataFile Version")) refuse("legacy VTK");
+  } else if (extension == ".stl") {
+    std::uint32_t triangles = 0;
+    if (bytes.size() >= 84) std::copy_n(bytes.data() + 80, 4, reinterpret_cast<char*>(&triangles));
+    const bool text = bytes.starts_with("solid") && bytes.find("facet") != std::string::npos;
+    const std::size_t expected = 84 + std::size_t{50} * triangles;
+    if (text && bytes.size() != expected) {
+      if (bytes.find("endsolid") == std::string::npos) {
+        fail("FILE_TRUNCATED", path, "there is no endsolid");
+      }
+    } else if (bytes.size() < 84 || bytes.size() > expected + 4096) {
+      refuse("STL");
+    } else if (bytes.size() < expected) {
+      fail("FILE_TRUNCATED", path,
+           "it should hold " + std::to_string(triangles) + " triangles, " +
+               std::to_string(expected) + " bytes, but has " + std::to_string(bytes.size()));
+    }
+  }
+}
+
+/// The arrays must be as long as the data set says: a reader that met the end
+/// of the file leaves them short or unset.
+void check_arrays(const std::filesystem::path& path, vtkPointSet& dataset) {
+  const auto check = [&](vtkFieldData* data, vtkIdType expected) {
+    for (int index = 0; index < data->GetNumberOfArrays(); ++index) {
+      const vtkAbstractArray* array = data->GetAbstractArray(index);
+      if (array->GetNumberOfTuples() != expected) {
+        const std::string name =
+            data->GetArrayName(index) == nullptr ? "" : data->GetArrayName(index);
+        fail("FILE_TRUNCATED", path,
+             "data array \"" + name + "\" has " + std::to_string(array->GetNumberOfTuples()) +
+                 " values for " + std::to_string(expected) + " nodes or elements");
+      }
+    }
+  };
+  check(dataset.GetPointData(), dataset.GetNumberOfPoints());
+  check(dataset.GetCellData(), dataset.GetNumberOfCells());
+}
+
+template <class Writer, class Data>
+bool run_writer(Writer* writer, Data* data, const std::filesystem::path& path) {
+  writer->SetFileName(path.c_str());
+  writer->SetInputData(data);
+  return writer->Write() != 0 && writer->GetErrorCode() == 0;
+}
+
+template <class Writer, class Data>
+bool write_xml(Data* data, const std::filesystem::path& path) {
+  const vtkNew<Writer> writer;
+  writer->SetDataModeToAppended();
+  writer->EncodeAppendedDataOff();
+  writer->SetCompressorTypeToNone();
+  writer->SetHeaderTypeToUInt64();
+  return run_writer(writer.Get(), data, path);
+}
+
+/// The mesh as a surface. Throws unless it is one.
+vtkSmartPointer<vtkPolyData> moved_surface(const std::filesystem::path& path, const MeshFile& file,
+                                           bool only_triangles) {
+  for (const ElementBlock& block : file.mesh.blocks) {
+    const CellKind& kind = cell_kind(block.type);
+    if (kind.dimension == 3 || (only_triangles && block.type != ElementType::triangle)) {
+      fail("ELEMENT_NOT_SUPPORTED", path,
+           extension_of(path) + " files cannot carry a " + std::string(kind.name));
+    }
+  }
+  const auto dataset = moved_dataset(file);
+  if (auto* surface = vtkPolyData::SafeDownCast(dataset)) return surface;
+
+  const auto grid = moved_grid(file);
+  auto surface = vtkSmartPointer<vtkPolyData>::New();
+  surface->SetPoints(grid->GetPoints());
+  surface->AllocateEstimate(grid->GetNumberOfCells(), 4);
+  const vtkNew<vtkIdList> cell;
+  bool same_order = true;  // PolyData keeps points, edges and faces apart
+  int last_dimension = 0;
+  for (vtkIdType id = 0; id < grid->GetNumberOfCells(); ++id) {
+    grid->GetCellPoints(id, cell);
+    surface->InsertNextCell(grid->GetCellType(id), cell);
+    const CellKind* kind = find_vtk_cell(grid->GetCellType(id), cell->GetNumberOfIds());
+    const int dimension = kind == nullptr ? 0 : kind->dimension;
+    same_order = same_order && dimension >= last_dimension;
+    last_dimension = dimension;
+  }
+  surface->GetPointData()->ShallowCopy(grid->GetPointData());
+  if (same_order) surface->GetCellData()->ShallowCopy(grid->GetCellData());
+  surface->GetFieldData()->ShallowCopy(grid->GetFieldData());
+  return surface;
+}
+
+bool write_legacy(const std::filesystem::path& path, const MeshFile& file) {
+  const auto dataset = moved_dataset(file);
+  if (auto* surface = vtkPolyData::SafeDownCast(dataset)) {
+    const vtkNew<vtkPolyDataWriter> writer;
+    writer->SetFileTypeToBinary();
+    return run_writer(writer.Get(), surface, path);
+  }
+  const vtkNew<vtkUnstructuredGridWriter> writer;
+  writer->SetFileTypeToBinary();
+  return run_writer(writer.Get(), vtkUnstructuredGrid::SafeDownCast(dataset), path);
+}
+
+bool write_ply(const std::filesystem::path& path, const MeshFile& file) {
+  const auto surface = moved_surface(path, file, false);
+  const vtkNew<vtkPLYWriter> writer;
+  writer->SetFileTypeToBinary();
+  if (auto* colours = surface->GetPointData()->GetArray("RGB")) {
+    writer->SetArrayName(colours->GetName());
+  }
+  return run_writer(writer.Get(), surface.Get(), path);
+}
+
+bool write_stl(const std::filesystem::path& path, const MeshFile& file) {
+  const vtkNew<vtkSTLWriter> writer;
+  writer->SetFileTypeToBinary();
+  return run_writer(writer.Get(), moved_surface(path, file, true).Get(), path);
+}
+
+bool write_by_extension(const std::filesystem::path& path, const MeshFile& file) {
+  const std::string extension = extension_of(path);
+  if (extension == ".vtu") {
+    return write_xml<vtkXMLUnstructuredGridWriter>(moved_grid(file).Get(), path);
+  }
+  if (extension == ".vtp") {
+    return write_xml<vtkXMLPolyDataWriter>(moved_surface(path, file, false).Get(), path);
+  }
+  if (extension == ".ply") return write_ply(path, file);
+  if (extension == ".stl") return write_stl(path, file);
+  return write_legacy(path, file);
+}
+
+}  // namespace
+
+MeshFile read_vtk(const std::filesystem::path& path) {
+  check_signature(path);
+  FileContent content;
+  content.extension = extension_of(path);
+  {
+    const Complaints complaints;
+    const auto data = run_reader_of(path);
+    if (const std::string what = complaints.first(); !what.empty()) {
+      fail("FORMAT_ERROR", path, "VTK cannot read it: " + what);
+    }
+    if (!data) fail("FORMAT_ERROR", path, "VTK finds no data set in it");
+    content.dataset = vtkPointSet::SafeDownCast(data);
+    const bool known = vtkUnstructuredGrid::SafeDownCast(data) != nullptr ||
+                       vtkPolyData::SafeDownCast(data) != nullptr;
+    if (!known) {
+      fail("ELEMENT_NOT_SUPPORTED", path,
+           "it holds a " + std::string(data->GetClassName()) +
+               "; only unstructured grids and polygon data can be smoothed");
+    }
+  }
+  if (content.dataset->GetPoints() != nullptr) check_arrays(path, *content.dataset);
+  return make_mesh_file(path, std::move(content), {});
+}
+
+void write_vtk(const std::filesystem::path& path, const MeshFile& file) {
+  const Complaints complaints;
+  if (!write_by_extension(path, file)) {
+    const std::string what = complaints.first();
+    fail("FILE_NOT_WRITABLE", path, what.empty() ? "VTK could not write it" : what);
+  }
+}
+
+}  // namespace meshsmooth::formats
