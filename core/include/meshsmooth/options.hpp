@@ -9,7 +9,7 @@ namespace meshsmooth {
 
 /// In which order the nodes of one sweep see each other's moves.
 enum class Form {
-  automatic,     // gauss_seidel for SmartLaplacian, jacobi otherwise
+  automatic,     // gauss_seidel for SmartLaplacian and for weights by edge length, else jacobi
   jacobi,        // form A of the paper: read the old positions, write new ones
   gauss_seidel,  // in place, colour by colour; deterministic
   racing,        // form B of the paper: in place, unordered; not deterministic
@@ -28,11 +28,11 @@ struct SmoothOptions {
   Method method = SmartLaplacian{};
   Form form = Form::automatic;
   int max_iterations = 1000;  // >= 0; 0 only judges the mesh
-  Tolerance tolerance;
+  Tolerance tolerance = {};
   BoundaryPolicy boundary = BoundaryPolicy::fixed;
   bool guard = true;  // a valid element stays valid
   TangledPolicy tangled = TangledPolicy::repair;
-  std::optional<std::chrono::nanoseconds> compute_budget;
+  std::optional<std::chrono::nanoseconds> compute_budget = {};
   bool history = false;
 };
 

@@ -45,13 +45,15 @@ namespace meshsmooth::detail {
   const bool in_place = resolve_form(options) == Form::gauss_seidel ||
                         (resolve_form(options) == Form::racing && !acceptance_of(options).active());
   std::int64_t iterating = n * 1 + (in_place ? 0 : n * position);
-  if (acceptance_of(options).active() && !in_place) iterating += n;
+  if (acceptance_of(options).active() && !in_place) {
+    iterating += n * (acceptance_of(options).smart ? 11 : 3);
+  }
   if (std::holds_alternative<Taubin>(options.method)) iterating += n * position;
   if (std::holds_alternative<HcLaplacian>(options.method)) iterating += 2 * n * position;
   const std::int64_t colouring = resolve_form(options) == Form::gauss_seidel ? n * 12 : 0;
   const std::int64_t held_balls = needs_balls(options) ? balls : 0;
   const std::int64_t peak =
-      kept + std::max({renumbering, balls + n * 4 + 0 * rings, balls + rings + n + colouring,
+      kept + std::max({renumbering, balls + rings + edges * 2 * 4, balls + rings + n + colouring,
                        held_balls + rings + iterating + (colouring > 0 ? n * 4 : 0)});
   return peak + peak / 50 + (1 << 20);
 }

@@ -111,6 +111,16 @@ struct Acceptance {
   [[nodiscard]] MESHSMOOTH_HD bool active() const { return guard || smart; }
 };
 
+/// Score of an element as it lies.
+template <class P>
+MESHSMOOTH_HD double score_of(const Surroundings& around, const P& x, std::size_t e) {
+  const ElementView element = around.elements[e];
+  return element_score(
+      *element.shape,
+      [&](int n) { return vec3_cast<double>(x[static_cast<std::size_t>(element.nodes[n])]); },
+      around.reference_of(e));
+}
+
 /// Score of an element when `node` lies at `place`.
 template <class P>
 MESHSMOOTH_HD double score_with(const Surroundings& around, const P& x, ElementId e,
@@ -129,7 +139,7 @@ template <class P>
 MESHSMOOTH_HD double worst_score(const Surroundings& around, const P& x, std::size_t node) {
   double worst = 2.0;
   for (const ElementId* e = around.balls.begin(node); e != around.balls.end(node); ++e) {
-    const double score = score_with(around, x, *e, node, x[node]);
+    const double score = score_of(around, x, *e);
     if (score < worst) worst = score;
   }
   return worst;

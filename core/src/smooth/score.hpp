@@ -1,13 +1,9 @@
 #pragma once
 
-#include "meshsmooth/vec3.hpp"
+#include "meshsmooth/element_geometry.hpp"
 #include "smooth/topology.hpp"
 
 namespace meshsmooth::detail {
-
-/// The certain sign bound of a 3x3 determinant in double: below this share of
-/// the product of the edge lengths the sign may be rounding.
-inline constexpr double kSignBound = 1e-14;
 
 /// What the rules compare elements by: above 0 if and only if every corner is
 /// certainly positive, 0 for a degenerate element, negative for an inverted
@@ -18,9 +14,6 @@ inline constexpr double kSignBound = 1e-14;
 /// normal that a surface element must not turn against.
 template <class Get>
 MESHSMOOTH_HD double element_score(const ElementShape& shape, const Get& get, Vec3d reference) {
-  const auto sign = [](double value, double bound) {
-    return value > bound ? 1.0 : (value < -bound ? -1.0 : 0.0);
-  };
   if (shape.dimension == 3 && shape.node_count == 4) {
     const Vec3d origin = get(0);
     const Vec3d a = get(1) - origin, b = get(2) - origin, c = get(3) - origin;
@@ -34,34 +27,13 @@ MESHSMOOTH_HD double element_score(const ElementShape& shape, const Get& get, Ve
   }
   double worst = 2.0;
   for (int k = 0; k < shape.corner_count; ++k) {
-    const CornerShape& corner = shape.corners[k];
-    const Vec3d origin = get(corner.node);
-    const Vec3d a = get(corner.neighbours[0]) - origin;
-    const Vec3d b = get(corner.neighbours[1]) - origin;
+    const CornerGeometry corner = corner_geometry(shape, k, get, reference);
+    const double det = corner.determinant / shape.ideal.determinant;
+    const double size = corner.shape_norm_squared;
     double score = 0;
-    if (shape.dimension == 2) {
-      const Vec3d normal = cross(a, b);
-      const double area = norm(normal);
-      const double aa = dot(a, a), bb = dot(b, b);
-      const Vec3d ab = b - a;
-      const double size =
-          shape.node_count == 3 ? (aa + bb + dot(ab, ab)) / std::sqrt(3.0) : aa + bb;
-      const double s = sign(dot(normal, reference), kSignBound * std::sqrt(aa * bb));
-      score = size > 0 ? s * 2.0 * area / size : 0.0;
-    } else {
-      const Vec3d c = get(corner.neighbours[2]) - origin;
-      const double det = dot(a, cross(b, c));
-      const double lengths = std::sqrt(dot(a, a) * dot(b, b) * dot(c, c));
-      const auto& w = shape.ideal.inverse;
-      double size = 0;
-      for (int column = 0; column < 3; ++column) {
-        const Vec3d t = w[0][column] * a + w[1][column] * b + w[2][column] * c;
-        size += dot(t, t);
-      }
-      const double shape_det = det / shape.ideal.determinant;
-      score = size > 0 ? sign(det, kSignBound * lengths) * 27.0 * shape_det * shape_det /
-                             (size * size * size)
-                       : 0.0;
+    if (corner.sign != 0) {
+      score = shape.dimension == 2 ? 2.0 * det / size
+                                   : corner.sign * 27.0 * det * det / (size * size * size);
     }
     if (!(score >= worst)) worst = score;
   }

@@ -43,72 +43,115 @@ SweepStats measure_moves(E& executor, std::size_t node_count, const Vec3<Real>* 
       AddStats{});
 }
 
-/// Takes back moves that were judged against positions which have changed since:
-/// nodes with an element that the acceptance forbids return to where they were,
-/// until every remaining move is acceptable. Ends, because all moves taken back
-/// is acceptable. Returns how many were taken back.
+/// Cuts back the moves of a sweep in which nodes did not see each other: while
+/// an element breaks the acceptance, the moves of its nodes (guard) or of the
+/// node whose ball it worsens (smart) are halved, the fourth time taken back.
+/// Ends, because a sweep all taken back is acceptable. Returns how many nodes
+/// were held.
 ///
-/// cost   O(ball entries of moved nodes) per round, a few rounds; 1 B a node
+/// cost   a score per element and round, for smart one per ball entry; few
+///        rounds, in which only what has changed is looked at; 3 B a node, for
+///        smart 11 B
 /// order  deterministic
 template <Executor E, class Real>
-std::int64_t take_back_moves(E& executor, const Surroundings& around, const Vec3<Real>* before,
-                             Vec3<Real>* after, Acceptance acceptance) {
-  auto marks = executor.template allocate<std::uint8_t>(around.node_count);
-  std::uint8_t* const mark = marks.data();
+std::int64_t limit_moves(E& executor, const Surroundings& around, Acceptance acceptance,
+                         const Vec3<Real>* before, Vec3<Real>* after) {
+  constexpr std::uint8_t kMostCuts = 4;
+  const std::size_t node_count = around.node_count;
+  auto cut_buffer = executor.template allocate<std::uint8_t>(node_count);
+  auto mark_buffer = executor.template allocate<std::uint8_t>(node_count);
+  auto changed_buffer = executor.template allocate<std::uint8_t>(node_count);
+  auto floor_buffer = executor.template allocate<double>(acceptance.smart ? node_count : 0);
+  std::uint8_t* const cuts = cut_buffer.data();
+  std::uint8_t* const mark = mark_buffer.data();
+  std::uint8_t* const changed = changed_buffer.data();
+  double* const floor = floor_buffer.data();
   const QuietPositions<Real> old_x{before};
   const QuietPositions<Real> new_x{after};
-  std::int64_t total = 0;
+  const auto add = [] MESHSMOOTH_HD(std::int64_t a, std::int64_t b) { return a + b; };
+
+  executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) {
+    cuts[node] = 0;
+    mark[node] = 0;
+    changed[node] = before[node] == after[node] ? 0 : 1;
+    if (acceptance.smart && changed[node] != 0) floor[node] = worst_score(around, old_x, node);
+  });
+  const auto touched = [=] MESHSMOOTH_HD(std::size_t e) {
+    const ElementView element = around.elements[e];
+    for (int n = 0; n < element.shape->node_count; ++n) {
+      if (changed[element.nodes[n]] != 0) return true;
+    }
+    return false;
+  };
   for (;;) {
-    const std::int64_t count = executor.reduce(
-        around.node_count, std::int64_t{0},
-        [=] MESHSMOOTH_HD(std::size_t node) -> std::int64_t {
-          mark[node] = 0;
-          if (around.fixed[node] != 0 || before[node] == after[node]) return 0;
-          const double worst = acceptance.smart ? worst_score(around, old_x, node) : 0.0;
-          for (const ElementId* e = around.balls.begin(node); e != around.balls.end(node); ++e) {
-            const double score = score_with(around, new_x, *e, node, after[node]);
-            if ((acceptance.smart && score < worst) ||
-                (acceptance.guard && !(score > 0) &&
-                 score_with(around, old_x, *e, node, before[node]) > 0)) {
-              mark[node] = 1;
-              return 1;
-            }
+    if (acceptance.guard) {
+      executor.for_each(around.elements.count, [=] MESHSMOOTH_HD(std::size_t e) {
+        if (!touched(e) || score_of(around, new_x, e) > 0 || !(score_of(around, old_x, e) > 0)) {
+          return;
+        }
+        const ElementView element = around.elements[e];
+        for (int n = 0; n < element.shape->node_count; ++n) {
+          E::store(mark[element.nodes[n]], std::uint8_t{1});
+        }
+      });
+    }
+    if (acceptance.smart) {
+      executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) {
+        if (before[node] == after[node]) return;
+        for (const ElementId* e = around.balls.begin(node); e != around.balls.end(node); ++e) {
+          if (touched(*e) && score_of(around, new_x, *e) < floor[node]) {
+            mark[node] = 1;
+            return;
           }
-          return 0;
+        }
+      });
+    }
+    const std::int64_t cut = executor.reduce(
+        node_count, std::int64_t{0},
+        [=] MESHSMOOTH_HD(std::size_t node) -> std::int64_t {
+          const bool bad = mark[node] != 0 && !(before[node] == after[node]);
+          mark[node] = 0;
+          changed[node] = bad ? 1 : 0;
+          if (!bad) return 0;
+          after[node] = ++cuts[node] < kMostCuts
+                            ? before[node] + Real(0.5) * (after[node] - before[node])
+                            : before[node];
+          return 1;
         },
-        [] MESHSMOOTH_HD(std::int64_t a, std::int64_t b) { return a + b; });
-    if (count == 0) return total;
-    total += count;
-    executor.for_each(around.node_count, [=] MESHSMOOTH_HD(std::size_t node) {
-      if (mark[node] != 0) after[node] = before[node];
-    });
+        add);
+    if (cut == 0) break;
   }
+  return executor.reduce(
+      node_count, std::int64_t{0},
+      [=] MESHSMOOTH_HD(std::size_t node) -> std::int64_t { return cuts[node] != 0 ? 1 : 0; }, add);
+}
+
+/// `limit_moves`, and what is left of the sweep.
+template <Executor E, class Real>
+SweepStats limit_and_measure(E& executor, const Surroundings& around, Acceptance acceptance,
+                             const Vec3<Real>* before, Vec3<Real>* after) {
+  const std::int64_t held = limit_moves(executor, around, acceptance, before, after);
+  SweepStats stats = measure_moves(executor, around.node_count, before, after);
+  stats.held = held;
+  return stats;
 }
 
 /// Form A: reads `before`, writes `after`; they agree on fixed nodes.
-/// cost   O(ring entries), O(ball entries) when the acceptance is active
+/// cost   O(ring entries); when the acceptance is active also limit_moves
 template <Executor E, class Mean, class Real>
 SweepStats sweep_jacobi(E& executor, const Surroundings& around, const Mean& mean, Real factor,
                         Acceptance acceptance, const Vec3<Real>* before, Vec3<Real>* after) {
   const QuietPositions<Real> x{before};
-  SweepStats stats = executor.reduce(
+  const SweepStats stats = executor.reduce(
       around.node_count, SweepStats{},
       [=] MESHSMOOTH_HD(std::size_t node) {
         if (around.fixed[node] != 0) return SweepStats{};
-        bool held = false;
-        Vec3<Real> place = step_towards(mean, around, x, node, factor);
-        if (acceptance.active()) place = accept_move(around, x, node, place, acceptance, held);
-        after[node] = place;
-        return stats_of_move(before[node], place, held);
+        after[node] = step_towards(mean, around, x, node, factor);
+        return stats_of_move(before[node], after[node], false);
       },
       AddStats{});
-  if (acceptance.active()) {
-    const std::int64_t held =
-        stats.held + take_back_moves(executor, around, before, after, acceptance);
-    stats = measure_moves(executor, around.node_count, before, after);
-    stats.held = held;
-  }
-  return stats;
+  if (!acceptance.active()) return stats;
+  return limit_and_measure(executor, around, acceptance, before, after);
 }
 
 /// Form B, deterministic: in place, colour by colour.
@@ -149,25 +192,18 @@ SweepStats sweep_racing(E& executor, const Surroundings& around, const Mean& mea
                       [=] MESHSMOOTH_HD(std::size_t node) { before[node] = positions[node]; });
   }
   const typename E::template RacingPositions<Real> x{positions};
-  SweepStats stats = executor.reduce(
+  const SweepStats stats = executor.reduce(
       around.node_count, SweepStats{},
       [=] MESHSMOOTH_HD(std::size_t node) {
         if (around.fixed[node] != 0) return SweepStats{};
-        bool held = false;
         const Vec3<Real> old_place = x[node];
-        Vec3<Real> place = step_towards(mean, around, x, node, factor);
-        if (acceptance.active()) place = accept_move(around, x, node, place, acceptance, held);
+        const Vec3<Real> place = step_towards(mean, around, x, node, factor);
         x.store(node, place);
-        return stats_of_move(old_place, place, held);
+        return stats_of_move(old_place, place, false);
       },
       AddStats{});
-  if (acceptance.active()) {
-    const std::int64_t held =
-        stats.held + take_back_moves(executor, around, before, positions, acceptance);
-    stats = measure_moves(executor, around.node_count, before, positions);
-    stats.held = held;
-  }
-  return stats;
+  if (!acceptance.active()) return stats;
+  return limit_and_measure<E, Real>(executor, around, acceptance, before, positions);
 }
 
 /// One HC sweep, form A. `original` are the input positions, `differences` is
@@ -185,25 +221,13 @@ SweepStats sweep_hc(E& executor, const Surroundings& around, Real alpha, Real be
     if (!fixed) after[node] = mean;
   });
   const QuietPositions<Real> b{differences};
-  std::int64_t held = executor.reduce(
-      around.node_count, std::int64_t{0},
-      [=] MESHSMOOTH_HD(std::size_t node) -> std::int64_t {
-        if (around.fixed[node] != 0) return 0;
-        bool cut = false;
-        const Vec3<Real> push =
-            beta * differences[node] + (1 - beta) * UniformMean{}(around, b, node);
-        Vec3<Real> place = after[node] - push;
-        if (acceptance.active()) place = accept_move(around, x, node, place, acceptance, cut);
-        after[node] = place;
-        return cut ? 1 : 0;
-      },
-      [] MESHSMOOTH_HD(std::int64_t a, std::int64_t b_) { return a + b_; });
-  if (acceptance.active()) {
-    held += take_back_moves(executor, around, before, after, acceptance);
-  }
-  SweepStats stats = measure_moves(executor, around.node_count, before, after);
-  stats.held = held;
-  return stats;
+  executor.for_each(around.node_count, [=] MESHSMOOTH_HD(std::size_t node) {
+    if (around.fixed[node] != 0) return;
+    after[node] =
+        after[node] - (beta * differences[node] + (1 - beta) * UniformMean{}(around, b, node));
+  });
+  if (!acceptance.active()) return measure_moves(executor, around.node_count, before, after);
+  return limit_and_measure(executor, around, acceptance, before, after);
 }
 
 }  // namespace meshsmooth::detail
