@@ -69,7 +69,10 @@ struct JobProgress {
 struct RequestOptions {
   std::string request_id;      // a UUID; empty: one is made
   std::string backend = "auto";  // "auto", "cpu", "cuda"
-  std::optional<std::chrono::nanoseconds> timeout;  // deadline of the whole call
+  /// Deadline of the whole call. When unset: 10 minutes, plus 1 s for every MB
+  /// of the mesh, plus 10 us for every element and allowed iteration; at most a
+  /// week.
+  std::optional<std::chrono::nanoseconds> timeout;
   std::chrono::milliseconds progress_interval{100};
   std::function<void(const JobProgress&)> on_progress;  // on the calling thread
   std::stop_token stop;        // cancels the call

@@ -1,0 +1,150 @@
+#include "meshsmooth/client.hpp"
+
+#include <google/protobuf/empty.pb.h>
+#include <google/protobuf/wrappers.pb.h>
+#include <grpcpp/create_channel.h>
+#include <grpcpp/generic/generic_stub.h>
+
+#include <array>
+#include <future>
+
+#include "client_access.hpp"
+#include "meshsmooth/v1/smoothing.grpc.pb.h"
+#include "service_error.hpp"
+#include "smooth_call.hpp"
+#include "wire/codec.hpp"
+
+namespace meshsmooth::client {
+namespace {
+
+/// For calls that only ask or tell.
+constexpr std::chrono::seconds kShortTimeout{30};
+
+constexpr std::array<std::string_view, 9> kJobStateNames = {"unspecified", "receiving", "queued",
+                                                            "running",     "sending",   "succeeded",
+                                                            "failed",      "cancelled", "expired"};
+
+JobInfo decode_job(const v1::Job& job) {
+  JobInfo info;
+  info.name = job.name();
+  info.request_id = job.request_id();
+  info.progress = decode_progress(job.last_progress());
+  info.progress.queue_position = job.queue_position();
+  info.state =
+      v1::State_IsValid(job.state()) ? static_cast<JobState>(job.state()) : JobState::unspecified;
+  info.node_count = job.node_count();
+  info.element_count = job.element_count();
+  if (job.has_error()) info.error = job.error().reason() + ": " + job.error().message();
+  info.json = wire::to_json(job);
+  return info;
+}
+
+}  // namespace
+
+struct Client::Impl {
+  Impl(std::shared_ptr<grpc::Channel> its_channel, std::string its_name)
+      : channel(std::move(its_channel)),
+        stub(v1::SmoothingService::NewStub(channel)),
+        name(std::move(its_name)) {}
+
+  /// Runs one of the stub's unary calls.
+  template <class Response, class Request>
+  Response call(grpc::Status (v1::SmoothingService::Stub::*method)(grpc::ClientContext*,
+                                                                   const Request&, Response*),
+                const Request& request) {
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + kShortTimeout);
+    Response response;
+    const grpc::Status status = (stub.get()->*method)(&context, request, &response);
+    if (!status.ok()) throw error(status, kShortTimeout);
+    return response;
+  }
+
+  [[nodiscard]] ServiceError error(const grpc::Status& status,
+                                   std::chrono::duration<double> timeout) const {
+    return to_service_error(
+        status, {.server = name, .cancelled_by_caller = false, .timeout_seconds = timeout.count()});
+  }
+
+  std::shared_ptr<grpc::Channel> channel;
+  std::unique_ptr<v1::SmoothingService::Stub> stub;
+  std::string name;
+};
+
+std::string_view job_state_name(JobState state) {
+  return kJobStateNames[static_cast<std::size_t>(state)];
+}
+
+Client ClientAccess::make(std::shared_ptr<grpc::Channel> channel, const std::string& name) {
+  return Client(std::make_unique<Client::Impl>(std::move(channel), name));
+}
+
+Client::Client(const std::string& target)
+    : impl_(std::make_unique<Impl>(grpc::CreateChannel(target, grpc::InsecureChannelCredentials()),
+                                   target)) {}
+Client::Client(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Client::~Client() = default;
+Client::Client(Client&&) noexcept = default;
+Client& Client::operator=(Client&&) noexcept = default;
+
+SmoothReport Client::smooth(Mesh& mesh, const SmoothOptions& options,
+                            const RequestOptions& request) {
+  return SmoothCall(*impl_->stub, impl_->name, mesh, options, request).run();
+}
+
+ServerInfo Client::server_info() {
+  const auto response =
+      impl_->call(&v1::SmoothingService::Stub::GetServerInfo, v1::GetServerInfoRequest());
+  return {.version = response.server_version(),
+          .build_commit = response.build_commit(),
+          .methods = {response.methods().begin(), response.methods().end()},
+          .features = {response.features().begin(), response.features().end()},
+          .draining = response.draining(),
+          .json = wire::to_json(response)};
+}
+
+std::vector<JobInfo> Client::list_jobs() {
+  std::vector<JobInfo> jobs;
+  v1::ListJobsRequest request;
+  do {
+    const auto response = impl_->call(&v1::SmoothingService::Stub::ListJobs, request);
+    for (const v1::Job& job : response.jobs()) jobs.push_back(decode_job(job));
+    request.set_page_token(response.next_page_token());
+  } while (!request.page_token().empty());
+  return jobs;
+}
+
+JobInfo Client::get_job(const std::string& name) {
+  v1::GetJobRequest request;
+  request.set_name(name);
+  return decode_job(impl_->call(&v1::SmoothingService::Stub::GetJob, request).job());
+}
+
+JobInfo Client::cancel_job(const std::string& name, bool keep_result) {
+  v1::CancelJobRequest request;
+  request.set_name(name);
+  request.set_result_kept(keep_result);
+  return decode_job(impl_->call(&v1::SmoothingService::Stub::CancelJob, request).job());
+}
+
+bool Client::healthy(std::chrono::milliseconds timeout) {
+  // The two messages of grpc.health.v1, which gRPC's packages do not ship, look
+  // on the wire like these well-known ones: a request for the whole server is
+  // empty, the answer's only field is number 1, an enum.
+  using HealthStub =
+      grpc::TemplatedGenericStub<google::protobuf::Empty, google::protobuf::Int32Value>;
+  constexpr int kServing = 1;
+  HealthStub stub(impl_->channel);
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + timeout);
+  const google::protobuf::Empty request;
+  google::protobuf::Int32Value response;
+  std::promise<grpc::Status> done;
+  stub.UnaryCall(&context, "/grpc.health.v1.Health/Check", grpc::StubOptions(), &request, &response,
+                 [&done](grpc::Status status) { done.set_value(std::move(status)); });
+  const grpc::Status status = done.get_future().get();
+  if (!status.ok()) throw impl_->error(status, timeout);
+  return response.value() == kServing;
+}
+
+}  // namespace meshsmooth::client
