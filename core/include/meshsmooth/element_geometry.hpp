@@ -63,4 +63,38 @@ MESHSMOOTH_HD CornerGeometry corner_geometry(const ElementShape& shape, int k,
   return result;
 }
 
+/// Signed volume of a volume element, area of a surface element with the sign
+/// of its normal against `reference`. A facet of four nodes is the bilinear
+/// patch, whose cone is the mean of its two triangulations; a quad's area is
+/// that along its mean normal. `get` and `reference` as for `corner_geometry`.
+template <class GetPosition>
+MESHSMOOTH_HD double element_volume(const ElementShape& shape, const GetPosition& get,
+                                    Vec3d reference) {
+  const Vec3d origin = get(0);
+  if (shape.dimension == 2) {
+    const Vec3d normal = shape.node_count == 3 ? cross(get(1) - origin, get(2) - origin)
+                                               : cross(get(2) - origin, get(3) - get(1));
+    const double area = norm(normal) / 2;
+    return dot(normal, reference) < 0 ? -area : area;
+  }
+  if (shape.node_count == 4) {
+    return dot(get(1) - origin, cross(get(2) - origin, get(3) - origin)) / 6;
+  }
+  double sixfold = 0;
+  for (int f = 0; f < shape.facet_count; ++f) {
+    const FacetShape& facet = shape.facets[f];
+    const Vec3d a = get(facet.nodes[0]) - origin;
+    const Vec3d b = get(facet.nodes[1]) - origin;
+    const Vec3d c = get(facet.nodes[2]) - origin;
+    if (facet.node_count == 3) {
+      sixfold += dot(a, cross(b, c));
+      continue;
+    }
+    const Vec3d d = get(facet.nodes[3]) - origin;
+    sixfold +=
+        (dot(a, cross(b, c)) + dot(a, cross(c, d)) + dot(a, cross(b, d)) + dot(b, cross(c, d))) / 2;
+  }
+  return sixfold / 6;
+}
+
 }  // namespace meshsmooth

@@ -9,40 +9,21 @@
 namespace meshsmooth {
 namespace {
 
+// The cube root is taken of a ratio, not of a volume: so the measure has the
+// same bits when the mesh is scaled by a power of two.
+
 double mean_ratio(const ElementShape& shape, const CornerGeometry& corner) {
-  if (!(corner.shape_norm_squared > 0)) return 0;
+  const double size = corner.shape_norm_squared;
+  if (!(size > 0)) return 0;
   const double determinant = corner.determinant / shape.ideal.determinant;
-  if (shape.dimension == 2) return 2 * determinant / corner.shape_norm_squared;
-  const double ratio = 3 * std::cbrt(determinant * determinant) / corner.shape_norm_squared;
+  if (shape.dimension == 2) return 2 * determinant / size;
+  const double ratio = std::cbrt(27 * determinant * determinant / (size * size * size));
   return determinant < 0 ? -ratio : ratio;
 }
 
 double scaled_jacobian(const ElementShape& shape, const CornerGeometry& corner) {
   if (!(corner.length_product > 0)) return 0;
   return corner.determinant / (corner.length_product * shape.ideal.determinant);
-}
-
-/// Area of a surface element: that of its projection along its mean normal.
-double signed_area(const ElementShape& shape, const Vec3d* p, Vec3d reference) {
-  const Vec3d normal =
-      shape.node_count == 3 ? cross(p[1] - p[0], p[2] - p[0]) : cross(p[2] - p[0], p[3] - p[1]);
-  const double area = norm(normal) / 2;
-  return dot(normal, reference) < 0 ? -area : area;
-}
-
-/// Sum of the cones from node 0 over the facets. A facet of four nodes is the
-/// bilinear patch, whose cone is the mean of its two triangulations.
-double signed_volume(const ElementShape& shape, const Vec3d* p) {
-  double sixfold = 0;
-  for (int f = 0; f < shape.facet_count; ++f) {
-    const FacetShape& facet = shape.facets[f];
-    const auto at = [&](int n) { return p[facet.nodes[n]] - p[0]; };
-    const auto cone = [&](int i, int j, int k) { return dot(at(i), cross(at(j), at(k))); };
-    sixfold += facet.node_count == 3
-                   ? cone(0, 1, 2)
-                   : (cone(0, 1, 2) + cone(0, 2, 3) + cone(0, 1, 3) + cone(1, 2, 3)) / 2;
-  }
-  return sixfold / 6;
 }
 
 void measure_triangle_angles(const Vec3d* p, ElementMeasure& measure) {
@@ -64,11 +45,11 @@ void measure_triangle_angles(const Vec3d* p, ElementMeasure& measure) {
 
 ElementMeasure measure_by_corners(ElementType type, const Vec3d* p, Vec3d reference) {
   const ElementShape& shape = element_shape(type);
+  const auto get = [p](int n) { return p[n]; };
   ElementMeasure measure;
   bool certain = true;
   for (int k = 0; k < shape.corner_count; ++k) {
-    const CornerGeometry corner = corner_geometry(
-        shape, k, [p](int n) { return p[n]; }, reference);
+    const CornerGeometry corner = corner_geometry(shape, k, get, reference);
     const double ratio = mean_ratio(shape, corner);
     const double jacobian = scaled_jacobian(shape, corner);
     if (k == 0 || ratio < measure.mean_ratio) measure.mean_ratio = ratio;
@@ -77,8 +58,7 @@ ElementMeasure measure_by_corners(ElementType type, const Vec3d* p, Vec3d refere
     certain &= corner.sign > 0;
   }
   measure.degenerate = !certain && !measure.inverted;
-  measure.volume =
-      shape.dimension == 2 ? signed_area(shape, p, reference) : signed_volume(shape, p);
+  measure.volume = element_volume(shape, get, reference);
   if (type == ElementType::triangle) measure_triangle_angles(p, measure);
   return measure;
 }
@@ -109,11 +89,12 @@ ElementMeasure measure_tetrahedron(const Vec3d* p) {
   m.inverted = determinant < -bound;
   m.degenerate = !m.inverted && !(determinant > bound);
 
-  // 3 |det T|^(2/3) / |T|^2 = 6 (root2 det)^(2/3) / sum l^2 at every corner.
+  // Cubed: 27 det(T)^2 / |T|^6 = 432 det^2 / (sum l^2)^3 at every corner.
+  const double edges = aa + bb + cc + abab + acac + bcbc;
   m.mean_ratio = std::copysign(
-      quotient(6 * std::cbrt(2 * determinant * determinant), aa + bb + cc + abab + acac + bcbc),
-      determinant);
+      std::cbrt(quotient(432 * determinant * determinant, edges * edges * edges)), determinant);
 
+  // The corner with the longest edges, as in Verdict.
   const double longest =
       higher(higher(aa * bb * cc, aa * abab * acac), higher(bb * abab * bcbc, cc * acac * bcbc));
   m.scaled_jacobian = quotient(std::numbers::sqrt2 * determinant, std::sqrt(longest));

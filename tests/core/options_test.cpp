@@ -1,0 +1,110 @@
+#include "meshsmooth/options.hpp"
+
+#include <gmock/gmock.h>
+
+#include <limits>
+
+#include "meshsmooth/error.hpp"
+
+namespace meshsmooth {
+namespace {
+
+using testing::ElementsAre;
+using testing::Pair;
+
+/// The field that `validate` rejects, or "".
+std::string rejected_field(const SmoothOptions& options) {
+  try {
+    validate(options);
+  } catch (const InvalidOption& error) {
+    EXPECT_EQ(error.reason(), "OPTION_OUT_OF_RANGE");
+    EXPECT_EQ(error.details().size(), 1U);
+    return error.details().front().second;
+  }
+  return "";
+}
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+TEST(ValidateOptions, AcceptsTheDefaultsOfEveryMethod) {
+  EXPECT_EQ(rejected_field({}), "");
+  EXPECT_EQ(rejected_field({.method = Laplacian{}}), "");
+  EXPECT_EQ(rejected_field({.method = Taubin{}}), "");
+  EXPECT_EQ(rejected_field({.method = HcLaplacian{}}), "");
+}
+
+TEST(ValidateOptions, HoldsRelaxationAboveZeroAndAtMostOne) {
+  for (const double wrong : {0.0, -0.5, 1.0000001, kNan, kInfinity}) {
+    EXPECT_EQ(rejected_field({.method = Laplacian{.relaxation = wrong}}),
+              "laplacian.relaxation_factor");
+    EXPECT_EQ(rejected_field({.method = SmartLaplacian{.relaxation = wrong}}),
+              "smart_laplacian.relaxation_factor");
+  }
+  EXPECT_EQ(rejected_field({.method = Laplacian{.relaxation = 1}}), "");
+  EXPECT_EQ(rejected_field({.method = Laplacian{.relaxation = 1e-6}}), "");
+}
+
+TEST(ValidateOptions, HoldsTaubinsFactorsApart) {
+  for (const double wrong : {0.0, -1.0, 1.5, kNan}) {
+    EXPECT_EQ(rejected_field({.method = Taubin{.lambda = wrong, .mu = -2}}), "taubin.lambda");
+  }
+  for (const double wrong : {-0.5, -0.4, 0.6, kNan, -kInfinity}) {
+    EXPECT_EQ(rejected_field({.method = Taubin{.lambda = 0.5, .mu = wrong}}), "taubin.mu");
+  }
+  EXPECT_EQ(rejected_field({.method = Taubin{.lambda = 0.5, .mu = -0.53}}), "");
+}
+
+TEST(ValidateOptions, HoldsHcSharesBetweenZeroAndOne) {
+  for (const double wrong : {-0.1, 1.1, kNan}) {
+    EXPECT_EQ(rejected_field({.method = HcLaplacian{.alpha = wrong}}), "hc_laplacian.alpha");
+    EXPECT_EQ(rejected_field({.method = HcLaplacian{.beta = wrong}}), "hc_laplacian.beta");
+  }
+  EXPECT_EQ(rejected_field({.method = HcLaplacian{.alpha = 1, .beta = 0}}), "");
+}
+
+TEST(ValidateOptions, HoldsLimitsAboveZero) {
+  using namespace std::chrono_literals;
+  EXPECT_EQ(rejected_field({.max_iterations = -1}), "max_iteration_count");
+  EXPECT_EQ(rejected_field({.max_iterations = 0}), "");
+  EXPECT_EQ(rejected_field({.tolerance = {-1e-9}}), "convergence_tolerance");
+  EXPECT_EQ(rejected_field({.tolerance = {kNan}}), "convergence_tolerance");
+  EXPECT_EQ(rejected_field({.tolerance = {kInfinity, false}}), "absolute_tolerance");
+  EXPECT_EQ(rejected_field({.tolerance = {0}}), "");
+  EXPECT_EQ(rejected_field({.compute_budget = 0s}), "compute_budget");
+  EXPECT_EQ(rejected_field({.compute_budget = -1s}), "compute_budget");
+  EXPECT_EQ(rejected_field({.compute_budget = 1ms}), "");
+}
+
+TEST(ValidateOptions, SaysValueAndRange) {
+  try {
+    validate({.method = Laplacian{.relaxation = 1.5}});
+    FAIL() << "nothing thrown";
+  } catch (const InvalidOption& error) {
+    EXPECT_STREQ(error.what(),
+                 "laplacian.relaxation_factor is 1.5, it must be above 0 and at most 1");
+  }
+}
+
+TEST(ValidateOptions, SaysThatHcHasOnlyTheJacobiForm) {
+  for (const Form form : {Form::gauss_seidel, Form::racing}) {
+    try {
+      validate({.method = HcLaplacian{}, .form = form});
+      FAIL() << "nothing thrown";
+    } catch (const NotSupported& error) {
+      EXPECT_EQ(error.reason(), "OPTION_NOT_SUPPORTED");
+      EXPECT_THAT(error.details(), ElementsAre(Pair("field", "form")));
+    }
+  }
+  EXPECT_NO_THROW(validate({.method = HcLaplacian{}, .form = Form::jacobi}));
+}
+
+TEST(MethodName, IsTheNameInTheProtocol) {
+  EXPECT_EQ(method_name(Laplacian{}), "laplacian");
+  EXPECT_EQ(method_name(SmartLaplacian{}), "smart_laplacian");
+  EXPECT_EQ(method_name(Taubin{}), "taubin");
+  EXPECT_EQ(method_name(HcLaplacian{}), "hc_laplacian");
+}
+
+}  // namespace
+}  // namespace meshsmooth
