@@ -25,7 +25,7 @@ int cell_dimension(const std::filesystem::path& path, int type, std::int64_t nod
   std::string name = vtk_cell_name(type);
   if (type == VTK_POLYGON) name = "polygon of " + std::to_string(node_count) + " nodes";
   fail("ELEMENT_NOT_SUPPORTED", path,
-       "element " + std::to_string(id) + " is a " + name +
+       "element " + std::to_string(id) + " is of the type " + name +
            "; only linear triangles, quads, tetrahedra, pyramids, wedges and hexahedra can be "
            "smoothed");
 }

@@ -4,10 +4,24 @@
 #include <bit>
 #include <charconv>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 
 namespace meshsmooth::formats {
 namespace {
+
+/// Also "1.5+3" for 1500 and a blank for 0.
+double parse_nastran(std::string_view word, const Scanner& scanner) {
+  std::string number;
+  for (const char c : word) {
+    const bool sign = c == '+' || c == '-';
+    if (c == ' ' || c == '\t') continue;
+    if (sign && !number.empty() && number.back() != 'E') number += 'E';
+    if (c == '+' && !number.empty()) continue;
+    number += c == 'D' || c == 'd' || c == 'e' ? 'E' : c;
+  }
+  return number.empty() ? 0.0 : scanner.parse<double>(number);
+}
 
 double parse_coordinate(std::string_view word, NumberStyle style, const Scanner& scanner) {
   if (style == NumberStyle::binary) {
@@ -21,7 +35,30 @@ double parse_coordinate(std::string_view word, NumberStyle style, const Scanner&
         text.begin(), text.end(), [](char c) { return c == 'D' || c == 'd'; }, 'E');
     return scanner.parse<double>(text);
   }
+  if (style == NumberStyle::nastran) return parse_nastran(word, scanner);
   return scanner.parse<double>(word);
+}
+
+/// With as many digits as fit in the columns; a blank or free field (fewer
+/// than 8 columns) takes what it needs.
+std::string format_nastran(double value, std::size_t columns) {
+  std::array<char, 64> text{};
+  for (int digits = 17; digits > 0; --digits) {
+    std::snprintf(text.data(), text.size(), "%.*G", digits, value);
+    std::string number = text.data();
+    const std::size_t exponent = std::min(number.find('E'), number.size());
+    if (number.find('.') == std::string::npos) number.insert(exponent, 1, '.');
+    if (const auto zero = number.find("E-0"); zero != std::string::npos) number.erase(zero + 2, 1);
+    if (number.starts_with("0.")) number.erase(0, 1);
+    if (number.starts_with("-0.")) number.erase(1, 1);
+    if (number == "." || number == "-.") number = "0.";
+    const bool exact = std::strtod(number.c_str(), nullptr) == value;
+    if (columns < 8 ? exact || digits == 17 : number.size() <= columns) {
+      number.resize(std::max(number.size(), columns), ' ');
+      return number;
+    }
+  }
+  return std::string(columns, '*');  // cannot be: "-1.E-308" has 8 columns
 }
 
 std::string format_coordinate(double value, NumberStyle style, std::size_t width) {
@@ -36,6 +73,7 @@ std::string format_coordinate(double value, NumberStyle style, std::size_t width
     std::replace(text.begin(), text.end(), 'E', 'D');
     return {text.data(), static_cast<std::size_t>(length)};
   }
+  if (style == NumberStyle::nastran) return format_nastran(value, width);
   const auto [end, error] = std::to_chars(text.data(), text.data() + text.size(), value);
   return {text.data(), end};
 }

@@ -16,6 +16,7 @@ namespace meshsmooth::formats {
 enum class NumberStyle {
   shortest,  // as few digits as give the same bits back
   fortran,   // 1.0000000000000000D+00, right-aligned in its field
+  nastran,   // with a decimal point, in 8 or 16 columns or between commas
   binary,    // eight bytes, little-endian
 };
 

@@ -134,6 +134,9 @@ CoordinateFields find_in_msh(const path& file, std::string_view text) {
 
 // --- the others --------------------------------------------------------------
 
+constexpr auto kNotRead = std::to_array<std::string_view>(
+    {"Prisms", "Pyramids", "TrianglesP2", "QuadrilateralsQ2", "TetrahedraP2", "HexahedraQ2"});
+
 /// MEDIT: "Vertices", a count, "x y z reference".
 CoordinateFields find_in_mesh(const path& file, std::string_view text) {
   CoordinateFields found;
@@ -145,6 +148,11 @@ CoordinateFields find_in_mesh(const path& file, std::string_view text) {
   while (!scanner.at_end() && !finished) {
     const std::string_view keyword = scanner.token();
     finished = keyword == "End";
+    if (std::find(kNotRead.begin(), kNotRead.end(), keyword) != kNotRead.end() &&
+        scanner.count() > 0) {
+      fail("ELEMENT_NOT_SUPPORTED", file,
+           "Gmsh does not read " + std::string(keyword) + " from MEDIT files");
+    }
     if (keyword == "Dimension") {
       if (const auto word = scanner.token(); word != "3") scanner.refuse("dimension 3", word);
     }
@@ -186,6 +194,17 @@ CoordinateFields find_in_unv(const path& file, std::string_view text) {
   return found;
 }
 
+/// Parts of a line between commas; eight of them, missing ones empty.
+std::array<std::string_view, 8> split_commas(std::string_view line) {
+  std::array<std::string_view, 8> parts;
+  for (std::string_view& part : parts) {
+    const std::size_t comma = std::min(line.find(','), line.size());
+    part = line.substr(0, comma);
+    line.remove_prefix(std::min(comma + 1, line.size()));
+  }
+  return parts;
+}
+
 /// Abaqus: "*NODE" and lines "id, x, y, z". Only what Gmsh has just written.
 CoordinateFields find_in_inp(const path& file, std::string_view text) {
   CoordinateFields found;
@@ -196,17 +215,51 @@ CoordinateFields find_in_inp(const path& file, std::string_view text) {
     if (line.starts_with('*')) {
       inside = line.starts_with("*NODE");
     } else if (inside) {
-      std::array<std::string_view, 4> words{};
-      std::string_view rest = line;
+      auto words = split_commas(line);
       for (std::string_view& word : words) {
-        const std::size_t comma = std::min(rest.find(','), rest.size());
-        word = rest.substr(0, comma);
         word.remove_prefix(std::min(word.find_first_not_of(' '), word.size()));
-        rest.remove_prefix(std::min(comma + 1, rest.size()));
       }
       const auto id = scanner.parse<std::int64_t>(words[0]);
       found.add(id, {words[1], words[2], words[3]}, scanner);
     }
+  }
+  return found;
+}
+
+/// NASTRAN: GRID cards in fields of 8 or (GRID*) 16 columns, or with commas.
+CoordinateFields find_in_bdf(const path& file, std::string_view text) {
+  CoordinateFields found;
+  found.style = NumberStyle::nastran;
+  Scanner scanner(file, text);
+  while (!scanner.at_end()) {
+    const std::string_view line = scanner.line();
+    if (!line.starts_with("GRID")) continue;
+    const auto column = [&](std::string_view card, std::size_t first, std::size_t width) {
+      if (card.size() <= first) scanner.refuse("three coordinates", card);
+      return card.substr(first, width);
+    };
+    std::array<std::string_view, 5> words{};  // number, coordinate system, x, y, z
+    if (line.substr(0, 8).find(',') != std::string_view::npos) {
+      const auto parts = split_commas(line);
+      std::copy_n(parts.begin() + 1, words.size(), words.begin());
+      if (words[4].empty()) scanner.refuse("three coordinates", line);
+    } else if (line.starts_with("GRID*")) {
+      const std::string_view next = scanner.line();
+      words = {column(line, 8, 16), column(line, 24, 16), column(line, 40, 16),
+               column(line, 56, 16), column(next, 8, 16)};
+    } else {
+      words = {column(line, 8, 8), column(line, 16, 8), column(line, 24, 8), column(line, 32, 8),
+               column(line, 40, 8)};
+    }
+    const auto bare = [](std::string_view word) {
+      word.remove_prefix(std::min(word.find_first_not_of(' '), word.size()));
+      return word.substr(0, word.find(' '));
+    };
+    if (!bare(words[1]).empty() && bare(words[1]) != "0") {
+      scanner.refuse("nodes in the basic coordinate system", line);
+    }
+    const auto id = scanner.parse<std::int64_t>(bare(words[0]));
+    found.add(id, {words[2], words[3], words[4]}, scanner);
   }
   return found;
 }
@@ -218,8 +271,9 @@ CoordinateFields find_coordinates(const path& file, std::string_view text) {
   if (extension == ".msh") return find_in_msh(file, text);
   if (extension == ".mesh") return find_in_mesh(file, text);
   if (extension == ".unv") return find_in_unv(file, text);
+  if (extension == ".bdf" || extension == ".nas") return find_in_bdf(file, text);
   if (extension == ".inp") return find_in_inp(file, text);
-  return {};
+  fail("FORMAT_UNKNOWN", file, "not one of Gmsh's formats");
 }
 
 }  // namespace meshsmooth::formats

@@ -89,21 +89,6 @@ Elements get_elements(const path& file) {
   return found;
 }
 
-/// For formats whose nodes we do not find ourselves.
-void get_nodes(CoordinateFields& found) {
-  std::vector<std::size_t> tags;
-  std::vector<double> places;
-  std::vector<double> unused;
-  gmsh::model::mesh::getNodes(tags, places, unused, -1, -1, false, false);
-  std::vector<std::size_t> order(tags.size());
-  for (std::size_t node = 0; node < order.size(); ++node) order[node] = node;
-  std::sort(order.begin(), order.end(), [&](auto a, auto b) { return tags[a] < tags[b]; });
-  for (const std::size_t node : order) {
-    found.node_ids.push_back(static_cast<std::int64_t>(tags[node]));
-    found.positions.push_back({places[3 * node], places[3 * node + 1], places[3 * node + 2]});
-  }
-}
-
 void add_cells(const path& file, const Elements& elements, const Places& nodes,
                vtkUnstructuredGrid& grid) {
   for (const Row& row : elements.rows) {
@@ -214,10 +199,6 @@ MeshFile read_gmsh(const path& file) {
 
   GmshSession session;
   session.run("FORMAT_ERROR", file, [&] { gmsh::merge(file.string()); });
-  if (content.fields.fields.empty()) {
-    content.text.clear();
-    get_nodes(content.fields);
-  }
   const Elements elements = get_elements(file);
   const Places nodes = places_of(content.fields.node_ids);
   if (nodes.size() != content.fields.node_ids.size()) {

@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <map>
 #include <set>
 #include <sstream>
 #include <tuple>
+#include <unordered_map>
 
 #include "cells.hpp"
 #include "content.hpp"
@@ -39,6 +41,24 @@ Tags make_tags(vtkDataArray* ids, vtkIdType count) {
   return unique ? own : tags;
 }
 
+/// 1, 2 … for the nodes of elements; 0 for others. MEDIT files have no node
+/// numbers, and Gmsh leaves out nodes of no element there.
+Tags number_used_nodes(vtkUnstructuredGrid& grid) {
+  Tags tags(static_cast<std::size_t>(grid.GetNumberOfPoints()), 0);
+  const vtkNew<vtkIdList> cell;
+  for (vtkIdType id = 0; id < grid.GetNumberOfCells(); ++id) {
+    grid.GetCellPoints(id, cell);
+    for (vtkIdType corner = 0; corner < cell->GetNumberOfIds(); ++corner) {
+      tags[static_cast<std::size_t>(cell->GetId(corner))] = 1;
+    }
+  }
+  std::size_t last = 0;
+  for (std::size_t& tag : tags) {
+    if (tag != 0) tag = ++last;
+  }
+  return tags;
+}
+
 /// Elements of one entity and type.
 struct Batch {
   Tags tags;
@@ -52,7 +72,9 @@ class ModelBuilder {
       : file_(file),
         grid_(grid),
         node_tags_(
-            make_tags(grid.GetPointData()->GetArray(kNodeIdArray), grid.GetNumberOfPoints())),
+            extension_of(file) == ".mesh"
+                ? number_used_nodes(grid)
+                : make_tags(grid.GetPointData()->GetArray(kNodeIdArray), grid.GetNumberOfPoints())),
         cell_tags_(
             make_tags(grid.GetCellData()->GetArray(kElementIdArray), grid.GetNumberOfCells())) {}
 
@@ -121,12 +143,17 @@ class ModelBuilder {
   }
 
   void add_nodes() const {
-    std::vector<double> places(3 * node_tags_.size());
+    Tags tags;
+    std::vector<double> places;
     for (std::size_t node = 0; node < node_tags_.size(); ++node) {
-      grid_.GetPoint(static_cast<vtkIdType>(node), places.data() + 3 * node);
+      if (node_tags_[node] == 0) continue;
+      std::array<double, 3> place{};
+      grid_.GetPoint(static_cast<vtkIdType>(node), place.data());
+      tags.push_back(node_tags_[node]);
+      places.insert(places.end(), place.begin(), place.end());
     }
     const auto& [key, entity] = *entities_.rbegin();  // of the highest dimension
-    gmsh::model::mesh::addNodes(std::get<0>(key), entity, node_tags_, places);
+    gmsh::model::mesh::addNodes(std::get<0>(key), entity, tags, places);
   }
 
   void add_physical_groups() const {
@@ -186,32 +213,37 @@ void append_views(const path& file, vtkFieldData* data, const char* kind, const 
 /// Gmsh prints too few digits; here every coordinate gets all it needs.
 void restore_digits(const path& file, vtkUnstructuredGrid& grid, const Tags& node_tags) {
   const std::string text = read_bytes(file);
-  const CoordinateFields fields = find_coordinates(file, text);
-  if (fields.fields.empty()) return;
-  // MEDIT numbers its nodes; they come in the order of their tags.
-  std::vector<std::pair<std::size_t, vtkIdType>> places;
-  for (const std::size_t tag : node_tags) {
-    places.emplace_back(tag, static_cast<vtkIdType>(places.size()));
+  CoordinateFields fields = find_coordinates(file, text);
+  constexpr double kOther = std::numeric_limits<double>::quiet_NaN();
+  for (Vec3d& read : fields.positions) read = {kOther, kOther, kOther};  // write all anew
+  std::unordered_map<std::int64_t, vtkIdType> places;
+  for (std::size_t node = 0; node < node_tags.size(); ++node) {
+    places.emplace(static_cast<std::int64_t>(node_tags[node]), static_cast<vtkIdType>(node));
   }
-  std::sort(places.begin(), places.end());
-  const bool numbered = extension_of(file) == ".mesh";
   std::vector<Vec3d> positions;
-  for (std::size_t row = 0; row < fields.node_ids.size(); ++row) {
-    const auto id = static_cast<std::size_t>(fields.node_ids[row]);
-    const auto found = numbered ? places.begin() + static_cast<std::ptrdiff_t>(id - 1)
-                                : std::lower_bound(places.begin(), places.end(),
-                                                   std::pair<std::size_t, vtkIdType>{id, 0});
+  positions.reserve(fields.node_ids.size());
+  for (const std::int64_t id : fields.node_ids) {
     std::array<double, 3> place{};
-    grid.GetPoint(found->second, place.data());
+    grid.GetPoint(places.at(id), place.data());
     positions.push_back({place[0], place[1], place[2]});
   }
   write_bytes(file, replace_coordinates(text, fields, std::span<const Vec3d>(positions)));
 }
 
+/// What Gmsh's writers leave out without a word.
+bool can_carry(const std::string& extension, ElementType type) {
+  if (type == ElementType::pyramid) {
+    return extension != ".unv" && extension != ".inp" && extension != ".mesh";
+  }
+  return type != ElementType::wedge || extension != ".mesh";
+}
+
 void check_cells(const path& file, const Mesh& mesh) {
   for (const ElementBlock& block : mesh.blocks) {
-    if (block.type == ElementType::pyramid && extension_of(file) == ".unv") {
-      fail("ELEMENT_NOT_SUPPORTED", file, ".unv files cannot carry a pyramid");
+    if (!can_carry(extension_of(file), block.type)) {
+      fail("ELEMENT_NOT_SUPPORTED", file,
+           extension_of(file) + " files cannot carry a " +
+               std::string(element_shape(block.type).name));
     }
   }
 }

@@ -163,16 +163,24 @@ void write_mesh_file(const path& file, const MeshFile& content) {
   check_writable(file);
   const path partial = partial_path(file);
   std::error_code error;
+  const auto clean_up = [&] {
+    for (const auto& [from, to] : written_files(partial, file)) {
+      std::filesystem::remove(from, error);
+    }
+  };
   try {
     writable_format(file).write(partial, content);
     for (const auto& [from, to] : written_files(partial, file)) {
       std::filesystem::rename(from, to, error);
       if (error) fail("FILE_NOT_WRITABLE", to, error.message());
     }
+  } catch (const Error& failure) {  // say the caller's name of the file
+    clean_up();
+    std::string text = failure.what();
+    if (text.starts_with(partial.string())) text.erase(0, partial.string().size() + 2);
+    fail(failure.reason(), file, text);
   } catch (...) {
-    for (const auto& [from, to] : written_files(partial, file)) {
-      std::filesystem::remove(from, error);
-    }
+    clean_up();
     throw;
   }
 }

@@ -61,19 +61,24 @@ class MeshFile {
 ///   .vtu         VTK      f32, f64   point, cell and field data, passengers
 ///   .vtk         VTK      f32, f64   the same; binary is written
 ///   .vtp         VTK      f32, f64   the same, surfaces only
-///   .ply         VTK      f32        colours, surfaces only
-///   .obj         own      f64        every other line of the file, surfaces only
-///   .stl         VTK      f32        nothing, triangles only
-///   .msh         Gmsh     f64        ids, physical groups, entities, data views, passengers
-///   .mesh        Gmsh     f64        reference numbers, passengers
-///   .unv         Gmsh     f64        ids, groups, passengers
-///   .bdf .nas    Gmsh     f64        ids, property ids, passengers
-///   .inp         Gmsh     f64        written only: ids, element sets, passengers
-///   .node .ele   TetGen   f64        attributes, markers, first number; tetrahedra only
+///   .ply         VTK      f32        vertex colours; surfaces only
+///   .obj         own      f64        all other lines; surfaces only
+///   .stl         VTK      f32        nothing; triangles only
+///   .msh         Gmsh     f64        all other bytes; versions 2 and 4.1
+///   .mesh        Gmsh     f64        all other bytes; no wedges, no pyramids
+///   .unv         Gmsh     f64        all other bytes; no pyramids
+///   .bdf .nas    Gmsh     columns    all other bytes; digits as the columns allow
+///   .inp         Gmsh     f64        written only: ids, element sets; no pyramids
+///   .node .ele   own      f64        all other bytes; tetrahedra only
 ///
-/// Writing to another format than the one read converts what that format can
-/// carry; an element type it cannot carry is an error. Not thread-safe: the
-/// Gmsh library has one global state.
+/// "All other bytes": written to the format it was read from, the file changes
+/// in its coordinates alone. Writing to another format converts what that
+/// format can carry: data arrays, ids, physical groups (VTK and MSH both ways),
+/// passengers; an element type it cannot carry is an error. Not thread-safe:
+/// the Gmsh library has one global state.
+///
+/// A wedge's first triangle looks outward, as VTK's documentation says and
+/// Gmsh's and OpenFOAM's VTK files have it.
 ///
 /// Errors: FILE_NOT_FOUND, FILE_NOT_READABLE, FORMAT_UNKNOWN (also: built
 /// without the library), FORMAT_ERROR, FILE_TRUNCATED, MESH_EMPTY (nothing to

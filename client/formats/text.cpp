@@ -83,7 +83,10 @@ std::string_view Scanner::bytes(std::size_t count) {
 std::size_t Scanner::count() {
   const std::string_view word = token();
   const auto value = parse<std::size_t>(word);
-  if (value > text_.size()) refuse("a number of things that fits in the file", word);
+  if (value > text_.size()) {
+    fail("FILE_TRUNCATED", path_,
+         where() + ": the file is too short for the " + std::string(word) + " things it announces");
+  }
   return value;
 }
 

@@ -17,6 +17,7 @@
 
 #include <algorithm>
 #include <string>
+#include <string_view>
 
 #include "cells.hpp"
 #include "content.hpp"
