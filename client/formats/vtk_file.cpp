@@ -1,5 +1,6 @@
 #include <vtkCellData.h>
 #include <vtkDataSetReader.h>
+#include <vtkLogger.h>
 #include <vtkObjectFactory.h>
 #include <vtkOutputWindow.h>
 #include <vtkPLYReader.h>
@@ -21,6 +22,7 @@
 
 #include "cells.hpp"
 #include "content.hpp"
+#include "ply_check.hpp"
 #include "readers.hpp"
 #include "text.hpp"
 
@@ -36,13 +38,18 @@ class ComplaintWindow : public vtkOutputWindow {
     note(text);
   }
   void DisplayErrorText(const char* text) override { note(text); }
-  void DisplayWarningText(const char*) override {}
-  void DisplayGenericWarningText(const char*) override {}
+  void DisplayWarningText(const char* text) override { note_if_serious(text); }
+  void DisplayGenericWarningText(const char* text) override { note_if_serious(text); }
   void DisplayDebugText(const char*) override {}
 
   std::string first;
 
  private:
+  // Some readers only warn of a file that ends too early.
+  void note_if_serious(const char* text) {
+    if (text != nullptr && std::string_view(text).find("rror") != std::string_view::npos)
+      note(text);
+  }
   void note(const char* text) {
     if (first.empty() && text != nullptr) first = text;
   }
@@ -51,16 +58,26 @@ vtkStandardNewMacro(ComplaintWindow);
 
 class Complaints {
  public:
-  Complaints() : before_(vtkOutputWindow::GetInstance()) { vtkOutputWindow::SetInstance(window_); }
-  ~Complaints() { vtkOutputWindow::SetInstance(before_); }
+  Complaints() : before_(vtkOutputWindow::GetInstance()) {
+    vtkOutputWindow::SetInstance(window_);
+    vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF);
+  }
+  ~Complaints() {
+    vtkLogger::SetStderrVerbosity(verbosity_before_);
+    vtkOutputWindow::SetInstance(before_);
+  }
   Complaints(const Complaints&) = delete;
   Complaints& operator=(const Complaints&) = delete;
 
   /// The first one in one line, without VTK's source file and address; or "".
   [[nodiscard]] std::string first() const {
     std::string text = window_->first;
-    if (const auto place = text.find("): "); place != std::string::npos) text.erase(0, place + 3);
     std::replace(text.begin(), text.end(), '\n', ' ');
+    for (const char* sign : {"): ", ".cxx, line "}) {
+      if (const auto place = text.find(sign); place != std::string::npos) {
+        text.erase(0, place + std::string_view(sign).size());
+      }
+    }
     text.erase(text.find_last_not_of(" \t\r") + 1);
     return text;
   }
@@ -68,6 +85,7 @@ class Complaints {
  private:
   vtkNew<ComplaintWindow> window_;
   vtkSmartPointer<vtkOutputWindow> before_;
+  vtkLogger::Verbosity verbosity_before_ = vtkLogger::GetCurrentVerbosityCutoff();
 };
 
 template <class Reader>
@@ -110,11 +128,14 @@ void check_signature(const std::filesystem::path& path) {
   const auto refuse = [&](const char* kind) {
     fail("FORMAT_ERROR", path, std::string("this is no ") + kind + " file");
   };
-  if (extension == ".ply") {
-    if (!bytes.starts_with("ply")) refuse("PLY");
-    if (bytes.find("end_header") == std::string::npos) {
-      fail("FILE_TRUNCATED", path, "the file ends in its header");
+  if (extension == ".vtu" || extension == ".vtp") {
+    const std::size_t last = bytes.find_last_not_of(" \t\r\n");
+    if (bytes.find("<VTKFile") == std::string::npos) refuse("VTK XML");
+    if (!std::string_view(bytes).substr(0, last + 1).ends_with("</VTKFile>")) {
+      fail("FILE_TRUNCATED", path, "there is no </VTKFile> at its end");
     }
+  } else if (extension == ".ply") {
+    check_ply(path, bytes);
   } else if (extension == ".vtk") {
     if (!bytes.starts_with("# vtk DataFile Version")) refuse("legacy VTK");
   } else if (extension == ".stl") {
