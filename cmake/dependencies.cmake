@@ -32,3 +32,10 @@ endif()
 if(MESHSMOOTH_BUILD_BENCHMARKS)
   find_package(benchmark 1.7 REQUIRED)
 endif()
+
+option(MESHSMOOTH_STATIC_GRPC "Link gRPC, protobuf and what they need from their archives" ON)
+# The sanitizers' suppressions name the shared libraries.
+if(MESHSMOOTH_STATIC_GRPC AND NOT CMAKE_CXX_FLAGS MATCHES "-fsanitize")
+  include(static_archives)
+  meshsmooth_prefer_archives(gRPC::grpc++ gRPC::grpc++_reflection protobuf::libprotobuf)
+endif()

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace meshsmooth::server {
+
+/// Every setting of the server with its unit and default. The ranges stand with
+/// the flags in src/config.cpp.
+struct ServerConfig {
+  std::string listen = "127.0.0.1:50051";  // HOST:PORT, unix:PATH; empty: in-process only
+  std::string backend = "auto";
+  int lanes = 1;             // jobs that run at the same time
+  int threads_per_lane = 0;  // 0: all cores shared by the lanes
+
+  std::int64_t host_memory_limit_bytes = 0;  // 0: 80 % of what machine and cgroup allow
+  std::int64_t max_job_bytes = 0;            // all that one job needs; 0: the host memory limit
+  std::int64_t max_node_count = INT32_MAX;
+  std::int64_t max_element_count = INT32_MAX;
+  int max_queued_jobs = 100;          // admitted, not yet running
+  std::int64_t max_queued_bytes = 0;  // mesh bytes of those; 0: the host memory limit
+  int max_kept_jobs = 1000;           // ended jobs that ListJobs still knows
+
+  double max_queue_timeout_seconds = 3600;
+  double stream_idle_timeout_seconds = 60;  // between two chunks of an upload
+  double drop_timeout_seconds = 1;          // after StopSending, until half-close
+  double lame_duck_seconds = 5;             // not serving, but still accepting
+  double drain_grace_seconds = 30;          // for the running jobs, after that
+
+  int early_data_bytes = 64 * 1024;
+  int max_chunk_bytes = 2 * 1024 * 1024;
+  int result_chunk_bytes = 256 * 1024;
+  int max_receive_message_bytes = 4 * 1024 * 1024;
+  /// HTTP/2 flow-control window of a stream; 0: gRPC adapts it to the network.
+  /// A fixed window bounds the memory of many uploads (64 uploads of 32 MiB:
+  /// 0.3 instead of 2 GiB) but costs 15-26 % on loopback and a factor of 4 at
+  /// 5 ms round trip.
+  int stream_window_bytes = 0;
+  int max_concurrent_streams = 128;  // per connection
+  double keepalive_time_seconds = 60;
+  double keepalive_timeout_seconds = 20;
+  double min_client_ping_interval_seconds = 15;
+  double max_connection_age_seconds = 3600;  // 0: for ever; running calls are never cut
+
+  std::string log_level = "info";  // debug, info, warn, error, off
+};
+
+}  // namespace meshsmooth::server

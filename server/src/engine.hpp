@@ -1,0 +1,96 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "job.hpp"
+#include "job_queue.hpp"
+#include "job_store.hpp"
+#include "lane.hpp"
+#include "ledger.hpp"
+#include "meshsmooth/server.hpp"
+#include "meshsmooth/server_config.hpp"
+
+namespace meshsmooth::server {
+
+/// Everything of the server that is not gRPC: admits jobs, runs them, ends
+/// them. Thread-safe.
+class Engine {
+ public:
+  /// Starts the lanes. `on_lane_broken` is called by a lane's own thread.
+  /// Throws what `factory` throws.
+  Engine(
+      ServerConfig config, const SmootherFactory& factory,
+      std::function<void()> on_lane_broken = [] {});
+  /// Stops every job and waits for the lanes.
+  ~Engine();
+  Engine(const Engine&) = delete;
+  Engine& operator=(const Engine&) = delete;
+
+  /// With every 0 that stands for a default filled in.
+  [[nodiscard]] const ServerConfig& config() const { return config_; }
+  [[nodiscard]] wire::MeshLimits mesh_limits() const;
+
+  /// All that a job needs: its arrays, the smoother's own memory, buffers of
+  /// the stream. Throws OutOfMemory (MESH_TOO_LARGE) when it could never fit.
+  [[nodiscard]] MemoryEstimate estimate(const JobRequest& request) const;
+
+  /// Reserves first, then allocates. Throws OutOfMemory (MESH_TOO_LARGE,
+  /// HOST_MEMORY_BUSY, DEVICE_MEMORY_BUSY, QUEUE_FULL) or Error (DRAINING).
+  [[nodiscard]] std::shared_ptr<Job> admit(JobRequest request, Job::Observer observer);
+
+  /// Queues a job whose mesh is complete.
+  void submit(const std::shared_ptr<Job>& job);
+
+  /// Ends the job as soon as the actor whose turn it is looks; a queued one at
+  /// once.
+  void cancel(Job& job, std::exception_ptr cause);
+  /// Ends the job only if it still waits in the queue.
+  void expire(Job& job, std::exception_ptr cause);
+
+  /// Call for every job that ended: forgets, logs, counts.
+  void retire(const Job& job);
+
+  [[nodiscard]] const JobStore& store() const { return store_; }
+  [[nodiscard]] const JobQueue& queue() const { return queue_; }
+  [[nodiscard]] const Ledger& ledger() const { return ledger_; }
+  [[nodiscard]] const std::vector<std::unique_ptr<Lane>>& lanes() const { return lanes_; }
+  [[nodiscard]] std::string_view backend() const { return lanes_.front()->smoother().backend(); }
+
+  // The steps of a drain.
+  [[nodiscard]] bool draining() const { return draining_; }
+  void refuse_new() { draining_ = true; }
+  void hand_back_waiting();
+  void stop_all();
+  /// Waits for the lanes; they take no job any more.
+  void close();
+  /// Waits until the time has come, or `give_up`, or (idle) all jobs ended.
+  void wait(Clock::time_point until, const std::atomic<bool>& give_up);
+  void wait_idle(Clock::time_point until, const std::atomic<bool>& give_up);
+  /// Makes both look at `give_up`.
+  void wake();
+
+ private:
+  const ServerConfig config_;
+  const std::string instance_;  // makes job names differ between runs
+  Ledger ledger_;
+  JobQueue queue_;
+  JobStore store_;
+  std::atomic<bool> draining_ = false;
+  std::atomic<std::int64_t> next_sequence_ = 1;
+  std::mutex idle_mutex_;
+  std::condition_variable idle_;
+  std::vector<std::unique_ptr<Lane>> lanes_;
+};
+
+/// The error of every call that a leaving server refuses.
+[[nodiscard]] std::exception_ptr draining_error();
+
+}  // namespace meshsmooth::server

@@ -1,0 +1,245 @@
+#include "rpc/messages.hpp"
+
+#include <google/protobuf/util/time_util.h>
+
+#include <algorithm>
+#include <cctype>
+#include <string_view>
+#include <variant>
+
+#include "meshsmooth/error.hpp"
+#include "rpc/status.hpp"
+#include "wire/codec.hpp"
+
+namespace meshsmooth::server {
+namespace {
+
+[[noreturn]] void throw_not_supported(const std::string& field, const std::string& what) {
+  throw NotSupported("OPTION_NOT_SUPPORTED", field + ": " + what, {{"field", field}});
+}
+
+[[noreturn]] void throw_out_of_range(const std::string& field, const std::string& what) {
+  throw InvalidOption("OPTION_OUT_OF_RANGE", field + ": " + what, {{"field", field}});
+}
+
+// The id goes into logs and answers, so it must be what it says.
+void check_request_id(const std::string& id) {
+  if (id.empty()) return;
+  bool is_uuid = id.size() == 36;
+  for (std::size_t i = 0; is_uuid && i < id.size(); ++i) {
+    const bool dash = i == 8 || i == 13 || i == 18 || i == 23;
+    is_uuid = dash ? id[i] == '-' : std::isxdigit(static_cast<unsigned char>(id[i])) != 0;
+  }
+  if (!is_uuid) throw_out_of_range("request_id", "not a UUID");
+}
+
+Priority decode_priority(v1::Priority priority) {
+  switch (priority) {
+    case v1::PRIORITY_BATCH:
+      return Priority::batch;
+    case v1::PRIORITY_UNSPECIFIED:
+    case v1::PRIORITY_NORMAL:
+      return Priority::normal;
+    case v1::PRIORITY_INTERACTIVE:
+      return Priority::interactive;
+    default:
+      throw_not_supported("priority", "unknown priority " + std::to_string(priority));
+  }
+}
+
+v1::Priority encode_priority(Priority priority) {
+  return static_cast<v1::Priority>(static_cast<int>(priority) + 1);
+}
+static_assert(static_cast<int>(Priority::batch) + 1 == v1::PRIORITY_BATCH &&
+              static_cast<int>(Priority::interactive) + 1 == v1::PRIORITY_INTERACTIVE);
+
+v1::BackendKind backend_kind(std::string_view backend) {
+  return backend.starts_with("cuda") ? v1::BACKEND_KIND_CUDA : v1::BACKEND_KIND_CPU;
+}
+
+void check_backend(v1::BackendKind wanted, std::string_view backend) {
+  if (wanted == v1::BACKEND_KIND_UNSPECIFIED || wanted == backend_kind(backend)) return;
+  if (!v1::BackendKind_IsValid(wanted)) {
+    throw_not_supported("backend_kind", "unknown backend " + std::to_string(wanted));
+  }
+  throw NotSupported("BACKEND_NOT_AVAILABLE",
+                     "this server runs backend " + std::string(backend) + " only",
+                     {{"field", "backend_kind"}});
+}
+
+google::protobuf::Timestamp encode_time(std::chrono::system_clock::time_point time) {
+  return google::protobuf::util::TimeUtil::NanosecondsToTimestamp(
+      std::chrono::duration_cast<std::chrono::nanoseconds>(time.time_since_epoch()).count());
+}
+
+v1::JobError encode_error(const std::exception_ptr& error, const std::string& incident) {
+  const wire::StatusDetails details = describe_error(error, incident);
+  v1::JobError message;
+  message.set_code(details.code);
+  message.set_reason(details.reason);
+  message.set_message(details.message);
+  for (const auto& [key, value] : details.metadata) (*message.mutable_metadata())[key] = value;
+  return message;
+}
+
+template <std::size_t... I>
+void add_method_names(v1::GetServerInfoResponse& info, std::index_sequence<I...>) {
+  (info.add_methods(std::string(method_name(std::variant_alternative_t<I, Method>{}))), ...);
+}
+
+}  // namespace
+
+DecodedSpec decode_spec(const v1::JobSpec& spec, const Engine& engine) {
+  const ServerConfig& config = engine.config();
+  if (!spec.topology_name().empty()) {
+    throw_not_supported("topology_name", "this server keeps no topologies; send it inline");
+  }
+  if (spec.has_result_ttl()) {
+    throw_not_supported("result_ttl", "this server keeps no results; stay on the call");
+  }
+  if (!spec.has_inline_topology()) {
+    throw InvalidOption("SPEC_MISSING", "inline_topology: the spec announces no mesh",
+                        {{"field", "inline_topology"}});
+  }
+  check_request_id(spec.request_id());
+  check_backend(spec.backend_kind(), engine.backend());
+
+  DecodedSpec decoded;
+  decoded.job.request_id = spec.request_id();
+  decoded.job.options = wire::decode_options(spec.options());
+  decoded.job.options.history = spec.iteration_history_included();
+  decoded.job.priority = decode_priority(spec.priority());
+  decoded.job.layout =
+      wire::decode_layout(spec.inline_topology(), spec.coordinate_type(), engine.mesh_limits());
+
+  if (spec.has_progress_interval()) {
+    decoded.call.progress_interval =
+        wire::decode_duration(spec.progress_interval(), "progress_interval");
+  }
+  decoded.call.queue_timeout = std::chrono::duration_cast<std::chrono::nanoseconds>(
+      std::chrono::duration<double>(config.max_queue_timeout_seconds));
+  if (spec.has_queue_timeout()) {
+    decoded.call.queue_timeout = std::min(
+        decoded.call.queue_timeout, wire::decode_duration(spec.queue_timeout(), "queue_timeout"));
+  }
+  if (spec.max_result_chunk_bytes() < 0) throw_out_of_range("max_result_chunk_bytes", "negative");
+  decoded.call.result_chunk_bytes =
+      spec.max_result_chunk_bytes() == 0
+          ? config.result_chunk_bytes
+          : std::min(spec.max_result_chunk_bytes(), config.max_chunk_bytes);
+  decoded.call.validate_only = spec.validate_only();
+  return decoded;
+}
+
+v1::State encode_state(JobState state) {
+  switch (state) {
+    case JobState::receiving:
+      return v1::STATE_RECEIVING;
+    case JobState::queued:
+      return v1::STATE_QUEUED;
+    case JobState::running:
+      return v1::STATE_RUNNING;
+    case JobState::sending:
+      return v1::STATE_SENDING;
+    case JobState::succeeded:
+      return v1::STATE_SUCCEEDED;
+    case JobState::failed:
+      return v1::STATE_FAILED;
+    case JobState::cancelled:
+      return v1::STATE_CANCELLED;
+  }
+  __builtin_unreachable();
+}
+
+v1::Progress encode_progress(const JobSnapshot& now, int queue_position) {
+  v1::Progress message;
+  message.set_state(encode_state(now.state));
+  message.set_queue_position(queue_position);
+  if (now.progress_count == 0) return message;
+  message.set_stage(wire::encode_stage(now.progress.stage));
+  message.set_iteration(now.progress.iteration);
+  message.set_max_displacement(now.progress.max_displacement);
+  message.set_rms_displacement(now.progress.rms_displacement);
+  return message;
+}
+
+v1::Job encode_job(const Job& job, const Engine& engine) {
+  const JobSnapshot now = job.snapshot();
+  const JobRequest& request = job.request();
+  v1::Job message;
+  message.set_name(job.name());
+  message.set_request_id(request.request_id);
+  message.set_state(encode_state(now.state));
+  *message.mutable_create_time() = encode_time(now.times.created);
+  if (now.times.started) {
+    const auto delay = std::chrono::duration_cast<std::chrono::system_clock::duration>(
+        *now.times.started - now.times.admitted);
+    *message.mutable_start_time() = encode_time(now.times.created + delay);
+  }
+  if (has_ended(now.state)) *message.mutable_end_time() = encode_time(now.times.ended_wall);
+  message.set_priority(encode_priority(request.priority));
+  message.set_node_count(request.layout.node_count);
+  message.set_element_count(request.layout.element_count());
+  message.set_queue_position(engine.queue().position(job));
+  *message.mutable_last_progress() = encode_progress(now, message.queue_position());
+  if (now.error) *message.mutable_error() = encode_error(now.error, job.name());
+  if (now.summary) *message.mutable_summary() = encode_job_summary(job, now);
+  return message;
+}
+
+v1::Summary encode_job_summary(const Job& job, const JobSnapshot& now) {
+  v1::Summary message = wire::encode_summary(*now.summary);
+  v1::Timings* timings = message.mutable_timings();
+  *timings->mutable_receive() = wire::encode_seconds(now.times.receive_seconds());
+  *timings->mutable_queue() = wire::encode_seconds(now.times.queue_seconds());
+  *timings->mutable_send() = wire::encode_seconds(now.times.send_seconds());
+  v1::Execution* execution = message.mutable_execution();
+  execution->set_host_peak_bytes(execution->host_peak_bytes() + job.request().layout.total_bytes());
+  execution->set_server_version(MESHSMOOTH_VERSION);
+  *message.mutable_options() = wire::encode_options(job.request().options);
+  return message;
+}
+
+v1::GetServerInfoResponse encode_server_info(const Engine& engine) {
+  const ServerConfig& config = engine.config();
+  v1::GetServerInfoResponse info;
+  info.set_server_version(MESHSMOOTH_VERSION);
+  info.set_build_commit(MESHSMOOTH_BUILD_COMMIT);
+  info.add_api_versions("meshsmooth.v1");
+  *info.mutable_default_options() = wire::encode_options(SmoothOptions{});
+  add_method_names(info, std::make_index_sequence<std::variant_size_v<Method>>{});
+  for (const ElementType type : kElementTypes) {
+    info.add_element_types(wire::encode_element_type(type));
+  }
+  info.set_draining(engine.draining());
+
+  v1::Limits* limits = info.mutable_limits();
+  limits->set_max_chunk_bytes(config.max_chunk_bytes);
+  limits->set_max_job_bytes(config.max_job_bytes);
+  limits->set_max_node_count(config.max_node_count);
+  limits->set_max_element_count(config.max_element_count);
+  limits->set_max_queued_job_count(config.max_queued_jobs);
+  limits->set_max_concurrent_streams(config.max_concurrent_streams);
+  *limits->mutable_max_queue_timeout() = wire::encode_seconds(config.max_queue_timeout_seconds);
+  *limits->mutable_stream_idle_timeout() = wire::encode_seconds(config.stream_idle_timeout_seconds);
+  limits->set_early_data_bytes(config.early_data_bytes);
+
+  v1::Backend* backend = info.add_backends();
+  const std::string name(engine.backend());
+  backend->set_kind(backend_kind(name));
+  backend->set_name(name);
+  backend->set_total_bytes(engine.ledger().limit().host_bytes);
+  backend->set_reserved_bytes(engine.ledger().reserved().host_bytes);
+  backend->set_lane_count(static_cast<int>(engine.lanes().size()));
+  bool healthy = true;
+  int busy = 0;
+  for (const auto& lane : engine.lanes()) {
+    if (lane->busy()) ++busy;
+    healthy = healthy && !lane->broken();
+  }
+  backend->set_busy_lane_count(busy);
+  backend->set_healthy(healthy);
+  return info;
+}
+
+}  // namespace meshsmooth::server

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <chrono>
+#include <optional>
+#include <string>
+
+#include "engine.hpp"
+#include "job.hpp"
+#include "meshsmooth/v1/smoothing.pb.h"
+
+namespace meshsmooth::server {
+
+/// What a JobSpec says of the call rather than of the job.
+struct CallOptions {
+  std::optional<std::chrono::nanoseconds> progress_interval;  // unset: no progress
+  std::chrono::nanoseconds queue_timeout{};
+  int result_chunk_bytes = 0;
+  bool validate_only = false;
+};
+
+struct DecodedSpec {
+  JobRequest job;
+  CallOptions call;
+};
+
+/// Checks everything but memory. Throws InvalidMesh, InvalidOption,
+/// NotSupported, OutOfMemory (MESH_TOO_LARGE).
+[[nodiscard]] DecodedSpec decode_spec(const v1::JobSpec& spec, const Engine& engine);
+
+[[nodiscard]] v1::State encode_state(JobState state);
+[[nodiscard]] v1::Progress encode_progress(const JobSnapshot& now, int queue_position);
+
+/// The job with all that is known of it now.
+[[nodiscard]] v1::Job encode_job(const Job& job, const Engine& engine);
+
+/// Core's summary and what the server knows: waiting times, options, version.
+[[nodiscard]] v1::Summary encode_job_summary(const Job& job, const JobSnapshot& now);
+
+[[nodiscard]] v1::GetServerInfoResponse encode_server_info(const Engine& engine);
+
+}  // namespace meshsmooth::server

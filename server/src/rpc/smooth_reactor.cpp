@@ -1,0 +1,412 @@
+#include "rpc/smooth_reactor.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <string>
+#include <utility>
+
+#include "log.hpp"
+#include "meshsmooth/error.hpp"
+#include "rpc/status.hpp"
+
+namespace meshsmooth::server {
+namespace {
+
+using namespace std::chrono_literals;
+
+// Faster progress would only cost the lane time.
+constexpr auto kMinProgressInterval = 10ms;
+constexpr auto kQueuePositionInterval = 100ms;
+
+Clock::duration to_duration(double seconds) {
+  return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+}
+
+std::optional<Clock::time_point> call_deadline(const grpc::CallbackServerContext& context) {
+  const auto left = context.deadline() - std::chrono::system_clock::now();
+  if (left > std::chrono::hours(24 * 365)) return std::nullopt;
+  return Clock::now() + left;
+}
+
+// After these only the caller's half-close is awaited; the mesh is not ours.
+bool is_our_turn(JobState state) {
+  return state == JobState::receiving || state == JobState::sending;
+}
+
+}  // namespace
+
+SmoothReactor* SmoothReactor::start(Engine& engine, grpc::CallbackServerContext* context) {
+  const std::shared_ptr<SmoothReactor> reactor(new SmoothReactor(engine, context));
+  reactor->self_ = reactor;
+  reactor->pump();
+  return reactor.get();
+}
+
+SmoothReactor::SmoothReactor(Engine& engine, grpc::CallbackServerContext* context)
+    : engine_(engine), context_(context), last_read_(Clock::now()) {
+  if (engine_.draining()) error_ = draining_error();
+}
+
+void SmoothReactor::OnReadDone(bool ok) {
+  std::unique_lock lock(mutex_);
+  last_read_ = Clock::now();
+  if (!ok) {
+    half_closed_ = true;
+    // A client that is gone ends its stream too; OnCancel says so.
+    if (!error_ && !mesh_complete_ && !call_.validate_only && !context_->IsCancelled()) {
+      try {
+        if (!job_) throw InvalidOption("SPEC_MISSING", "the stream ended before a spec came");
+        if (is_our_turn(job_->state())) job_->mesh().finish();
+      } catch (...) {
+        fail(std::current_exception());
+      }
+    }
+  } else if (!error_ && !call_.validate_only) {
+    ingesting_ = true;
+    lock.unlock();
+    std::exception_ptr error;
+    try {
+      ingest();
+    } catch (...) {
+      error = std::current_exception();
+    }
+    lock.lock();
+    ingesting_ = false;
+    if (error) fail(error);
+  }
+  reading_ = false;
+  lock.unlock();
+  pump();
+}
+
+void SmoothReactor::ingest() {
+  switch (request_.message_case()) {
+    case v1::SmoothRequest::kSpec:
+      return ingest_spec(request_.spec());
+    case v1::SmoothRequest::kChunk:
+      if (!job_) throw InvalidOption("SPEC_MISSING", "a chunk came before the spec");
+      if (mesh_complete_) {
+        throw InvalidMesh("ARRAY_SIZE_MISMATCH", "a chunk came after the last announced byte");
+      }
+      job_->mesh().add(request_.chunk());
+      break;
+    case v1::SmoothRequest::MESSAGE_NOT_SET:
+      throw NotSupported("OPTION_NOT_SUPPORTED", "a message that this server does not know");
+  }
+  if (job_->mesh().complete()) {
+    const std::lock_guard lock(mutex_);
+    mesh_complete_ = true;
+  }
+}
+
+void SmoothReactor::ingest_spec(const v1::JobSpec& spec) {
+  if (job_) {
+    throw InvalidOption("OPTION_OUT_OF_RANGE", "spec: it came twice", {{"field", "spec"}});
+  }
+  try {
+    DecodedSpec decoded = decode_spec(spec, engine_);
+    decoded.job.deadline = call_deadline(*context_);
+    MemoryEstimate estimate;
+    std::shared_ptr<Job> job;
+    if (decoded.call.validate_only) {
+      estimate = engine_.estimate(decoded.job);
+    } else {
+      job = engine_.admit(std::move(decoded.job), [weak = weak_from_this()] {
+        if (const auto reactor = weak.lock()) reactor->pump();
+      });
+    }
+    const std::lock_guard lock(mutex_);
+    job_ = std::move(job);
+    estimate_ = estimate;
+    call_ = decoded.call;
+    output_ = Output::accepted;
+  } catch (...) {
+    log_refused(std::current_exception());
+    throw;
+  }
+}
+
+void SmoothReactor::OnWriteDone(bool ok) {
+  {
+    const std::lock_guard lock(mutex_);
+    writing_ = false;
+    if (!ok && !client_gone_) {
+      client_gone_ = true;
+      fail(std::make_exception_ptr(Cancelled("CANCELLED_BY_CLIENT", "the client is gone")));
+    }
+  }
+  pump();
+}
+
+void SmoothReactor::OnCancel() {
+  {
+    const std::lock_guard lock(mutex_);
+    client_gone_ = true;
+    if (deadline_passed()) {
+      const bool running = job_ && job_->snapshot().times.started;
+      fail(std::make_exception_ptr(
+          running ? DeadlineExceeded("DEADLINE_RUNNING",
+                                     "the deadline passed while the job was running")
+                  : DeadlineExceeded("DEADLINE_IN_QUEUE",
+                                     "the deadline passed before the job could run")));
+    } else {
+      fail(std::make_exception_ptr(
+          Cancelled("CANCELLED_BY_CLIENT", "the client cancelled or is gone")));
+    }
+  }
+  pump();
+}
+
+void SmoothReactor::OnDone() { self_.reset(); }
+
+void SmoothReactor::on_timer(int generation) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (generation != alarm_generation_) return;
+    alarm_at_.reset();
+  }
+  pump();
+}
+
+void SmoothReactor::pump() {
+  const auto keep_alive = shared_from_this();
+  std::unique_lock lock(mutex_);
+  // Whoever pumps looks again after each step, so it will see what changed.
+  if (pumping_) return;
+  pumping_ = true;
+  for (Step step = next_step(); step != Step::none; step = next_step()) {
+    lock.unlock();
+    perform(step);
+    lock.lock();
+  }
+  pumping_ = false;
+}
+
+void SmoothReactor::perform(Step step) {
+  switch (step) {
+    case Step::none:
+      return;
+    case Step::read:
+      return StartRead(&request_);
+    case Step::write:
+      return StartWrite(&response_);
+    case Step::submit_job:
+      return engine_.submit(job_);
+    case Step::cancel_job:
+      return engine_.cancel(*job_, error_);
+    case Step::end_job:
+      job_->end(error_);
+      return;
+    case Step::expire_job:
+      return engine_.expire(*job_, std::make_exception_ptr(DeadlineExceeded(
+                                       "QUEUE_TIMEOUT", "the job waited too long in the queue")));
+    case Step::succeed_job:
+      job_->end();
+      return;
+    case Step::arm_timer: {
+      auto alarm = std::make_unique<grpc::Alarm>();
+      const auto delay = *alarm_at_ - Clock::now();
+      alarm->Set(std::chrono::system_clock::now() +
+                     std::chrono::duration_cast<std::chrono::system_clock::duration>(delay),
+                 [weak = weak_from_this(), generation = alarm_generation_](bool) {
+                   if (const auto reactor = weak.lock()) reactor->on_timer(generation);
+                 });
+      alarm_ = std::move(alarm);
+      return;
+    }
+    case Step::finish:
+      alarm_.reset();
+      Finish(error_ ? to_status(describe_error(error_, job_ ? job_->name() : "this call"))
+                    : grpc::Status::OK);
+      return;
+  }
+}
+
+SmoothReactor::Step SmoothReactor::next_step() {
+  if (finished_) return Step::none;
+  const auto now = Clock::now();
+  wake_.reset();
+  JobSnapshot job;
+  if (job_) {
+    job = job_->snapshot();
+    notice_job(job);
+  }
+  if (!job_ || is_our_turn(job.state)) {
+    const auto idle_at = last_read_ + to_duration(engine_.config().stream_idle_timeout_seconds);
+    if (!error_ && !mesh_complete_ && !call_.validate_only) {
+      if (now >= idle_at) {
+        fail(std::make_exception_ptr(
+            DeadlineExceeded("STREAM_IDLE", "the upload paused for too long")));
+      }
+      wake_at(idle_at);
+    }
+  }
+
+  if (error_) {
+    if (job_ && !has_ended(job.state) && !ingesting_) {
+      if (is_our_turn(job.state)) return Step::end_job;
+      if (!std::exchange(cancel_asked_, true)) return Step::cancel_job;
+    }
+    return next_step_of_failure(now);
+  }
+
+  if (mesh_complete_ && !submitted_) {
+    submitted_ = true;
+    return Step::submit_job;
+  }
+  if (!writing_) {
+    if (output_ == Output::done || (call_.validate_only && output_ == Output::progress)) {
+      finished_ = true;
+      return Step::finish;
+    }
+    if (output_ == Output::chunks && job.state == JobState::sending &&
+        sent_bytes_ == job_->request().layout.coordinates_bytes) {
+      output_ = Output::summary;
+      return Step::succeed_job;
+    }
+    if (prepare_write(job, now)) {
+      writing_ = true;
+      return Step::write;
+    }
+  }
+  if (job_ && job.state == JobState::queued) {
+    const auto expires = *job.times.queued + call_.queue_timeout;
+    if (now >= expires) return Step::expire_job;
+    wake_at(expires);
+  }
+  return next_step_of_waiting();
+}
+
+SmoothReactor::Step SmoothReactor::next_step_of_failure(Clock::time_point now) {
+  if (client_gone_) {
+    if (writing_ || ingesting_) return Step::none;
+    finished_ = true;
+    return Step::finish;
+  }
+  if (!writing_) {
+    if (!half_closed_ && !stop_sending_written_) {
+      response_.mutable_stop_sending();
+      stop_sending_written_ = true;
+      drop_until_ = now + to_duration(engine_.config().drop_timeout_seconds);
+      writing_ = true;
+      return Step::write;
+    }
+    if (half_closed_ || now >= drop_until_) {
+      if (ingesting_) return Step::none;
+      finished_ = true;
+      return Step::finish;
+    }
+    wake_at(drop_until_);
+  }
+  return next_step_of_waiting();
+}
+
+SmoothReactor::Step SmoothReactor::next_step_of_waiting() {
+  if (!reading_ && !half_closed_) {
+    reading_ = true;
+    return Step::read;
+  }
+  if (wake_ && (!alarm_at_ || *wake_ + 1ms < *alarm_at_)) {
+    alarm_at_ = wake_;
+    ++alarm_generation_;
+    return Step::arm_timer;
+  }
+  return Step::none;
+}
+
+// A job that failed, or that someone asked us to end, fails the call.
+void SmoothReactor::notice_job(const JobSnapshot& job) {
+  if (job.error) {
+    fail(job.error);
+  } else if (is_our_turn(job.state)) {
+    if (const std::exception_ptr cause = job_->stop_cause()) fail(cause);
+  }
+}
+
+bool SmoothReactor::prepare_write(const JobSnapshot& job, Clock::time_point now) {
+  switch (output_) {
+    case Output::accepted:
+      prepare_accepted();
+      output_ = Output::progress;
+      return true;
+    case Output::progress: {
+      if (job.state != JobState::sending) return prepare_progress(job, now);
+      const wire::MeshLayout& layout = job_->request().layout;
+      v1::ResultHeader* header = response_.mutable_result();
+      header->set_node_count(layout.node_count);
+      header->set_coordinate_type(layout.float64 ? v1::SCALAR_TYPE_FLOAT64
+                                                 : v1::SCALAR_TYPE_FLOAT32);
+      header->set_size_bytes(layout.coordinates_bytes);
+      output_ = Output::chunks;
+      return true;
+    }
+    case Output::chunks:
+      prepare_chunk();
+      return true;
+    case Output::summary:
+      *response_.mutable_summary() = encode_job_summary(*job_, job);
+      output_ = Output::done;
+      return true;
+    case Output::nothing:
+    case Output::done:
+      return false;
+  }
+  __builtin_unreachable();
+}
+
+void SmoothReactor::prepare_accepted() {
+  v1::Accepted* accepted = response_.mutable_accepted();
+  if (job_) {
+    *accepted->mutable_job() = encode_job(*job_, engine_);
+    estimate_ = job_->reserved_bytes();
+  }
+  accepted->set_host_reserved_bytes(estimate_.host_bytes);
+  accepted->set_device_reserved_bytes(estimate_.device_bytes);
+}
+
+bool SmoothReactor::prepare_progress(const JobSnapshot& job, Clock::time_point now) {
+  if (!call_.progress_interval || !submitted_) return false;
+  const int position = job.state == JobState::queued ? engine_.queue().position(*job_) : 0;
+  const bool news = job.state != seen_state_ || job.progress_count != seen_progress_count_ ||
+                    position != seen_position_;
+  if (!news) {
+    if (job.state == JobState::queued) wake_at(now + kQueuePositionInterval);
+    return false;
+  }
+  if (now < next_progress_) {
+    wake_at(next_progress_);
+    return false;
+  }
+  *response_.mutable_progress() = encode_progress(job, position);
+  seen_state_ = job.state;
+  seen_progress_count_ = job.progress_count;
+  seen_position_ = position;
+  next_progress_ = now + std::clamp<std::chrono::nanoseconds>(*call_.progress_interval,
+                                                              kMinProgressInterval, 1h);
+  return true;
+}
+
+void SmoothReactor::prepare_chunk() {
+  const auto data = job_->mesh().coordinate_bytes().subspan(static_cast<std::size_t>(sent_bytes_));
+  const std::size_t count =
+      std::min(data.size(), static_cast<std::size_t>(call_.result_chunk_bytes));
+  v1::Chunk* chunk = response_.mutable_chunk();
+  chunk->set_array_id(v1::ARRAY_ID_COORDINATES);
+  chunk->set_offset_bytes(sent_bytes_);
+  chunk->mutable_data()->assign(reinterpret_cast<const char*>(data.data()), count);
+  sent_bytes_ += static_cast<std::int64_t>(count);
+}
+
+void SmoothReactor::wake_at(Clock::time_point time) {
+  if (!wake_ || time < *wake_) wake_ = time;
+}
+
+void SmoothReactor::fail(std::exception_ptr error) {
+  if (!error_ && !finished_) error_ = std::move(error);
+}
+
+bool SmoothReactor::deadline_passed() const {
+  return context_->deadline() <= std::chrono::system_clock::now();
+}
+
+}  // namespace meshsmooth::server

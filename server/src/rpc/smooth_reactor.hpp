@@ -1,0 +1,119 @@
+#pragma once
+
+#include <grpcpp/alarm.h>
+#include <grpcpp/server_context.h>
+#include <grpcpp/support/server_callback.h>
+
+#include <cstdint>
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "engine.hpp"
+#include "job.hpp"
+#include "meshsmooth/v1/smoothing.pb.h"
+#include "rpc/messages.hpp"
+
+namespace meshsmooth::server {
+
+/// Speaks the protocol of one Smooth call; never blocks, never computes.
+///
+/// Events (a read or write is done, the job changed, the client is gone, time
+/// passed) only change the state and call `pump`. `next_step` looks at the
+/// state and says what to do next; `pump` does it. One thread pumps at a time,
+/// so there is at most one read and one write outstanding, and nothing is
+/// started after `Finish`. No lock is held over a call into gRPC or engine:
+/// both may come back by an event on the same thread.
+class SmoothReactor final : public grpc::ServerBidiReactor<v1::SmoothRequest, v1::SmoothResponse>,
+                            public std::enable_shared_from_this<SmoothReactor> {
+ public:
+  /// The reactor of a new call; owns itself until gRPC is done with it.
+  static SmoothReactor* start(Engine& engine, grpc::CallbackServerContext* context);
+
+ private:
+  enum class Step {
+    none,
+    read,
+    write,
+    submit_job,
+    cancel_job,   // someone else's turn: ask
+    end_job,      // our turn: by error_
+    expire_job,   // waited too long in the queue
+    succeed_job,  // all positions are sent
+    arm_timer,
+    finish,
+  };
+
+  /// What is written next.
+  enum class Output { nothing, accepted, progress, chunks, summary, done };
+
+  SmoothReactor(Engine& engine, grpc::CallbackServerContext* context);
+
+  void OnReadDone(bool ok) override;
+  void OnWriteDone(bool ok) override;
+  void OnCancel() override;
+  void OnDone() override;
+  void on_timer(int generation);
+
+  void pump();
+  void perform(Step step);
+
+  // Without the lock: one message that was read.
+  void ingest();
+  void ingest_spec(const v1::JobSpec& spec);
+
+  // With the lock.
+  Step next_step();
+  Step next_step_of_failure(Clock::time_point now);
+  Step next_step_of_waiting();
+  void notice_job(const JobSnapshot& job);
+  bool prepare_write(const JobSnapshot& job, Clock::time_point now);
+  bool prepare_progress(const JobSnapshot& job, Clock::time_point now);
+  void prepare_accepted();
+  void prepare_chunk();
+  void wake_at(Clock::time_point time);
+  void fail(std::exception_ptr error);
+  [[nodiscard]] bool deadline_passed() const;
+
+  Engine& engine_;
+  grpc::CallbackServerContext* const context_;
+  std::shared_ptr<SmoothReactor> self_;
+  v1::SmoothRequest request_;    // gRPC's while reading_
+  v1::SmoothResponse response_;  // gRPC's while writing_
+
+  std::mutex mutex_;
+  bool pumping_ = false;
+  bool reading_ = false;
+  bool ingesting_ = false;  // a thread works on the mesh without the lock
+  bool half_closed_ = false;
+  bool writing_ = false;
+  bool client_gone_ = false;
+  bool finished_ = false;
+  std::exception_ptr error_;  // the first; the call ends by it
+
+  std::shared_ptr<Job> job_;
+  CallOptions call_;
+  MemoryEstimate estimate_;  // validate_only
+  bool mesh_complete_ = false;
+  bool submitted_ = false;
+  bool cancel_asked_ = false;
+
+  Output output_ = Output::nothing;
+  std::int64_t sent_bytes_ = 0;
+  bool stop_sending_written_ = false;
+  Clock::time_point drop_until_;
+  Clock::time_point last_read_;
+
+  JobState seen_state_ = JobState::receiving;
+  int seen_progress_count_ = 0;
+  int seen_position_ = 0;
+  Clock::time_point next_progress_;
+
+  std::optional<Clock::time_point> wake_;      // when next_step wants to look again
+  std::optional<Clock::time_point> alarm_at_;  // when it will
+  int alarm_generation_ = 0;
+  std::unique_ptr<grpc::Alarm> alarm_;  // touched by the pumping thread only
+};
+
+}  // namespace meshsmooth::server

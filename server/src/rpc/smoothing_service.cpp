@@ -1,0 +1,115 @@
+#include "rpc/smoothing_service.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <exception>
+#include <limits>
+#include <memory>
+#include <string>
+
+#include "meshsmooth/error.hpp"
+#include "rpc/messages.hpp"
+#include "rpc/smooth_reactor.hpp"
+#include "rpc/status.hpp"
+
+namespace meshsmooth::server {
+namespace {
+
+/// Answers a short call at once by what `body` does or throws.
+template <class Body>
+grpc::ServerUnaryReactor* answer(grpc::CallbackServerContext* context, const Body& body) {
+  grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
+  try {
+    body();
+    reactor->Finish(grpc::Status::OK);
+  } catch (...) {
+    reactor->Finish(to_status(describe_error(std::current_exception(), "this call")));
+  }
+  return reactor;
+}
+
+std::shared_ptr<Job> find_job(const Engine& engine, const std::string& name) {
+  std::shared_ptr<Job> job = engine.store().find(name);
+  if (!job) {
+    throw Error("JOB_NOT_FOUND", "no job of this name is known (any more): " + name,
+                {{"name", name}});
+  }
+  return job;
+}
+
+// A page token is the sequence number of the last job of the page before.
+std::int64_t decode_page_token(const std::string& token) {
+  if (token.empty()) return std::numeric_limits<std::int64_t>::max();
+  std::int64_t before = 0;
+  const auto [end, error] = std::from_chars(token.data(), token.data() + token.size(), before);
+  if (error != std::errc{} || end != token.data() + token.size()) {
+    throw InvalidOption("OPTION_OUT_OF_RANGE", "page_token: not from this server",
+                        {{"field", "page_token"}});
+  }
+  return before;
+}
+
+std::size_t decode_page_size(int page_size) {
+  if (page_size < 0) {
+    throw InvalidOption("OPTION_OUT_OF_RANGE", "page_size: negative", {{"field", "page_size"}});
+  }
+  return page_size == 0 ? 50 : static_cast<std::size_t>(std::min(page_size, 1000));
+}
+
+}  // namespace
+
+grpc::ServerBidiReactor<v1::SmoothRequest, v1::SmoothResponse>* SmoothingService::Smooth(
+    grpc::CallbackServerContext* context) {
+  return SmoothReactor::start(engine_, context);
+}
+
+grpc::ServerUnaryReactor* SmoothingService::GetJob(grpc::CallbackServerContext* context,
+                                                   const v1::GetJobRequest* request,
+                                                   v1::GetJobResponse* response) {
+  return answer(context, [&] {
+    *response->mutable_job() = encode_job(*find_job(engine_, request->name()), engine_);
+  });
+}
+
+grpc::ServerUnaryReactor* SmoothingService::ListJobs(grpc::CallbackServerContext* context,
+                                                     const v1::ListJobsRequest* request,
+                                                     v1::ListJobsResponse* response) {
+  return answer(context, [&] {
+    const std::size_t page_size = decode_page_size(request->page_size());
+    const auto wanted = [&](const Job& job) {
+      return request->states().empty() ||
+             std::ranges::count(request->states(), static_cast<int>(encode_state(job.state()))) > 0;
+    };
+    const auto jobs =
+        engine_.store().list(decode_page_token(request->page_token()), page_size + 1, wanted);
+    for (std::size_t i = 0; i < std::min(jobs.size(), page_size); ++i) {
+      *response->add_jobs() = encode_job(*jobs[i], engine_);
+    }
+    if (jobs.size() > page_size) {
+      response->set_next_page_token(std::to_string(jobs[page_size - 1]->sequence()));
+    }
+  });
+}
+
+grpc::ServerUnaryReactor* SmoothingService::CancelJob(grpc::CallbackServerContext* context,
+                                                      const v1::CancelJobRequest* request,
+                                                      v1::CancelJobResponse* response) {
+  return answer(context, [&] {
+    const std::shared_ptr<Job> job = find_job(engine_, request->name());
+    if (request->result_kept()) {
+      job->finish_early();
+    } else {
+      engine_.cancel(*job, std::make_exception_ptr(Cancelled(
+                               "CANCELLED_BY_JOB_CALL", "the job was cancelled by CancelJob")));
+    }
+    *response->mutable_job() = encode_job(*job, engine_);
+  });
+}
+
+grpc::ServerUnaryReactor* SmoothingService::GetServerInfo(grpc::CallbackServerContext* context,
+                                                          const v1::GetServerInfoRequest*,
+                                                          v1::GetServerInfoResponse* response) {
+  return answer(context, [&] { *response = encode_server_info(engine_); });
+}
+
+}  // namespace meshsmooth::server

@@ -1,0 +1,144 @@
+#include "meshsmooth/server.hpp"
+
+#include <grpcpp/ext/proto_server_reflection_plugin.h>
+#include <grpcpp/health_check_service_interface.h>
+#include <grpcpp/server.h>
+#include <grpcpp/server_builder.h>
+
+#include <atomic>
+#include <chrono>
+#include <mutex>
+#include <utility>
+
+#include "engine.hpp"
+#include "log.hpp"
+#include "meshsmooth/error.hpp"
+#include "rpc/smoothing_service.hpp"
+
+namespace meshsmooth::server {
+namespace {
+
+Clock::duration to_duration(double seconds) {
+  return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+}
+
+int to_milliseconds(double seconds) { return static_cast<int>(seconds * 1000); }
+
+void configure(grpc::ServerBuilder& builder, const ServerConfig& config) {
+  builder.SetMaxReceiveMessageSize(config.max_receive_message_bytes);
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, config.max_concurrent_streams);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS,
+                             to_milliseconds(config.keepalive_time_seconds));
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS,
+                             to_milliseconds(config.keepalive_timeout_seconds));
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
+                             to_milliseconds(config.min_client_ping_interval_seconds));
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
+  if (config.max_connection_age_seconds > 0) {
+    builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_MS,
+                               to_milliseconds(config.max_connection_age_seconds));
+  }
+  // Two servers must not share a port by accident.
+  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  if (config.stream_window_bytes > 0) {
+    builder.AddChannelArgument(GRPC_ARG_HTTP2_BDP_PROBE, 0);
+    builder.AddChannelArgument(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, config.stream_window_bytes);
+  }
+  // Only reflection is served by these threads.
+  builder.SetSyncServerOption(grpc::ServerBuilder::NUM_CQS, 1);
+  builder.SetSyncServerOption(grpc::ServerBuilder::MIN_POLLERS, 1);
+  builder.SetSyncServerOption(grpc::ServerBuilder::MAX_POLLERS, 2);
+}
+
+}  // namespace
+
+struct Server::Impl {
+  Impl(ServerConfig the_config, SmootherFactory the_factory)
+      : config(std::move(the_config)), factory(std::move(the_factory)) {}
+
+  void set_serving(bool serving) {
+    grpc::HealthCheckServiceInterface* health = server->GetHealthCheckService();
+    health->SetServingStatus(serving);
+    health->SetServingStatus(v1::SmoothingService::service_full_name(), serving);
+  }
+
+  const ServerConfig config;
+  const SmootherFactory factory;
+  std::unique_ptr<Engine> engine;
+  std::unique_ptr<SmoothingService> service;
+  std::unique_ptr<grpc::Server> server;
+  int port = 0;
+
+  std::once_flag drained;
+  std::atomic<bool> hurried = false;
+};
+
+Server::Server(ServerConfig config, SmootherFactory factory)
+    : impl_(std::make_unique<Impl>(std::move(config), std::move(factory))) {}
+
+Server::~Server() {
+  hurry();
+  drain();
+}
+
+void Server::start() {
+  set_log_level(impl_->config.log_level);
+  // Both apply to servers built from now on.
+  grpc::EnableDefaultHealthCheckService(true);
+  grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+
+  Impl& impl = *impl_;
+  auto engine = std::make_unique<Engine>(impl.config, impl.factory, [&impl] {
+    log_error("lane_broken", "a lane lost its device; restart the server");
+    impl.set_serving(false);
+  });
+  impl.service = std::make_unique<SmoothingService>(*engine);
+  grpc::ServerBuilder builder;
+  configure(builder, engine->config());
+  if (!impl.config.listen.empty()) {
+    builder.AddListeningPort(impl.config.listen, grpc::InsecureServerCredentials(), &impl.port);
+  }
+  builder.RegisterService(impl.service.get());
+  impl.engine = std::move(engine);
+  impl.server = builder.BuildAndStart();
+  if (!impl.server) {
+    throw InvalidOption("OPTION_OUT_OF_RANGE",
+                        "listen: cannot serve on " + impl.config.listen +
+                            "; is the address right and the port free?",
+                        {{"field", "listen"}});
+  }
+  impl.set_serving(true);
+  log_start(impl.engine->config(), std::string(impl.engine->backend()), impl.port);
+}
+
+int Server::port() const { return impl_->port; }
+
+std::shared_ptr<grpc::Channel> Server::in_process_channel() {
+  return impl_->server->InProcessChannel(grpc::ChannelArguments());
+}
+
+void Server::drain() {
+  std::call_once(impl_->drained, [&impl = *impl_] {
+    if (!impl.server) return;
+    Engine& engine = *impl.engine;
+    const ServerConfig& config = engine.config();
+    log_event("drain");
+    impl.set_serving(false);
+    engine.wait(Clock::now() + to_duration(config.lame_duck_seconds), impl.hurried);
+    engine.refuse_new();
+    engine.hand_back_waiting();
+    engine.wait_idle(Clock::now() + to_duration(config.drain_grace_seconds), impl.hurried);
+    engine.stop_all();
+    impl.server->Shutdown(std::chrono::system_clock::now() + std::chrono::seconds(1));
+    impl.server->Wait();
+    engine.close();
+    log_event("end");
+  });
+}
+
+void Server::hurry() {
+  impl_->hurried = true;
+  if (impl_->engine) impl_->engine->wake();
+}
+
+}  // namespace meshsmooth::server
