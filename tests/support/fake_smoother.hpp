@@ -1,0 +1,146 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <thread>
+#include <utility>
+#include <variant>
+
+#include "meshsmooth/error.hpp"
+#include "meshsmooth/smoother.hpp"
+
+namespace meshsmooth::testing {
+
+/// How all fake smoothers of one server behave, and what they did. Thread-safe.
+class FakeControl {
+ public:
+  /// From now on jobs stop before they finish, until `release`.
+  void hold() {
+    const std::lock_guard lock(mutex_);
+    held_ = true;
+  }
+  void release() {
+    {
+      const std::lock_guard lock(mutex_);
+      held_ = false;
+    }
+    changed_.notify_all();
+  }
+  /// Thrown by every job instead of finishing.
+  void fail_with(std::function<void()> thrower) {
+    const std::lock_guard lock(mutex_);
+    thrower_ = std::move(thrower);
+  }
+  /// Progress that a job reports at its start, iterations 1..count.
+  void report_progress(int count) { progress_count_ = count; }
+  void set_estimate(MemoryEstimate estimate) {
+    const std::lock_guard lock(mutex_);
+    estimate_ = estimate;
+  }
+
+  /// Waits until `count` jobs have started in all.
+  void wait_started(int count) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return started_ >= count; });
+  }
+  [[nodiscard]] int started() const {
+    const std::lock_guard lock(mutex_);
+    return started_;
+  }
+
+ private:
+  friend class FakeSmoother;
+  mutable std::mutex mutex_;
+  std::condition_variable_any changed_;
+  bool held_ = false;
+  int started_ = 0;
+  std::function<void()> thrower_;
+  MemoryEstimate estimate_;
+  std::atomic<int> progress_count_ = 0;
+};
+
+/// Moves every node that is not fixed by (+1, 0, 0); remembers nothing.
+class FakeSmoother final : public Smoother {
+ public:
+  explicit FakeSmoother(std::shared_ptr<FakeControl> control) : control_(std::move(control)) {}
+
+  [[nodiscard]] std::string_view backend() const override { return "cpu"; }
+
+  [[nodiscard]] MemoryEstimate estimate(const MeshSize&, const SmoothOptions&) const override {
+    const std::lock_guard lock(control_->mutex_);
+    return control_->estimate_;
+  }
+
+  SmoothSummary smooth(const TopologyView& topology, PositionsSpan positions,
+                       const SmoothOptions&, const JobControl& job) override {
+    start();
+    for (int i = 1; i <= control_->progress_count_; ++i) {
+      job.on_progress({.stage = Stage::iterate,
+                       .iteration = i,
+                       .max_displacement = 1.0 / i,
+                       .rms_displacement = 0.5 / i});
+    }
+    const bool early = wait(job);
+    std::function<void()> thrower;
+    {
+      const std::lock_guard lock(control_->mutex_);
+      thrower = control_->thrower_;
+    }
+    if (thrower) thrower();
+
+    SmoothSummary summary;
+    summary.stop_reason = early ? StopReason::cancelled_with_result : StopReason::converged;
+    summary.backend = "cpu";
+    summary.device_name = "fake";
+    summary.nodes.total = static_cast<std::int64_t>(topology.node_count);
+    if (!early) summary.nodes.moved = move(topology, positions);
+    return summary;
+  }
+
+ private:
+  void start() {
+    {
+      const std::lock_guard lock(control_->mutex_);
+      ++control_->started_;
+    }
+    control_->changed_.notify_all();
+  }
+
+  // True when asked to finish early; polls that flag as a real smoother does
+  // between its sweeps.
+  bool wait(const JobControl& job) {
+    std::unique_lock lock(control_->mutex_);
+    const auto finish_early = [&] { return job.finish_early != nullptr && *job.finish_early; };
+    while (control_->held_ && !finish_early()) {
+      if (job.stop.stop_requested()) throw Cancelled("CANCELLED", "the job was cancelled");
+      if (job.deadline && std::chrono::steady_clock::now() >= *job.deadline) {
+        throw DeadlineExceeded("DEADLINE_RUNNING", "the deadline passed");
+      }
+      control_->changed_.wait_for(lock, std::chrono::milliseconds(1));
+    }
+    return finish_early();
+  }
+
+  static std::int64_t move(const TopologyView& topology, const PositionsSpan& positions) {
+    std::int64_t moved = 0;
+    std::visit(
+        [&](auto nodes) {
+          for (std::size_t i = 0; i < nodes.size(); ++i) {
+            if (!topology.fixed.empty() && topology.fixed[i] != 0) continue;
+            nodes[i].x += 1;
+            ++moved;
+          }
+        },
+        positions);
+    return moved;
+  }
+
+  const std::shared_ptr<FakeControl> control_;
+};
+
+}  // namespace meshsmooth::testing
