@@ -43,6 +43,18 @@ std::vector<ElementBlockView> block_views(const JobElements<E>& elements) {
   return blocks;
 }
 
+/// Ids inside a job are 32-bit.
+inline void refuse_too_large(const TopologyView& topology) {
+  if (topology.node_count > std::numeric_limits<NodeId>::max()) {
+    throw NotSupported("MESH_TOO_LARGE", "a mesh has at most 2147483647 nodes, this one has " +
+                                             std::to_string(topology.node_count));
+  }
+  if (topology.element_count() > std::numeric_limits<ElementId>::max()) {
+    throw NotSupported("MESH_TOO_LARGE", "a mesh has at most 4294967295 elements, this one has " +
+                                             std::to_string(topology.element_count()));
+  }
+}
+
 [[noreturn]] inline void throw_node_order(const QualityStats& quality) {
   throw InvalidMesh(
       "ALL_ELEMENTS_INVERTED",
@@ -76,6 +88,7 @@ template <Executor E, class Real, class Judge>
 SmoothSummary run_pipeline(E& executor, const TopologyView& topology,
                            std::span<Vec3<Real>> positions, const SmoothOptions& options,
                            const JobControl& control, const Judge& judge) {
+  refuse_too_large(topology);
   const std::size_t node_count = topology.node_count;
   SmoothSummary summary;
   StageTimes& times = summary.times;

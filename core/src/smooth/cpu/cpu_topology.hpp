@@ -83,7 +83,7 @@ inline RowBuffer<CpuExecutor, NodeId> find_rings(CpuExecutor& executor, std::siz
   std::int64_t* const offsets = rings.offsets.data();
   std::vector<std::vector<NodeId>> chunks(executor.chunk_count(node_count));
   executor.for_each_range(node_count, [&](std::size_t begin, std::size_t end) {
-    thread_local RowCounter<NodeId> row;
+    RowCounter<NodeId> row;
     std::vector<NodeId>& chunk = chunks[executor.chunk_of(begin)];
     chunk.reserve(20 * (end - begin));
     for (std::size_t node = begin; node < end; ++node) {
@@ -156,7 +156,7 @@ inline void find_boundary(CpuExecutor& executor, std::size_t node_count, const E
   std::atomic<bool> overused = false;
   const auto mark = [=](NodeId node) { CpuExecutor::store(on_boundary[node], std::uint8_t{1}); };
   executor.for_each_range(node_count, [&](std::size_t begin, std::size_t end) {
-    thread_local RowCounter<FacetRest> facets;
+    RowCounter<FacetRest> facets;
     for (std::size_t node = begin; node < end; ++node) {
       facets.clear(balls.size(node) * kMostNeighboursInElement);
       for (const ElementId* e = balls.begin(node); e != balls.end(node); ++e) {
