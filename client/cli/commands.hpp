@@ -1,0 +1,22 @@
+#pragma once
+
+#include <CLI/App.hpp>
+#include <functional>
+
+#include "exit_code.hpp"
+
+namespace meshsmooth::cli {
+
+/// What a parsed command line asks for.
+using Action = std::function<ExitCode()>;
+
+/// Each adds one command; when the user chose it, parsing sets `action`.
+void add_smooth_command(CLI::App& app, Action& action);
+void add_quality_command(CLI::App& app, Action& action);
+void add_generate_command(CLI::App& app, Action& action);
+void add_info_command(CLI::App& app, Action& action);
+void add_jobs_command(CLI::App& app, Action& action);
+void add_cancel_command(CLI::App& app, Action& action);
+void add_health_command(CLI::App& app, Action& action);
+
+}  // namespace meshsmooth::cli

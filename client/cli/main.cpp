@@ -1,0 +1,49 @@
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <cstdio>
+#include <iostream>
+
+#include "commands.hpp"
+#include "exit_code.hpp"
+
+namespace {
+
+using namespace meshsmooth::cli;
+
+int report(const std::exception& error, ExitCode code) {
+  std::cerr << "meshsmooth: " << error_line(error) << std::endl;
+  return static_cast<int>(code);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "Smooths finite-element meshes: nodes move, nothing else changes, valid stays valid.\n"
+      "Exit codes: 0 done, 1 failed, 2 usage, 3 bad mesh, 4 refused or unavailable, 5 deadline or "
+      "cancelled.");
+  app.set_version_flag("--version", "meshsmooth " MESHSMOOTH_VERSION);
+  app.require_subcommand(1);
+  Action action;
+  add_smooth_command(app, action);
+  add_quality_command(app, action);
+  add_generate_command(app, action);
+  add_info_command(app, action);
+  add_jobs_command(app, action);
+  add_cancel_command(app, action);
+  add_health_command(app, action);
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& help) {
+    return app.exit(help);
+  } catch (const CLI::ParseError& error) {
+    return report(error, ExitCode::usage);
+  }
+  try {
+    return static_cast<int>(action());
+  } catch (const std::exception& error) {
+    return report(error, exit_code_of(error));
+  }
+}

@@ -1,0 +1,53 @@
+#include <iostream>
+#include <memory>
+
+#include "commands.hpp"
+#include "input_mesh.hpp"
+#include "mesh_file.hpp"
+#include "meshsmooth/quality.hpp"
+#include "quality_report.hpp"
+#include "wire/codec.hpp"
+
+namespace meshsmooth::cli {
+namespace {
+
+struct QualityCommand {
+  std::filesystem::path input;
+  bool json = false;
+};
+
+void check(const formats::MeshFile& file) {
+  try {
+    validate(MeshTopology(file.mesh).view(), file.mesh.positions_view());
+  } catch (const InvalidMesh& error) {
+    throw InvalidMesh(error.reason(), error.what() + place_in_file(error.details(), file),
+                      error.details());
+  }
+}
+
+ExitCode run(const QualityCommand& command) {
+  const formats::MeshFile file = formats::read_mesh_file(command.input);
+  check(file);
+  const QualityStats stats = measure_quality(file.mesh);
+  if (command.json) {
+    SmoothSummary summary;
+    summary.quality_before = stats;
+    std::cout << wire::to_json(wire::encode_summary(summary).quality_before()) << std::endl;
+  } else {
+    std::cout << describe_quality(stats, [&](std::int64_t id) { return file.file_element_id(id); })
+              << std::flush;
+  }
+  return ExitCode::done;
+}
+
+}  // namespace
+
+void add_quality_command(CLI::App& app, Action& action) {
+  auto command = std::make_shared<QualityCommand>();
+  CLI::App* sub = app.add_subcommand("quality", "Judge a mesh file");
+  sub->add_option("IN", command->input, "Mesh: " + formats::readable_extensions())->required();
+  sub->add_flag("--json", command->json, "As meshsmooth.v1.QualityStats in proto3 JSON");
+  sub->callback([&action, command] { action = [command] { return run(*command); }; });
+}
+
+}  // namespace meshsmooth::cli

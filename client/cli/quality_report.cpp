@@ -1,0 +1,77 @@
+#include "quality_report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+#include "readable.hpp"
+
+namespace meshsmooth::cli {
+namespace {
+
+bool is_angle(QualityMetric metric) {
+  return metric != QualityMetric::mean_ratio && metric != QualityMetric::scaled_jacobian &&
+         metric != QualityMetric::radius_ratio;
+}
+
+std::string label(QualityMetric metric) {
+  std::string name(metric_name(metric));
+  std::ranges::replace(name, '_', ' ');
+  return name;
+}
+
+/// One character a bin; any element at all shows.
+std::string draw_histogram(const std::vector<std::int64_t>& bins) {
+  static constexpr std::array kHeights = {" ", "▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
+  const std::int64_t highest = bins.empty() ? 0 : *std::ranges::max_element(bins);
+  std::string text;
+  for (const std::int64_t count : bins) {
+    const auto height =
+        count == 0 ? 0 : std::max<std::int64_t>(1, (count * 8 + highest / 2) / highest);
+    text += kHeights[static_cast<std::size_t>(height)];
+  }
+  return text;
+}
+
+std::string metric_line(const MetricStats& m) {
+  const int digits = is_angle(m.metric) ? 2 : 4;
+  return fmt::format("{:<19} {:>9.{}f} {:>9.{}f} {:>9.{}f} {:>9.{}f}  {:>4g} |{}| {:g}\n",
+                     label(m.metric), m.min, digits, m.percentile_1, digits, m.mean, digits, m.max,
+                     digits, m.histogram_lower, draw_histogram(m.histogram), m.histogram_upper);
+}
+
+std::string worst_lines(const QualityStats& stats,
+                        const std::function<std::int64_t(std::int64_t)>& file_element_id) {
+  if (stats.worst.empty()) return {};
+  std::string text = fmt::format("\nworst {:>12} {:<12} {:>10} {:>16}\n", "element", "type",
+                                 "mean ratio", "scaled jacobian");
+  for (const ElementQuality& element : stats.worst) {
+    text +=
+        fmt::format("{:>18} {:<12} {:>10.4f} {:>16.4f}\n", file_element_id(element.element),
+                    element_shape(element.type).name, element.mean_ratio, element.scaled_jacobian);
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string describe_quality(const QualityStats& stats,
+                             const std::function<std::int64_t(std::int64_t)>& file_element_id) {
+  std::string text =
+      fmt::format("{:<19} {:>9} {:>9} {:>9} {:>9}\n", counted(stats.element_count, "element"),
+                  "min", "1 %", "mean", "max");
+  for (const MetricStats& metric : stats.metrics) {
+    if (metric.element_count > 0) text += metric_line(metric);
+  }
+  text += fmt::format("\ninverted {} ({}), degenerate {} ({})\n", with_commas(stats.inverted_count),
+                      percentage(stats.inverted_count, stats.element_count),
+                      with_commas(stats.degenerate_count),
+                      percentage(stats.degenerate_count, stats.element_count));
+  if (stats.element_count > 0 && stats.inverted_count == stats.element_count) {
+    text += "every element is inverted: it is their node order (VTK's is expected)\n";
+  }
+  return text + worst_lines(stats, file_element_id);
+}
+
+}  // namespace meshsmooth::cli

@@ -1,0 +1,175 @@
+#include <unistd.h>
+
+#include <CLI/Option.hpp>
+#include <CLI/Validators.hpp>
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+#include <limits>
+#include <optional>
+
+#include "commands.hpp"
+#include "connection.hpp"
+#include "fixed_nodes.hpp"
+#include "input_mesh.hpp"
+#include "interrupt.hpp"
+#include "mesh_file.hpp"
+#include "progress_display.hpp"
+#include "smooth_options.hpp"
+#include "text_file.hpp"
+#include "verdict.hpp"
+
+namespace meshsmooth::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct SmoothCommand {
+  fs::path input;
+  fs::path output;
+  std::optional<std::string> server;
+  SmoothFlags smoothing;
+  std::optional<fs::path> fixed_nodes;
+  std::string backend = "auto";
+  std::optional<std::string> precision;
+  std::optional<fs::path> report;
+  std::optional<double> timeout_seconds;
+  std::string request_id;
+  bool quiet = false;
+};
+
+/// Positions in the precision asked for; they travel and are computed in it.
+void set_precision(Mesh& mesh, const std::string& precision) {
+  const auto convert = [&mesh]<class To, class From>(To, const std::vector<From>& positions) {
+    std::vector<To> converted(positions.size());
+    std::ranges::transform(positions, converted.begin(),
+                           [](From position) { return vec3_cast<decltype(To::x)>(position); });
+    mesh.positions = std::move(converted);
+  };
+  const auto* as_double = std::get_if<std::vector<Vec3d>>(&mesh.positions);
+  const auto* as_float = std::get_if<std::vector<Vec3f>>(&mesh.positions);
+  if (precision == "f32" && as_double) convert(Vec3f{}, std::vector<Vec3d>(*as_double));
+  if (precision == "f64" && as_float) convert(Vec3d{}, std::vector<Vec3f>(*as_float));
+}
+
+double bounding_box_diagonal(const Mesh& mesh) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Vec3d lower{kInfinity, kInfinity, kInfinity};
+  Vec3d upper{-kInfinity, -kInfinity, -kInfinity};
+  std::visit(
+      [&](const auto& positions) {
+        for (const auto& position : positions) {
+          const auto p = vec3_cast<double>(position);
+          lower = {std::min(lower.x, p.x), std::min(lower.y, p.y), std::min(lower.z, p.z)};
+          upper = {std::max(upper.x, p.x), std::max(upper.y, p.y), std::max(upper.z, p.z)};
+        }
+      },
+      mesh.positions);
+  return mesh.node_count() == 0 ? 0 : norm(upper - lower);
+}
+
+/// The caller's fixed nodes, and those that hold the elements of a lower
+/// dimension in place. With a free boundary the latter follow their nodes.
+void fix_nodes(formats::MeshFile& file, const SmoothCommand& command, BoundaryPolicy boundary) {
+  const std::size_t node_count = file.mesh.node_count();
+  if (boundary == BoundaryPolicy::fixed) {
+    mark_fixed(file.mesh.fixed, file.passenger_nodes(), node_count);
+  }
+  if (command.fixed_nodes) {
+    mark_fixed(file.mesh.fixed, read_fixed_nodes(*command.fixed_nodes, node_count), node_count);
+  }
+}
+
+void check_outputs(const SmoothCommand& command) {
+  formats::check_writable(command.output);
+  if (!command.report) return;
+  if (fs::absolute(*command.report).lexically_normal() ==
+      fs::absolute(command.output).lexically_normal()) {
+    throw InvalidOption("OPTION_MISPLACED", "--report and --output name the same file",
+                        {{"field", "--report"}});
+  }
+  check_text_file_writable(*command.report);
+}
+
+client::SmoothReport call_server(formats::MeshFile& file, const SmoothCommand& command,
+                                 const SmoothOptions& options, const Interrupt& interrupt) {
+  Connection connection(command.server, command.backend);
+  const double unit = options.tolerance.relative ? bounding_box_diagonal(file.mesh) : 1;
+  ProgressDisplay display(std::cerr, ::isatty(STDERR_FILENO) == 1,
+                          {options.max_iterations, options.tolerance.value * unit});
+  client::RequestOptions request;
+  request.request_id = command.request_id;
+  request.backend = command.backend;
+  request.stop = interrupt.token();
+  if (command.timeout_seconds) {
+    request.timeout = std::chrono::duration_cast<std::chrono::nanoseconds>(
+        std::chrono::duration<double>(*command.timeout_seconds));
+  }
+  if (!command.quiet) {
+    request.on_progress = [&](const client::JobProgress& progress) { display.show(progress); };
+  }
+  try {
+    client::SmoothReport report = connection.client().smooth(file.mesh, options, request);
+    display.finish();
+    return report;
+  } catch (const client::ServiceError& error) {
+    display.finish();
+    throw client::ServiceError(error.code(), error.reason(),
+                               error.what() + place_in_file(error.details(), file), error.details(),
+                               error.hint());
+  }
+}
+
+ExitCode run(const SmoothCommand& command) {
+  const auto start = std::chrono::steady_clock::now();
+  const SmoothOptions options = to_smooth_options(command.smoothing);
+  const Interrupt interrupt;
+  check_outputs(command);
+
+  formats::MeshFile file = formats::read_mesh_file(command.input);
+  if (command.precision) set_precision(file.mesh, *command.precision);
+  fix_nodes(file, command, options.boundary);
+  interrupt.check();
+
+  const client::SmoothReport report = call_server(file, command, options, interrupt);
+  formats::write_mesh_file(command.output, file);
+  if (command.report) write_text_file(*command.report, report.json);
+  if (!command.quiet) {
+    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+    std::cout << describe_verdict(report, options, elapsed.count(), [&](std::int64_t id) {
+      return file.file_element_id(id);
+    }) << std::flush;
+  }
+  return ExitCode::done;
+}
+
+}  // namespace
+
+void add_smooth_command(CLI::App& app, Action& action) {
+  // Shared by the options, which fill it, and the action, which runs later.
+  auto command = std::make_shared<SmoothCommand>();
+  CLI::App* sub = app.add_subcommand("smooth", "Smooth a mesh file");
+  sub->add_option("IN", command->input, "Mesh: " + formats::readable_extensions())->required();
+  sub->add_option("-o,--output", command->output,
+                  "Where it goes: " + formats::writable_extensions())
+      ->required();
+  sub->add_option("--server", command->server, "HOST:PORT or unix:PATH [a server inside]");
+  add_smooth_flags(*sub, command->smoothing);
+  sub->add_option("--fixed-nodes", command->fixed_nodes,
+                  "File of nodes to hold: a node index (from 0) a line, # comments");
+  sub->add_option("--backend", command->backend, "What computes")
+      ->check(CLI::IsMember({"auto", "cpu", "cuda"}))
+      ->capture_default_str();
+  sub->add_option("--precision", command->precision,
+                  "Of coordinates on the way, in computing and in the output [the file's]")
+      ->check(CLI::IsMember({"f32", "f64"}));
+  sub->add_option("--report", command->report, "Write the whole summary as JSON");
+  sub->add_option("--timeout", command->timeout_seconds, "Seconds for the whole call")
+      ->check(CLI::Range(1e-3, 1e9));
+  sub->add_option("--request-id", command->request_id, "A UUID of your own [a new one]");
+  sub->add_flag("--quiet", command->quiet, "Print errors only");
+  sub->callback([&action, command] { action = [command] { return run(*command); }; });
+}
+
+}  // namespace meshsmooth::cli

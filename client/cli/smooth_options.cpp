@@ -1,0 +1,157 @@
+#include "smooth_options.hpp"
+
+#include <CLI/Option.hpp>
+#include <CLI/Validators.hpp>
+#include <map>
+#include <vector>
+
+#include "meshsmooth/error.hpp"
+
+namespace meshsmooth::cli {
+namespace {
+
+const std::map<std::string, Weighting> kWeightings = {
+    {"uniform", Weighting::uniform},
+    {"inverse-edge-length", Weighting::inverse_edge_length},
+    {"edge-length", Weighting::edge_length},
+    {"ball-volume", Weighting::ball_volume}};
+const std::map<std::string, Form> kForms = {
+    {"jacobi", Form::jacobi}, {"gauss-seidel", Form::gauss_seidel}, {"racing", Form::racing}};
+
+template <class Value>
+std::vector<std::string> names(const std::map<std::string, Value>& values) {
+  std::vector<std::string> result;
+  for (const auto& [name, value] : values) result.push_back(name);
+  return result;
+}
+
+/// Refuses flags that the chosen method does not have.
+void check_belonging(const SmoothFlags& flags) {
+  const bool weighted = flags.method == "laplacian" || flags.method == "weighted-laplacian" ||
+                        flags.method == "smart-laplacian";
+  struct Belonging {
+    bool given;
+    bool allowed;
+    const char* flag;
+    const char* methods;
+  };
+  const bool taubin = flags.method == "taubin";
+  const bool hc = flags.method == "hc-laplacian";
+  const Belonging belongings[] = {
+      {flags.weighting.has_value(), weighted, "--weighting",
+       "laplacian, weighted-laplacian, smart-laplacian"},
+      {flags.relaxation.has_value(), weighted, "--relaxation",
+       "laplacian, weighted-laplacian, smart-laplacian"},
+      {flags.lambda.has_value(), taubin, "--lambda", "taubin"},
+      {flags.mu.has_value(), taubin, "--mu", "taubin"},
+      {flags.alpha.has_value(), hc, "--alpha", "hc-laplacian"},
+      {flags.beta.has_value(), hc, "--beta", "hc-laplacian"},
+      {flags.goal.has_value(), flags.method == "optimize", "--goal", "optimize"}};
+  for (const Belonging& belonging : belongings) {
+    if (!belonging.given || belonging.allowed) continue;
+    throw InvalidOption("OPTION_MISPLACED",
+                        std::string(belonging.flag) + " means nothing to --method " + flags.method +
+                            "; it belongs to: " + belonging.methods,
+                        {{"field", belonging.flag}});
+  }
+}
+
+Method to_method(const SmoothFlags& flags) {
+  const auto weighted = [&](auto method, const char* default_weighting) {
+    method.weighting = kWeightings.at(flags.weighting.value_or(default_weighting));
+    method.relaxation = flags.relaxation.value_or(method.relaxation);
+    return method;
+  };
+  if (flags.method == "laplacian") return weighted(Laplacian{}, "uniform");
+  if (flags.method == "weighted-laplacian") return weighted(Laplacian{}, "inverse-edge-length");
+  if (flags.method == "smart-laplacian") return weighted(SmartLaplacian{}, "uniform");
+  if (flags.method == "taubin") {
+    Taubin method;
+    method.lambda = flags.lambda.value_or(method.lambda);
+    method.mu = flags.mu.value_or(method.mu);
+    return method;
+  }
+  if (flags.method == "hc-laplacian") {
+    HcLaplacian method;
+    method.alpha = flags.alpha.value_or(method.alpha);
+    method.beta = flags.beta.value_or(method.beta);
+    return method;
+  }
+  throw NotSupported(
+      "OPTION_NOT_SUPPORTED",
+      "--method " + flags.method + " is not available in this version; use smart-laplacian",
+      {{"field", "method"}});
+}
+
+}  // namespace
+
+void add_smooth_flags(CLI::App& command, SmoothFlags& flags) {
+  command
+      .add_option("--method", flags.method,
+                  "laplacian | weighted-laplacian | smart-laplacian | taubin | hc-laplacian | "
+                  "optimize (not yet available)")
+      ->check(CLI::IsMember({"laplacian", "weighted-laplacian", "smart-laplacian", "taubin",
+                             "hc-laplacian", "optimize"}))
+      ->capture_default_str();
+  command
+      .add_option("--weighting", flags.weighting,
+                  "How a node weighs its neighbours (laplacian family)")
+      ->check(CLI::IsMember(names(kWeightings)));
+  command.add_option("--relaxation", flags.relaxation, "Share of the way to go, (0, 1]");
+  command.add_option("--lambda", flags.lambda, "taubin: shrinking step, (0, 1]");
+  command.add_option("--mu", flags.mu, "taubin: growing step, below minus lambda");
+  command.add_option("--alpha", flags.alpha, "hc-laplacian: weight of the original place, [0, 1]");
+  command.add_option("--beta", flags.beta, "hc-laplacian: share of the own push, [0, 1]");
+  command.add_option("--goal", flags.goal, "optimize: what to improve")
+      ->check(CLI::IsMember({"average", "balanced", "worst"}));
+  command.add_option("--form", flags.form, "Order of the moves of a sweep [the method's best]")
+      ->check(CLI::IsMember(names(kForms)));
+  command
+      .add_option("--guard", flags.guard,
+                  "off: a valid element may come back inverted (plain averaging)")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->capture_default_str();
+  command
+      .add_option("--tangled", flags.tangled, "What to do with a mesh that has inverted elements")
+      ->check(CLI::IsMember({"repair", "refuse"}))
+      ->capture_default_str();
+  command
+      .add_option("--boundary", flags.boundary,
+                  "free: the boundary and the file's lower-dimensional elements move too")
+      ->check(CLI::IsMember({"fixed", "free"}))
+      ->capture_default_str();
+  command.add_option("--iterations", flags.iterations, "Sweeps at most; 0 only judges the mesh")
+      ->capture_default_str();
+  CLI::Option* relative = command.add_option(
+      "--tolerance", flags.tolerance,
+      "Done when no node moves by more than this share of the bounding box's diagonal [1e-4]");
+  command
+      .add_option("--absolute-tolerance", flags.absolute_tolerance,
+                  "The same as a length in the mesh's unit")
+      ->excludes(relative);
+  command.add_option("--compute-budget", flags.compute_budget_seconds,
+                     "Seconds of computing, after which the best result reached is returned");
+}
+
+SmoothOptions to_smooth_options(const SmoothFlags& flags) {
+  check_belonging(flags);
+  SmoothOptions options;
+  options.method = to_method(flags);
+  if (flags.form) options.form = kForms.at(*flags.form);
+  options.max_iterations = flags.iterations;
+  if (flags.tolerance) options.tolerance = {.value = *flags.tolerance, .relative = true};
+  if (flags.absolute_tolerance) {
+    options.tolerance = {.value = *flags.absolute_tolerance, .relative = false};
+  }
+  options.boundary = flags.boundary == "free" ? BoundaryPolicy::free : BoundaryPolicy::fixed;
+  options.guard = flags.guard == "on";
+  options.tangled = flags.tangled == "refuse" ? TangledPolicy::refuse : TangledPolicy::repair;
+  if (flags.compute_budget_seconds) {
+    options.compute_budget = std::chrono::duration_cast<std::chrono::nanoseconds>(
+        std::chrono::duration<double>(*flags.compute_budget_seconds));
+  }
+  validate(options);
+  return options;
+}
+
+}  // namespace meshsmooth::cli

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <CLI/App.hpp>
+#include <optional>
+#include <string>
+
+#include "meshsmooth/options.hpp"
+
+namespace meshsmooth::cli {
+
+/// The flags of `smooth` that say how to smooth, as text and numbers.
+struct SmoothFlags {
+  std::string method = "smart-laplacian";
+  std::optional<std::string> weighting;
+  std::optional<double> relaxation;
+  std::optional<double> lambda;
+  std::optional<double> mu;
+  std::optional<double> alpha;
+  std::optional<double> beta;
+  std::optional<std::string> goal;
+  std::optional<std::string> form;
+  std::string tangled = "repair";
+  std::string guard = "on";
+  std::string boundary = "fixed";
+  int iterations = SmoothOptions{}.max_iterations;
+  std::optional<double> tolerance;
+  std::optional<double> absolute_tolerance;
+  std::optional<double> compute_budget_seconds;
+};
+
+/// Adds the flags to a command; `flags` must outlive it.
+void add_smooth_flags(CLI::App& command, SmoothFlags& flags);
+
+/// Throws `InvalidOption` (OPTION_MISPLACED, OPTION_OUT_OF_RANGE) or
+/// `NotSupported` (OPTION_NOT_SUPPORTED).
+[[nodiscard]] SmoothOptions to_smooth_options(const SmoothFlags& flags);
+
+}  // namespace meshsmooth::cli

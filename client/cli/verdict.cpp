@@ -1,0 +1,175 @@
+#include "verdict.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+
+#include "readable.hpp"
+
+namespace meshsmooth::cli {
+namespace {
+
+std::string stop_sentence(const SmoothSummary& summary) {
+  const Convergence& convergence = summary.convergence;
+  const std::string after = "after " + counted(convergence.iteration_count, "iteration");
+  const std::string move = fmt::format("largest move {:.3g}, tolerance {:.3g}",
+                                       convergence.last_max_displacement, convergence.tolerance);
+  switch (summary.stop_reason) {
+    case StopReason::converged:
+      return fmt::format("converged {} ({})", after, move);
+    case StopReason::target_reached:
+      return fmt::format("reached the wanted quality {}", after);
+    case StopReason::iteration_limit:
+      if (convergence.iteration_count == 0) return "only judged: no iteration was allowed";
+      return fmt::format("stopped {} at the limit, not converged ({})", after, move);
+    case StopReason::compute_budget:
+      return fmt::format("stopped {} when the compute budget was used up ({})", after, move);
+    case StopReason::stagnated:
+      return fmt::format("stagnated {}: no node moves any more for the better ({})", after, move);
+    case StopReason::cancelled_with_result:
+      return fmt::format("cancelled {}; this is the result reached by then ({})", after, move);
+  }
+  return {};
+}
+
+const MetricStats* find_metric(const QualityStats& stats, QualityMetric metric) {
+  const auto found = std::ranges::find(stats.metrics, metric, &MetricStats::metric);
+  return found == stats.metrics.end() || found->element_count == 0 ? nullptr : &*found;
+}
+
+struct Row {
+  QualityMetric metric;
+  const char* label;
+  double MetricStats::*value;
+  const char* format;
+};
+
+std::string quality_table(const SmoothSummary& summary) {
+  using enum QualityMetric;
+  static constexpr const char* kRatio = "  {:<24} {:>10.4f} {:>10.4f}\n";
+  static constexpr const char* kAngle = "  {:<24} {:>10.2f} {:>10.2f}\n";
+  static constexpr Row kRows[] = {
+      {mean_ratio, "mean ratio       min", &MetricStats::min, kRatio},
+      {mean_ratio, "                 1 %", &MetricStats::percentile_1, kRatio},
+      {mean_ratio, "                 mean", &MetricStats::mean, kRatio},
+      {scaled_jacobian, "scaled jacobian  min", &MetricStats::min, kRatio},
+      {scaled_jacobian, "                 1 %", &MetricStats::percentile_1, kRatio},
+      {scaled_jacobian, "                 mean", &MetricStats::mean, kRatio},
+      {min_dihedral_angle, "dihedral angle   min", &MetricStats::min, kAngle},
+      {max_dihedral_angle, "                 max", &MetricStats::max, kAngle},
+      {min_angle, "angle            min", &MetricStats::min, kAngle},
+      {max_angle, "                 max", &MetricStats::max, kAngle}};
+  std::string text = fmt::format("  {:<24} {:>10} {:>10}\n", "quality", "before", "after");
+  for (const Row& row : kRows) {
+    const MetricStats* before = find_metric(summary.quality_before, row.metric);
+    const MetricStats* after = find_metric(summary.quality_after, row.metric);
+    if (before == nullptr || after == nullptr) continue;
+    text += fmt::format(fmt::runtime(row.format), row.label, before->*row.value, after->*row.value);
+  }
+  return text;
+}
+
+std::string locked_sentence(const LockedStats& locked,
+                            const std::function<std::int64_t(std::int64_t)>& file_element_id) {
+  if (locked.element_count == 0) return {};
+  std::string text = fmt::format("{} {} locked: all nodes fixed, no smoothing can mend {}",
+                                 counted(locked.element_count, "element"),
+                                 locked.element_count == 1 ? "is" : "are",
+                                 locked.element_count == 1 ? "it" : "them");
+  if (locked.inverted_count > 0) {
+    text += fmt::format("; {} of them inverted", with_commas(locked.inverted_count));
+  }
+  if (locked.worst) {
+    text += fmt::format("; the worst, element {}, has mean ratio {:.4f}",
+                        file_element_id(locked.worst->element), locked.worst->mean_ratio);
+  }
+  return text + "\n";
+}
+
+std::string nodes_sentence(const SmoothSummary& summary) {
+  const NodeCounts& nodes = summary.nodes;
+  std::string text =
+      fmt::format("{}: {} moved, {} fixed ({} on the boundary)", counted(nodes.total, "node"),
+                  with_commas(nodes.moved), with_commas(nodes.fixed), with_commas(nodes.boundary));
+  if (nodes.isolated > 0) text += fmt::format(", {} in no element", with_commas(nodes.isolated));
+  if (summary.convergence.held_node_count > 0) {
+    text += fmt::format("; the guard held {} back in the last sweep",
+                        with_commas(summary.convergence.held_node_count));
+  }
+  return text + "\n";
+}
+
+std::string times_sentence(const client::SmoothReport& report, double total_seconds) {
+  const StageTimes& times = report.summary.times;
+  const std::pair<const char*, double> stages[] = {{"receive", report.receive_seconds},
+                                                   {"queue", report.queue_seconds},
+                                                   {"upload", times.upload_seconds},
+                                                   {"neighbours", times.find_neighbours_seconds},
+                                                   {"boundary", times.find_boundary_seconds},
+                                                   {"iterate", times.iterate_seconds},
+                                                   {"judge", times.judge_seconds},
+                                                   {"download", times.download_seconds},
+                                                   {"send", report.send_seconds}};
+  std::string text = "time " + duration(total_seconds) + ": ";
+  const char* separator = "";
+  for (const auto& [name, seconds] : stages) {
+    if (seconds <= 0) continue;
+    text += fmt::format("{}{} {}", separator, name, duration(seconds));
+    separator = ", ";
+  }
+  text += fmt::format(" ({}", report.summary.backend);
+  if (report.summary.thread_count > 0) {
+    text += ", " + counted(report.summary.thread_count, "thread");
+  }
+  return text + ")\n";
+}
+
+std::string cause_of_inversion(const SmoothOptions& options) {
+  if (options.guard) return {};
+  std::string method(method_name(options.method));
+  std::ranges::replace(method, '_', '-');
+  if (method == "laplacian") method = "plain laplacian";
+  return ": " + method + " without the guard does this";
+}
+
+}  // namespace
+
+std::string describe_inverted(const SmoothSummary& summary, const SmoothOptions& options) {
+  const std::int64_t total = summary.quality_after.element_count;
+  const std::int64_t before = summary.quality_before.inverted_count;
+  const std::int64_t after = summary.quality_after.inverted_count;
+  if (after == 0 && before == 0) return "no element is inverted";
+  if (after == 0) {
+    return fmt::format("no element is inverted any more; {} {} before", with_commas(before),
+                       before == 1 ? "was" : "were");
+  }
+  std::string text =
+      fmt::format("{} of {} ({}) {} inverted", with_commas(after), counted(total, "element"),
+                  percentage(after, total), after == 1 ? "is" : "are");
+  if (before == 0) return text + "; they were valid before" + cause_of_inversion(options);
+  text += fmt::format("; {} {} before", with_commas(before), before == 1 ? "was" : "were");
+  if (before == total) {
+    text += ": when all are, it is their node order (VTK's is expected)";
+  } else if (summary.locked.inverted_count > 0) {
+    text += fmt::format("; {} of them locked by fixed nodes",
+                        with_commas(summary.locked.inverted_count));
+  }
+  return text;
+}
+
+std::string describe_verdict(const client::SmoothReport& report, const SmoothOptions& options,
+                             double total_seconds,
+                             const std::function<std::int64_t(std::int64_t)>& file_element_id) {
+  const SmoothSummary& summary = report.summary;
+  std::string text = stop_sentence(summary) + "\n" + quality_table(summary) +
+                     describe_inverted(summary, options) + "\n";
+  if (const std::int64_t degenerate = summary.quality_after.degenerate_count; degenerate > 0) {
+    text += fmt::format("{} {} degenerate (no volume that double precision can tell from 0)\n",
+                        counted(degenerate, "element"), degenerate == 1 ? "is" : "are");
+  }
+  return text + locked_sentence(summary.locked, file_element_id) + nodes_sentence(summary) +
+         times_sentence(report, total_seconds);
+}
+
+}  // namespace meshsmooth::cli
