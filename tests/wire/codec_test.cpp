@@ -1,0 +1,288 @@
+#include "wire/codec.hpp"
+
+#include <gmock/gmock.h>
+#include <google/protobuf/util/message_differencer.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "meshsmooth/error.hpp"
+
+namespace meshsmooth::wire {
+namespace {
+
+using namespace std::chrono_literals;
+using google::protobuf::util::MessageDifferencer;
+
+// "REASON field" of what decoding throws.
+std::string refusal(const std::function<void(v1::SmoothingOptions&)>& change) {
+  v1::SmoothingOptions message;
+  change(message);
+  try {
+    (void)decode_options(message);
+  } catch (const Error& error) {
+    std::string text = error.reason();
+    for (const auto& [key, value] : error.details()) {
+      if (key == "field") text += " " + value;
+    }
+    return text;
+  }
+  return "accepted";
+}
+
+// Through the codec and back; equal messages mean equal options.
+void expect_round_trip(const SmoothOptions& options) {
+  const v1::SmoothingOptions message = encode_options(options);
+  EXPECT_TRUE(MessageDifferencer::Equals(message, encode_options(decode_options(message))))
+      << message.DebugString();
+}
+
+TEST(DecodeOptions, FillsInCoresDefaults) {
+  EXPECT_TRUE(MessageDifferencer::Equals(encode_options(decode_options({})),
+                                         encode_options(SmoothOptions{})));
+}
+
+TEST(DecodeOptions, FillsInTheDefaultsOfAChosenMethod) {
+  v1::SmoothingOptions message;
+  message.mutable_taubin()->set_lambda(0.4);
+
+  const auto method = std::get<Taubin>(decode_options(message).method);
+
+  EXPECT_EQ(method.lambda, 0.4);
+  EXPECT_EQ(method.mu, Taubin{}.mu);
+}
+
+TEST(DecodeOptions, ReadsWhatEncodeWrote) {
+  expect_round_trip({});
+  for (const Weighting weighting : {Weighting::uniform, Weighting::inverse_edge_length,
+                                    Weighting::edge_length, Weighting::ball_volume}) {
+    expect_round_trip({.method = Laplacian{weighting, 0.5}});
+    expect_round_trip({.method = SmartLaplacian{weighting, 0.25}});
+  }
+  expect_round_trip({.method = Taubin{0.5, -0.6}});
+  expect_round_trip({.method = HcLaplacian{0.1, 0.9}});
+  for (const Form form : {Form::automatic, Form::jacobi, Form::gauss_seidel, Form::racing}) {
+    expect_round_trip({.form = form});
+  }
+  expect_round_trip({.max_iterations = 0,
+                     .tolerance = {.value = 0.125, .relative = false},
+                     .boundary = BoundaryPolicy::free,
+                     .guard = false,
+                     .tangled = TangledPolicy::refuse,
+                     .compute_budget = 1500ms});
+}
+
+TEST(DecodeOptions, KeepsEveryValue) {
+  const SmoothOptions options =
+      decode_options(encode_options({.method = SmartLaplacian{Weighting::edge_length, 0.5},
+                                     .form = Form::jacobi,
+                                     .max_iterations = 7,
+                                     .tolerance = {.value = 0.25, .relative = false},
+                                     .boundary = BoundaryPolicy::free,
+                                     .guard = false,
+                                     .tangled = TangledPolicy::refuse,
+                                     .compute_budget = 1500ms}));
+
+  EXPECT_EQ(std::get<SmartLaplacian>(options.method).weighting, Weighting::edge_length);
+  EXPECT_EQ(std::get<SmartLaplacian>(options.method).relaxation, 0.5);
+  EXPECT_EQ(options.form, Form::jacobi);
+  EXPECT_EQ(options.max_iterations, 7);
+  EXPECT_EQ(options.tolerance.value, 0.25);
+  EXPECT_FALSE(options.tolerance.relative);
+  EXPECT_EQ(options.boundary, BoundaryPolicy::free);
+  EXPECT_FALSE(options.guard);
+  EXPECT_EQ(options.tangled, TangledPolicy::refuse);
+  EXPECT_EQ(options.compute_budget, std::chrono::nanoseconds(1500ms));
+}
+
+TEST(DecodeOptions, PrefersTheAbsoluteTolerance) {
+  v1::SmoothingOptions message;
+  message.set_convergence_tolerance(0.5);
+  message.set_absolute_tolerance(0.25);
+
+  EXPECT_EQ(decode_options(message).tolerance.value, 0.25);
+}
+
+TEST(DecodeOptions, RefusesWhatIsOutOfRangeByItsField) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(refusal([](auto& o) { o.set_max_iteration_count(-1); }),
+            "OPTION_OUT_OF_RANGE max_iteration_count");
+  EXPECT_EQ(refusal([](auto& o) { o.set_convergence_tolerance(-1); }),
+            "OPTION_OUT_OF_RANGE convergence_tolerance");
+  EXPECT_EQ(refusal([&](auto& o) { o.set_absolute_tolerance(nan); }),
+            "OPTION_OUT_OF_RANGE absolute_tolerance");
+  EXPECT_EQ(refusal([](auto& o) { o.mutable_laplacian()->set_relaxation_factor(0); }),
+            "OPTION_OUT_OF_RANGE laplacian.relaxation_factor");
+  EXPECT_EQ(refusal([](auto& o) { o.mutable_smart_laplacian()->set_relaxation_factor(1.5); }),
+            "OPTION_OUT_OF_RANGE smart_laplacian.relaxation_factor");
+  EXPECT_EQ(refusal([](auto& o) { o.mutable_taubin()->set_mu(0.5); }),
+            "OPTION_OUT_OF_RANGE taubin.mu");
+  EXPECT_EQ(refusal([](auto& o) { o.mutable_hc_laplacian()->set_alpha(2); }),
+            "OPTION_OUT_OF_RANGE hc_laplacian.alpha");
+  EXPECT_EQ(refusal([](auto& o) { o.mutable_compute_budget()->set_seconds(-1); }),
+            "OPTION_OUT_OF_RANGE compute_budget");
+  EXPECT_EQ(refusal([](auto& o) { o.mutable_compute_budget()->set_nanos(2'000'000'000); }),
+            "OPTION_OUT_OF_RANGE compute_budget");
+}
+
+TEST(DecodeOptions, RefusesWhatThisServerDoesNotHave) {
+  EXPECT_EQ(refusal([](auto& o) { o.mutable_optimize(); }), "OPTION_NOT_SUPPORTED optimize");
+  EXPECT_EQ(refusal([](auto& o) { o.set_boundary_policy(v1::BOUNDARY_POLICY_SLIDE); }),
+            "OPTION_NOT_SUPPORTED boundary_policy");
+  EXPECT_EQ(refusal([](auto& o) { o.set_target_quality(0.5); }),
+            "OPTION_NOT_SUPPORTED target_quality");
+  EXPECT_EQ(refusal([](auto& o) { o.set_movement_limit(0.5); }),
+            "OPTION_NOT_SUPPORTED movement_limit");
+  EXPECT_EQ(refusal([](auto& o) { o.set_feature_angle_degrees(30); }),
+            "OPTION_NOT_SUPPORTED feature_angle_degrees");
+}
+
+TEST(DecodeOptions, RefusesUnknownEnumValuesInsteadOfTakingTheDefault) {
+  EXPECT_EQ(refusal([](auto& o) { o.set_form(static_cast<v1::Form>(99)); }),
+            "OPTION_NOT_SUPPORTED form");
+  EXPECT_EQ(refusal([](auto& o) {
+              o.mutable_laplacian()->set_weighting(static_cast<v1::Weighting>(99));
+            }),
+            "OPTION_NOT_SUPPORTED laplacian.weighting");
+  EXPECT_EQ(refusal([](auto& o) { o.set_boundary_policy(static_cast<v1::BoundaryPolicy>(99)); }),
+            "OPTION_NOT_SUPPORTED boundary_policy");
+  EXPECT_EQ(refusal([](auto& o) { o.set_tangled_policy(static_cast<v1::TangledPolicy>(99)); }),
+            "OPTION_NOT_SUPPORTED tangled_policy");
+}
+
+// A method that a newer client knows arrives as an unknown field.
+TEST(DecodeOptions, RefusesUnknownMethods) {
+  EXPECT_EQ(refusal([](auto& o) {
+              o.GetReflection()->MutableUnknownFields(&o)->AddLengthDelimited(17, "");
+            }),
+            "OPTION_NOT_SUPPORTED options#17");
+  EXPECT_EQ(refusal([](auto& o) {
+              auto* taubin = o.mutable_taubin();
+              taubin->GetReflection()->MutableUnknownFields(taubin)->AddVarint(9, 1);
+            }),
+            "OPTION_NOT_SUPPORTED taubin#9");
+}
+
+TEST(DecodeDuration, CutsWhatNanosecondsCannotHold) {
+  google::protobuf::Duration message;
+  message.set_seconds(std::numeric_limits<std::int64_t>::max());
+
+  EXPECT_EQ(decode_duration(message, "queue_timeout"), std::chrono::nanoseconds::max());
+}
+
+TEST(ElementTypes, ComeBackAsTheyWereSent) {
+  for (const ElementType type : kElementTypes) {
+    EXPECT_EQ(decode_element_type(encode_element_type(type), "element_type"), type);
+  }
+  EXPECT_EQ(v1::ElementType_Name(encode_element_type(ElementType::wedge)), "ELEMENT_TYPE_WEDGE");
+  EXPECT_THROW((void)decode_element_type(v1::ELEMENT_TYPE_UNSPECIFIED, "f"), NotSupported);
+}
+
+// Every field has its own value, so that two that were swapped are seen.
+SmoothSummary full_summary() {
+  SmoothSummary s;
+  s.stop_reason = StopReason::stagnated;
+  s.convergence = {.iteration_count = 1,
+                   .last_max_displacement = 2,
+                   .last_rms_displacement = 3,
+                   .tolerance = 4,
+                   .bounding_box_diagonal = 5,
+                   .held_node_count = 6,
+                   .max_displacements = {7, 8},
+                   .rms_displacements = {9, 10},
+                   .moved_node_counts = {11, 12}};
+  s.quality_before = {.element_count = 13,
+                      .inverted_count = 14,
+                      .degenerate_count = 15,
+                      .sum_absolute_volume = 16,
+                      .metrics = {{.metric = QualityMetric::radius_ratio,
+                                   .element_count = 17,
+                                   .min = 18,
+                                   .percentile_1 = 19,
+                                   .mean = 20,
+                                   .max = 21,
+                                   .histogram_lower = 22,
+                                   .histogram_upper = 23,
+                                   .histogram = {24, 25}}},
+                      .worst = {{26, ElementType::wedge, 27, 28}}};
+  s.quality_after.element_count = 29;
+  s.locked = {30, 31, ElementQuality{32, ElementType::hexahedron, 33, 34}};
+  s.nodes = {.total = 35, .boundary = 36, .fixed = 37, .isolated = 38, .moved = 39};
+  s.times = {.upload_seconds = 40,
+             .find_neighbours_seconds = 41,
+             .find_boundary_seconds = 42,
+             .iterate_seconds = 43,
+             .judge_seconds = 44,
+             .download_seconds = 45};
+  s.backend = "cuda:2";
+  s.device_name = "NVIDIA H200";
+  s.thread_count = 46;
+  s.colour_count = 47;
+  s.host_peak_bytes = 48;
+  s.device_peak_bytes = 49;
+  return s;
+}
+
+TEST(DecodeSummary, ReadsWhatEncodeWrote) {
+  const SmoothSummary s = decode_summary(encode_summary(full_summary()));
+
+  EXPECT_EQ(s.stop_reason, StopReason::stagnated);
+  EXPECT_EQ(s.convergence.held_node_count, 6);
+  EXPECT_THAT(s.convergence.moved_node_counts, ::testing::ElementsAre(11, 12));
+  EXPECT_EQ(s.quality_before.sum_absolute_volume, 16);
+  EXPECT_EQ(s.quality_before.metrics.at(0).metric, QualityMetric::radius_ratio);
+  EXPECT_THAT(s.quality_before.metrics.at(0).histogram, ::testing::ElementsAre(24, 25));
+  EXPECT_EQ(s.quality_before.worst.at(0).type, ElementType::wedge);
+  EXPECT_EQ(s.quality_after.element_count, 29);
+  EXPECT_EQ(s.locked.worst.value().element, 32);
+  EXPECT_EQ(s.nodes.isolated, 38);
+  EXPECT_EQ(s.times.judge_seconds, 44);
+  EXPECT_EQ(s.backend, "cuda:2");
+  EXPECT_EQ(s.device_name, "NVIDIA H200");
+  EXPECT_EQ(s.thread_count, 46);
+  EXPECT_EQ(s.device_peak_bytes, 49);
+}
+
+TEST(DecodeSummary, LosesNothingInBothDirections) {
+  const v1::Summary once = encode_summary(full_summary());
+
+  EXPECT_TRUE(MessageDifferencer::Equals(once, encode_summary(decode_summary(once))));
+}
+
+TEST(EncodeSummary, SetsEveryFieldThatCoreKnows) {
+  const std::string json = to_json(encode_summary(full_summary()));
+
+  for (int value = 1; value <= 49; ++value) {
+    EXPECT_THAT(json, ::testing::ContainsRegex("[^0-9]" + std::to_string(value) + "[^0-9]"));
+  }
+}
+
+TEST(DecodeSummary, LeavesOutMetricsOfNewerServers) {
+  v1::Summary message = encode_summary(full_summary());
+  message.mutable_quality_before()->add_metrics()->set_metric(static_cast<v1::QualityMetric>(99));
+
+  EXPECT_EQ(decode_summary(message).quality_before.metrics.size(), 1U);
+}
+
+TEST(DecodeSummary, RefusesAStopReasonItDoesNotKnow) {
+  v1::Summary message = encode_summary(full_summary());
+  message.set_stop_reason(static_cast<v1::StopReason>(99));
+
+  EXPECT_THROW((void)decode_summary(message), NotSupported);
+}
+
+TEST(ToJson, KeepsFieldNamesAndPrintsZeros) {
+  v1::QualityStats message;
+  message.set_element_count(5);
+
+  const std::string json = to_json(message);
+
+  EXPECT_THAT(json, ::testing::HasSubstr("\"element_count\": \"5\""));
+  EXPECT_THAT(json, ::testing::HasSubstr("\"inverted_element_count\": \"0\""));
+}
+
+}  // namespace
+}  // namespace meshsmooth::wire
