@@ -1,6 +1,6 @@
 # What the documents say of the code is true where that can be checked: the README's example
 # is the program that tests/package builds and runs, and docs/protocol.md lists every reason
-# that the sources give. Run by ctest: cmake -DROOT=… -P docs_test.cmake
+# that the sources give, and no other. Run by ctest: cmake -DROOT=… -P docs_test.cmake
 cmake_minimum_required(VERSION 3.25)
 
 file(READ ${ROOT}/README.md readme)
@@ -29,5 +29,14 @@ foreach(reason IN LISTS reasons)
   string(FIND "${protocol}" "${quoted}" place)
   if(place EQUAL -1)
     message(SEND_ERROR "docs/protocol.md does not list the reason ${quoted}")
+  endif()
+endforeach()
+
+string(REGEX MATCHALL "`[A-Z]+(_[A-Z]+)+`" listed "${protocol}")
+list(FILTER listed EXCLUDE REGEX "COORDINATES|ELEMENT_TAGS|FIXED_MASK")  # arrays
+foreach(quoted IN LISTS listed)
+  string(REPLACE "`" "\"" reason ${quoted})
+  if(NOT reason IN_LIST reasons)
+    message(SEND_ERROR "docs/protocol.md lists ${quoted}, but nothing in the sources gives it")
   endif()
 endforeach()
