@@ -46,6 +46,16 @@ MESHSMOOTH_HD bool visit_adjacent(const Surroundings& around, std::size_t node, 
   return true;
 }
 
+/// `visit_adjacent` over the free nodes that choose before `node`.
+template <class Body>
+MESHSMOOTH_HD bool visit_higher(const Surroundings& around, const NodeId* caller_ids,
+                                std::size_t node, const Body& body) {
+  const std::uint32_t own = colour_priority(caller_ids[node]);
+  return visit_adjacent(around, node, [&](NodeId other) {
+    return around.fixed[other] != 0 || colour_priority(caller_ids[other]) <= own || body(other);
+  });
+}
+
 /// First-fit in the order of `colour_priority`, found in parallel: a node
 /// chooses once all its neighbours of higher priority have. The result is that
 /// of the serial first-fit, whatever the schedule. Source: Jones, Plassmann
@@ -61,23 +71,18 @@ Colouring<E> colour_nodes(E& executor, const Surroundings& around, const NodeId*
   std::uint32_t* const colour = colours.data();
   executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) { colour[node] = kNone; });
 
-  const auto visit_higher = [=] MESHSMOOTH_HD(std::size_t node, const auto& body) {
-    const std::uint32_t own = colour_priority(caller_ids[node]);
-    return visit_adjacent(around, node, [&](NodeId other) {
-      return around.fixed[other] != 0 || colour_priority(caller_ids[other]) <= own || body(other);
-    });
-  };
   for (std::size_t open = 1; open > 0;) {
     open = executor.reduce(
         node_count, std::size_t{0},
         [=] MESHSMOOTH_HD(std::size_t node) -> std::size_t {
           if (around.fixed[node] != 0 || colour[node] != kNone) return 0;
-          const bool ready =
-              visit_higher(node, [=](NodeId other) { return E::load(colour[other]) != kNone; });
+          const bool ready = visit_higher(around, caller_ids, node, [=](NodeId other) {
+            return E::load(colour[other]) != kNone;
+          });
           if (!ready) return 1;
           for (std::uint32_t base = 0;; base += 64) {
             std::uint64_t taken = 0;
-            visit_higher(node, [&](NodeId other) {
+            visit_higher(around, caller_ids, node, [&](NodeId other) {
               const std::uint32_t c = E::load(colour[other]);
               if (c >= base && c < base + 64) taken |= std::uint64_t{1} << (c - base);
               return true;

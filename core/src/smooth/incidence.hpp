@@ -48,6 +48,17 @@ RowBuffer<E, ElementId> group_items(E& executor, std::size_t row_count, std::siz
   return rows;
 }
 
+/// Emits every node of an element.
+struct VisitNodes {
+  Elements elements;
+
+  template <class Emit>
+  MESHSMOOTH_HD void operator()(std::size_t element, const Emit& emit) const {
+    const ElementView view = elements[element];
+    for (int n = 0; n < view.shape->node_count; ++n) emit(view.nodes[n]);
+  }
+};
+
 /// The balls: per node the elements around it.
 ///
 /// takes  the elements; `caller_ids` maps them to the caller's element ids
@@ -56,13 +67,8 @@ RowBuffer<E, ElementId> group_items(E& executor, std::size_t row_count, std::siz
 template <Executor E>
 RowBuffer<E, ElementId> find_balls(E& executor, std::size_t node_count, const Elements& elements,
                                    const ElementId* caller_ids) {
-  return group_items(
-      executor, node_count, elements.count,
-      [=] MESHSMOOTH_HD(std::size_t element, const auto& emit) {
-        const ElementView view = elements[element];
-        for (int n = 0; n < view.shape->node_count; ++n) emit(view.nodes[n]);
-      },
-      [=] MESHSMOOTH_HD(ElementId element) { return caller_ids[element]; });
+  return group_items(executor, node_count, elements.count, VisitNodes{elements},
+                     [=] MESHSMOOTH_HD(ElementId element) { return caller_ids[element]; });
 }
 
 }  // namespace meshsmooth::detail

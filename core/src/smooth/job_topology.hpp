@@ -26,6 +26,46 @@ struct SourceBlock {
   std::size_t first_caller;  // the caller's id of its first element
 };
 
+/// The caller's elements of one type, wherever their blocks lie.
+struct SourceElements {
+  const SourceBlock* blocks;
+  std::size_t block_count;
+  int node_count;  // of an element
+
+  [[nodiscard]] MESHSMOOTH_HD const SourceBlock& block_of(std::size_t item) const {
+    std::size_t low = 0;
+    for (std::size_t high = block_count; high - low > 1;) {
+      const std::size_t middle = low + (high - low) / 2;
+      (blocks[middle].first <= item ? low : high) = middle;
+    }
+    return blocks[low];
+  }
+  [[nodiscard]] MESHSMOOTH_HD const NodeId* nodes(std::size_t item) const {
+    const SourceBlock& block = block_of(item);
+    return block.nodes + (item - block.first) * static_cast<std::size_t>(node_count);
+  }
+  [[nodiscard]] MESHSMOOTH_HD ElementId caller_id(std::size_t item) const {
+    const SourceBlock& block = block_of(item);
+    return static_cast<ElementId>(block.first_caller + (item - block.first));
+  }
+};
+
+/// Emits the lowest internal number among an element's nodes.
+struct VisitLowestNode {
+  SourceElements elements;
+  const NodeId* internal_of;
+
+  template <class Emit>
+  MESHSMOOTH_HD void operator()(std::size_t item, const Emit& emit) const {
+    const NodeId* const nodes = elements.nodes(item);
+    NodeId lowest = internal_of[nodes[0]];
+    for (int n = 1; n < elements.node_count; ++n) {
+      if (internal_of[nodes[n]] < lowest) lowest = internal_of[nodes[n]];
+    }
+    emit(lowest);
+  }
+};
+
 /// cost   O(elements); 8 B an element and 8 B a node while it runs
 template <Executor E>
 JobElements<E> renumber_elements(E& executor, const TopologyView& topology,
@@ -59,33 +99,11 @@ JobElements<E> renumber_elements(E& executor, const TopologyView& topology,
 
     auto block_buffer = executor.template allocate<SourceBlock>(blocks.size());
     executor.upload(blocks.data(), blocks.size(), block_buffer.data());
-    const SourceBlock* const source = block_buffer.data();
-    const std::size_t block_count = blocks.size();
-    const ElementShape* const shape = result.shapes.data() + static_cast<std::size_t>(type);
-    const auto block_of = [=] MESHSMOOTH_HD(std::size_t item) {
-      std::size_t low = 0;
-      for (std::size_t high = block_count; high - low > 1;) {
-        const std::size_t middle = low + (high - low) / 2;
-        (source[middle].first <= item ? low : high) = middle;
-      }
-      return source + low;
-    };
-    const auto nodes_of = [=] MESHSMOOTH_HD(std::size_t item) {
-      const SourceBlock* const block = block_of(item);
-      return block->nodes + (item - block->first) * static_cast<std::size_t>(shape->node_count);
-    };
-    const auto by_lowest_node = group_items(
-        executor, node_count, count,
-        [=] MESHSMOOTH_HD(std::size_t item, const auto& emit) {
-          const NodeId* const nodes = nodes_of(item);
-          NodeId lowest = internal_of[nodes[0]];
-          for (int n = 1; n < shape->node_count; ++n) {
-            const NodeId other = internal_of[nodes[n]];
-            if (other < lowest) lowest = other;
-          }
-          emit(lowest);
-        },
-        [] MESHSMOOTH_HD(ElementId item) { return item; });
+    const ElementShape* const shape = &element_shape(type);
+    const SourceElements items{block_buffer.data(), blocks.size(), shape->node_count};
+    const auto by_lowest_node =
+        group_items(executor, node_count, count, VisitLowestNode{items, internal_of},
+                    [] MESHSMOOTH_HD(ElementId item) { return item; });
 
     const std::size_t first = result.view.count;
     const ElementId* const order = by_lowest_node.entries.data();
@@ -93,17 +111,17 @@ JobElements<E> renumber_elements(E& executor, const TopologyView& topology,
     ElementId* const caller_of = result.caller_of.data() + first;
     executor.for_each(count, [=] MESHSMOOTH_HD(std::size_t element) {
       const ElementId item = order[element];
-      const SourceBlock* const block = block_of(item);
-      const NodeId* const nodes = nodes_of(item);
-      caller_of[element] = static_cast<ElementId>(block->first_caller + (item - block->first));
-      for (int n = 0; n < shape->node_count; ++n) {
-        nodes_out[element * static_cast<std::size_t>(shape->node_count) + n] =
-            internal_of[nodes[n]];
+      const NodeId* const nodes = items.nodes(item);
+      caller_of[element] = items.caller_id(item);
+      const auto width = static_cast<std::size_t>(items.node_count);
+      for (std::size_t n = 0; n < width; ++n) {
+        nodes_out[element * width + n] = internal_of[nodes[n]];
       }
     });
-    result.view.runs[result.view.run_count++] = {shape, nodes_out, first};
+    result.view.runs[result.view.run_count++] = {
+        result.shapes.data() + static_cast<std::size_t>(type), nodes_out, first};
     result.view.count += count;
-    next_nodes += count * static_cast<std::size_t>(element_shape(type).node_count);
+    next_nodes += count * static_cast<std::size_t>(shape->node_count);
   }
   return result;
 }
