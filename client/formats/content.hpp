@@ -50,6 +50,10 @@ class FileContent {
 [[nodiscard]] MeshFile make_mesh_file(const std::filesystem::path& path, FileContent content,
                                       const std::vector<std::int64_t>& cell_ids);
 
+/// Throws `InvalidMesh` (ARRAY_SIZE_MISMATCH) unless the mesh still has as many
+/// nodes as its file.
+void check_node_count(const MeshFile& file);
+
 /// The mesh's positions as points of the same precision.
 [[nodiscard]] vtkSmartPointer<vtkPoints> make_points(const PositionsView& positions);
 

@@ -161,6 +161,7 @@ void check_writable(const path& file) {
 
 void write_mesh_file(const path& file, const MeshFile& content) {
   check_writable(file);
+  check_node_count(content);
   const path partial = partial_path(file);
   std::error_code error;
   const auto clean_up = [&] {

@@ -87,7 +87,8 @@ class MeshFile {
 [[nodiscard]] MeshFile read_mesh_file(const std::filesystem::path& path);
 
 /// Replaces `path` when all has been written, never before. Errors:
-/// FORMAT_UNKNOWN, FILE_NOT_WRITABLE, ELEMENT_NOT_SUPPORTED.
+/// FORMAT_UNKNOWN, FILE_NOT_WRITABLE, ELEMENT_NOT_SUPPORTED; `InvalidMesh`
+/// (ARRAY_SIZE_MISMATCH) when the mesh has not the nodes of its file.
 void write_mesh_file(const std::filesystem::path& path, const MeshFile& file);
 
 /// Throws what `write_mesh_file` would throw for this path as far as it can be

@@ -1,0 +1,88 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include "mesh_file.hpp"
+
+namespace meshsmooth::formats::test {
+
+inline std::filesystem::path fixture(const std::string& name) {
+  return std::filesystem::path(MESHSMOOTH_TEST_FILES) / name;
+}
+
+inline std::string bytes_of(const std::filesystem::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  std::ostringstream bytes;
+  bytes << stream.rdbuf();
+  return std::move(bytes).str();
+}
+
+inline void put_bytes(const std::filesystem::path& path, const std::string& bytes) {
+  std::ofstream(path, std::ios::binary) << bytes;
+}
+
+/// A folder of the running test, removed at its end.
+class Scratch {
+ public:
+  Scratch() {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    std::string name = std::string(test->test_suite_name()) + "." + test->name();
+    for (char& letter : name) letter = letter == '/' ? '_' : letter;
+    folder_ = std::filesystem::path(testing::TempDir()) / ("meshsmooth-" + name);
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+  }
+  ~Scratch() { std::filesystem::remove_all(folder_); }
+  Scratch(const Scratch&) = delete;
+  Scratch& operator=(const Scratch&) = delete;
+
+  [[nodiscard]] std::filesystem::path path(const std::string& name) const { return folder_ / name; }
+  [[nodiscard]] std::size_t file_count() const {
+    const std::filesystem::directory_iterator files(folder_);
+    return static_cast<std::size_t>(std::distance(begin(files), end(files)));
+  }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+/// Runs `action`, which must throw `Error`, and gives its reason and text.
+template <class Action>
+std::pair<std::string, std::string> error_of(Action action) {
+  try {
+    action();
+  } catch (const Error& error) {
+    return {error.reason(), error.what()};
+  }
+  return {"", "no error"};
+}
+
+/// Moves every node by something that needs all digits of a double.
+inline void move_nodes(Mesh& mesh) {
+  std::visit(
+      [](auto& nodes) {
+        using Node = typename std::decay_t<decltype(nodes)>::value_type;
+        using Real = decltype(Node::x);
+        Real step = 1;
+        for (Node& node : nodes) {
+          step = step * Real(1.0009765625) / Real(1.03);
+          node += {Real(1) / 3 * step, Real(1e-7) / 7 * step, -Real(1e3) / 9 * step};
+        }
+      },
+      mesh.positions);
+}
+
+inline void expect_same_connectivity(const Mesh& a, const Mesh& b) {
+  ASSERT_EQ(a.blocks.size(), b.blocks.size());
+  for (std::size_t block = 0; block < a.blocks.size(); ++block) {
+    EXPECT_EQ(a.blocks[block].type, b.blocks[block].type);
+    EXPECT_EQ(a.blocks[block].nodes, b.blocks[block].nodes);
+  }
+}
+
+}  // namespace meshsmooth::formats::test
