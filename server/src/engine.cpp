@@ -130,6 +130,11 @@ void Engine::expire(Job& job, std::exception_ptr cause) {
   if (queue_.remove(job)) job.end(cause);
 }
 
+void Engine::call_ended() {
+  --calls_;
+  wake();
+}
+
 void Engine::retire(const Job& job) {
   store_.retire(job);
   log_job_end(job);
@@ -159,7 +164,8 @@ void Engine::wait(Clock::time_point until, const std::atomic<bool>& give_up) {
 
 void Engine::wait_idle(Clock::time_point until, const std::atomic<bool>& give_up) {
   std::unique_lock lock(idle_mutex_);
-  idle_.wait_until(lock, until, [&] { return give_up || store_.living().empty(); });
+  idle_.wait_until(lock, until,
+                   [&] { return give_up || (calls_ == 0 && store_.living().empty()); });
 }
 
 void Engine::wake() {

@@ -55,8 +55,9 @@ class Engine {
   /// Ends the job only if it still waits in the queue.
   void expire(Job& job, std::exception_ptr cause);
 
-  /// Call for every job that ended: forgets, logs, counts.
-  void retire(const Job& job);
+  /// Every call that has a job says when it is over, with the last byte sent.
+  void call_began() { ++calls_; }
+  void call_ended();
 
   [[nodiscard]] const JobStore& store() const { return store_; }
   [[nodiscard]] const JobQueue& queue() const { return queue_; }
@@ -71,13 +72,16 @@ class Engine {
   void stop_all();
   /// Waits for the lanes; they take no job any more.
   void close();
-  /// Waits until the time has come, or `give_up`, or (idle) all jobs ended.
+  /// Waits until the time has come, or `give_up`, or (idle) all jobs and their
+  /// calls ended.
   void wait(Clock::time_point until, const std::atomic<bool>& give_up);
   void wait_idle(Clock::time_point until, const std::atomic<bool>& give_up);
   /// Makes both look at `give_up`.
   void wake();
 
  private:
+  void retire(const Job& job);
+
   const ServerConfig config_;
   const std::string instance_;  // makes job names differ between runs
   Ledger ledger_;
@@ -85,6 +89,7 @@ class Engine {
   JobStore store_;
   std::atomic<bool> draining_ = false;
   std::atomic<std::int64_t> next_sequence_ = 1;
+  std::atomic<int> calls_ = 0;
   std::mutex idle_mutex_;
   std::condition_variable idle_;
   std::vector<std::unique_ptr<Lane>> lanes_;

@@ -22,6 +22,9 @@ Clock::duration to_duration(double seconds) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
 }
 
+// For calls that have nothing to wait for any more.
+constexpr auto kCallSlack = std::chrono::seconds(1);
+
 int to_milliseconds(double seconds) { return static_cast<int>(seconds * 1000); }
 
 void configure(grpc::ServerBuilder& builder, const ServerConfig& config) {
@@ -129,6 +132,8 @@ void Server::drain() {
     engine.hand_back_waiting();
     engine.wait_idle(Clock::now() + to_duration(config.drain_grace_seconds), impl.hurried);
     engine.stop_all();
+    // Let the calls say why: Shutdown cuts them off on an in-process channel.
+    engine.wait_idle(Clock::now() + to_duration(config.drop_timeout_seconds) + kCallSlack, false);
     impl.server->Shutdown(std::chrono::system_clock::now() + std::chrono::seconds(1));
     impl.server->Wait();
     engine.close();

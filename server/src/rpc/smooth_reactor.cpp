@@ -114,6 +114,7 @@ void SmoothReactor::ingest_spec(const v1::JobSpec& spec) {
       job = engine_.admit(std::move(decoded.job), [weak = weak_from_this()] {
         if (const auto reactor = weak.lock()) reactor->pump();
       });
+      engine_.call_began();
     }
     const std::lock_guard lock(mutex_);
     job_ = std::move(job);
@@ -157,7 +158,10 @@ void SmoothReactor::OnCancel() {
   pump();
 }
 
-void SmoothReactor::OnDone() { self_.reset(); }
+void SmoothReactor::OnDone() {
+  if (job_) engine_.call_ended();
+  self_.reset();
+}
 
 void SmoothReactor::on_timer(int generation) {
   {

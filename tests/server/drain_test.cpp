@@ -1,0 +1,148 @@
+// How a server leaves, as health and jobs see it.
+#include <gtest/gtest.h>
+
+#include <future>
+
+#include "server/raw_call.hpp"
+#include "server/smooth_call.hpp"
+#include "support/in_process_server.hpp"
+
+namespace meshsmooth::testing {
+namespace {
+
+using grpc::StatusCode;
+
+// HealthCheckResponse { status = 1 }
+constexpr const char* kServing = "\x08\x01";
+constexpr const char* kNotServing = "\x08\x02";
+
+server::ServerConfig patient_config() {
+  server::ServerConfig config = quiet_config();
+  config.lame_duck_seconds = 1000;
+  config.drain_grace_seconds = 1000;
+  return config;
+}
+
+std::future<void> drain(InProcessServer& server) {
+  return std::async(std::launch::async, [&server] { server.server().drain(); });
+}
+
+TEST(Health, AnswersCheckForServerAndService) {
+  InProcessServer server;
+  for (const std::string& name : {std::string(), std::string("meshsmooth.v1.SmoothingService")}) {
+    RawCall call(server.channel(), "/grpc.health.v1.Health/Check");
+    call.send(string_message(1, name));
+    EXPECT_EQ(call.read(), kServing) << name;
+  }
+}
+
+TEST(Health, IsNotServingFromTheFirstMomentOfADrain) {
+  InProcessServer server(patient_config());
+  Stub stub(server.channel());
+  RawCall watch(server.channel(), "/grpc.health.v1.Health/Watch");
+  watch.send(string_message(1, "meshsmooth.v1.SmoothingService"));
+  ASSERT_EQ(watch.read(), kServing);
+
+  const auto drained = drain(server);
+
+  EXPECT_EQ(watch.read(), kNotServing);
+  expect_healthy_service(stub);  // the lame duck still accepts
+  server.server().hurry();
+}
+
+TEST(Drain, RefusesNewJobsWithAWordWhenToComeBack) {
+  server::ServerConfig config = patient_config();
+  config.lame_duck_seconds = 0;
+  InProcessServer server(config);
+  Stub stub(server.channel());
+  server.fake().hold();
+  SmoothCall running(stub);
+  running.send_all({});
+  server.fake().wait_started(1);
+  const auto drained = drain(server);
+  while (!server_info(stub).draining()) std::this_thread::yield();
+
+  SmoothCall late(stub);
+  late.send(TwoTetrahedra::spec());
+
+  EXPECT_EQ(late.finish().error_code(), StatusCode::UNAVAILABLE);
+  EXPECT_EQ(late.details().reason, "DRAINING");
+  EXPECT_EQ(late.details().retry_delay, std::chrono::nanoseconds(0));
+
+  server.fake().release();
+  EXPECT_TRUE(running.finish().ok());
+  drained.wait();
+}
+
+TEST(Drain, HandsBackWaitingJobsAndLetsTheRunningOneFinish) {
+  server::ServerConfig config = patient_config();
+  config.lame_duck_seconds = 0;
+  InProcessServer server(config);
+  Stub stub(server.channel());
+  server.fake().hold();
+  const TwoTetrahedra mesh;
+  SmoothCall running(stub), queued(stub), receiving(stub);
+  running.send_all(mesh);
+  server.fake().wait_started(1);
+  queued.send_all(mesh);
+  wait_for_state(stub, queued.read_accepted(), v1::STATE_QUEUED);
+  receiving.send(TwoTetrahedra::spec());
+  receiving.read_accepted();
+
+  const auto drained = drain(server);
+
+  EXPECT_EQ(queued.finish().error_code(), StatusCode::UNAVAILABLE);
+  EXPECT_EQ(queued.details().reason, "DRAINING");
+  EXPECT_EQ(receiving.finish().error_code(), StatusCode::UNAVAILABLE);
+  server.fake().release();
+  EXPECT_TRUE(running.finish().ok());
+  EXPECT_EQ(running.result(), mesh.moved());
+  drained.wait();
+}
+
+TEST(Drain, StopsRunningJobsAfterTheGrace) {
+  server::ServerConfig config = quiet_config();
+  config.drain_grace_seconds = 0.01;
+  InProcessServer server(config);
+  Stub stub(server.channel());
+  server.fake().hold();
+  SmoothCall running(stub);
+  running.send_all({});
+  server.fake().wait_started(1);
+
+  const auto drained = drain(server);
+
+  EXPECT_EQ(running.finish().error_code(), StatusCode::UNAVAILABLE);
+  EXPECT_EQ(running.details().reason, "DRAINING");
+  drained.wait();
+}
+
+TEST(Drain, EndsAtOnceWhenHurried) {
+  InProcessServer server(patient_config());
+  Stub stub(server.channel());
+  server.fake().hold();
+  SmoothCall running(stub);
+  running.send_all({});
+  server.fake().wait_started(1);
+  const auto drained = drain(server);
+
+  server.server().hurry();
+
+  EXPECT_EQ(running.finish().error_code(), StatusCode::UNAVAILABLE);
+  drained.wait();
+}
+
+TEST(Drain, EndsThoughAClientNeverHalfCloses) {
+  InProcessServer server;
+  Stub stub(server.channel());
+  SmoothCall stuck(stub);
+  stuck.send(TwoTetrahedra::spec());
+  stuck.read_accepted();
+
+  server.server().drain();
+
+  EXPECT_EQ(stuck.finish().error_code(), StatusCode::UNAVAILABLE);
+}
+
+}  // namespace
+}  // namespace meshsmooth::testing

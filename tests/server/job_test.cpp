@@ -1,0 +1,103 @@
+#include "job.hpp"
+
+#include <gtest/gtest.h>
+
+#include "meshsmooth/error.hpp"
+
+namespace meshsmooth::server {
+namespace {
+
+class JobTest : public ::testing::Test {
+ protected:
+  JobTest() {
+    JobRequest request;
+    request.layout.node_count = 1;
+    request.layout.coordinates_bytes = 24;
+    job_ = std::make_shared<Job>(
+        "jobs/1", 1, std::move(request), ledger_.reserve({100, 0}), queue_.admit(24),
+        [this](const Job&) { ++end_count_; }, [this] { ++change_count_; });
+  }
+
+  static std::exception_ptr cancelled() { return std::make_exception_ptr(Cancelled("WHY", "")); }
+  static std::exception_ptr failed() { return std::make_exception_ptr(InvalidMesh("BAD", "")); }
+
+  Ledger ledger_{{.host_bytes = 1000, .device_bytes = 0}};
+  JobQueue queue_{1, 1000};
+  int end_count_ = 0;
+  int change_count_ = 0;
+  std::shared_ptr<Job> job_;
+};
+
+TEST_F(JobTest, WalksFromReceivingToSucceeded) {
+  EXPECT_EQ(job_->state(), JobState::receiving);
+  job_->queue();
+  EXPECT_EQ(job_->state(), JobState::queued);
+  job_->start();
+  EXPECT_EQ(job_->state(), JobState::running);
+  job_->finish({});
+  EXPECT_EQ(job_->state(), JobState::sending);
+  EXPECT_TRUE(job_->end());
+  EXPECT_EQ(job_->state(), JobState::succeeded);
+  EXPECT_NE(job_->snapshot().summary, nullptr);
+}
+
+TEST_F(JobTest, EndsOnce) {
+  EXPECT_TRUE(job_->end(failed()));
+  EXPECT_FALSE(job_->end(cancelled()));
+
+  EXPECT_EQ(job_->state(), JobState::failed);
+  EXPECT_EQ(end_count_, 1);
+}
+
+TEST_F(JobTest, GivesAllMemoryBackAtItsEnd) {
+  EXPECT_EQ(ledger_.reserved().host_bytes, 100);
+  job_->end(failed());
+
+  EXPECT_EQ(ledger_.reserved().host_bytes, 0);
+  EXPECT_NO_THROW((void)queue_.admit(24));
+}
+
+TEST_F(JobTest, EndsByTheFirstStopThatWasRequested) {
+  EXPECT_TRUE(job_->request_stop(cancelled()));
+  EXPECT_FALSE(job_->request_stop(failed()));
+  EXPECT_TRUE(job_->stop_token().stop_requested());
+  job_->end(failed());
+
+  EXPECT_EQ(job_->state(), JobState::cancelled);
+}
+
+// The call may be gone when the lane finishes: nobody would send the result.
+TEST_F(JobTest, EndsInsteadOfSendingWhenAStopWasRequested) {
+  job_->queue();
+  job_->start();
+  job_->request_stop(cancelled());
+  job_->finish({});
+
+  EXPECT_EQ(job_->state(), JobState::cancelled);
+  EXPECT_EQ(end_count_, 1);
+}
+
+TEST_F(JobTest, TellsItsObserverOfEveryChange) {
+  job_->queue();
+  job_->start();
+  job_->report({.stage = Stage::iterate, .iteration = 3});
+  job_->request_stop(cancelled());
+  job_->end(cancelled());
+
+  EXPECT_EQ(change_count_, 4);
+  EXPECT_EQ(job_->snapshot().progress.iteration, 3);
+}
+
+TEST_F(JobTest, MeasuresTheStepsUpToItsEnd) {
+  job_->queue();
+  job_->end(cancelled());
+  const JobTimes times = job_->snapshot().times;
+
+  EXPECT_GE(times.receive_seconds(), 0);
+  EXPECT_GE(times.queue_seconds(), 0);
+  EXPECT_EQ(times.run_seconds(), 0);
+  EXPECT_EQ(times.send_seconds(), 0);
+}
+
+}  // namespace
+}  // namespace meshsmooth::server
