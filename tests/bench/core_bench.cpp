@@ -77,9 +77,8 @@ void sweep(benchmark::State& state, const Body& body) {
   const MeshTopology topology(*mesh);
   Prepared prepared(bench.executor, topology.view(), positions());
   body(bench.executor, prepared);
-  state.counters["nodes/s"] =
-      benchmark::Counter(static_cast<double>(mesh->node_count()),
-                         benchmark::Counter::kIsIterationInvariantRate);
+  state.counters["nodes/s"] = benchmark::Counter(static_cast<double>(mesh->node_count()),
+                                                 benchmark::Counter::kIsIterationInvariantRate);
 }
 
 void uniform_jacobi_sweep(benchmark::State& state) {
@@ -141,7 +140,8 @@ int main(int argc, char** argv) {
   const auto file = meshsmooth::formats::read_mesh_file(argv[1]);
   mesh = &file.mesh;
   for (auto* registered : {
-           benchmark::RegisterBenchmark("find_neighbours_and_boundary", find_neighbours_and_boundary),
+           benchmark::RegisterBenchmark("find_neighbours_and_boundary",
+                                        find_neighbours_and_boundary),
            benchmark::RegisterBenchmark("uniform_jacobi_sweep", uniform_jacobi_sweep),
            benchmark::RegisterBenchmark("smart_gauss_seidel_sweep", smart_gauss_seidel_sweep),
            benchmark::RegisterBenchmark("colour", colour),

@@ -76,8 +76,8 @@ class FakeSmoother final : public Smoother {
     return control_->estimate_;
   }
 
-  SmoothSummary smooth(const TopologyView& topology, PositionsSpan positions,
-                       const SmoothOptions&, const JobControl& job) override {
+  SmoothSummary smooth(const TopologyView& topology, PositionsSpan positions, const SmoothOptions&,
+                       const JobControl& job) override {
     start();
     for (int i = 1; i <= control_->progress_count_; ++i) {
       job.on_progress({.stage = Stage::iterate,

@@ -25,7 +25,8 @@ inline server::ServerConfig quiet_config() {
 class InProcessServer {
  public:
   explicit InProcessServer(server::ServerConfig config = quiet_config())
-      : server_(std::move(config), [fake = fake_] { return std::make_unique<FakeSmoother>(fake); }) {
+      : server_(std::move(config),
+                [fake = fake_] { return std::make_unique<FakeSmoother>(fake); }) {
     server_.start();
   }
   ~InProcessServer() { fake_->release(); }

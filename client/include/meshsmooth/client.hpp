@@ -54,7 +54,15 @@ class ServiceError : public Error {
 };
 
 enum class JobState {
-  unspecified, receiving, queued, running, sending, succeeded, failed, cancelled, expired,
+  unspecified,
+  receiving,
+  queued,
+  running,
+  sending,
+  succeeded,
+  failed,
+  cancelled,
+  expired,
 };
 
 struct JobProgress {
@@ -67,7 +75,7 @@ struct JobProgress {
 };
 
 struct RequestOptions {
-  std::string request_id;      // a UUID; empty: one is made
+  std::string request_id;        // a UUID; empty: one is made
   std::string backend = "auto";  // "auto", "cpu", "cuda"
   /// Deadline of the whole call. When unset: 10 minutes, plus 1 s for every MB
   /// of the mesh, plus 10 us for every element and allowed iteration; at most a
@@ -75,7 +83,7 @@ struct RequestOptions {
   std::optional<std::chrono::nanoseconds> timeout;
   std::chrono::milliseconds progress_interval{100};
   std::function<void(const JobProgress&)> on_progress;  // on the calling thread
-  std::stop_token stop;        // cancels the call
+  std::stop_token stop;                                 // cancels the call
 };
 
 /// The answer to one job.
@@ -125,8 +133,7 @@ class Client {
 
   /// Smooths `mesh` in place: positions change when the whole result has
   /// arrived, never before; nothing else changes.
-  SmoothReport smooth(Mesh& mesh, const SmoothOptions& options,
-                      const RequestOptions& request = {});
+  SmoothReport smooth(Mesh& mesh, const SmoothOptions& options, const RequestOptions& request = {});
 
   [[nodiscard]] ServerInfo server_info();
   [[nodiscard]] std::vector<JobInfo> list_jobs();

@@ -23,7 +23,7 @@ struct Convergence {
   double last_rms_displacement = 0;
   double tolerance = 0;  // in the mesh's unit
   double bounding_box_diagonal = 0;
-  std::int64_t held_node_count = 0;  // moves refused or cut short in the last sweep
+  std::int64_t held_node_count = 0;       // moves refused or cut short in the last sweep
   std::vector<double> max_displacements;  // with SmoothOptions::history
   std::vector<double> rms_displacements;
   std::vector<std::int64_t> moved_node_counts;
@@ -54,11 +54,11 @@ struct SmoothSummary {
   LockedStats locked;
   NodeCounts nodes;
   StageTimes times;
-  std::string backend;      // "cpu"
+  std::string backend;  // "cpu"
   std::string device_name;
   int thread_count = 0;
   int colour_count = 0;
-  std::int64_t host_peak_bytes = 0;    // allocated by this job, the caller's arrays not counted
+  std::int64_t host_peak_bytes = 0;  // allocated by this job, the caller's arrays not counted
   std::int64_t device_peak_bytes = 0;
 };
 
