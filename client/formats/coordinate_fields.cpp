@@ -10,6 +10,17 @@
 namespace meshsmooth::formats {
 namespace {
 
+bool is_binary(NumberStyle style) {
+  return style == NumberStyle::binary || style == NumberStyle::binary_swapped;
+}
+
+template <class Real>
+double copy_bits(std::string_view bytes) {
+  Real value{};
+  std::memcpy(&value, bytes.data(), sizeof value);
+  return value;
+}
+
 /// Also "1.5+3" for 1500 and a blank for 0.
 double parse_nastran(std::string_view word, const Scanner& scanner) {
   std::string number;
@@ -24,10 +35,11 @@ double parse_nastran(std::string_view word, const Scanner& scanner) {
 }
 
 double parse_coordinate(std::string_view word, NumberStyle style, const Scanner& scanner) {
-  if (style == NumberStyle::binary) {
-    double value = 0;
-    std::memcpy(&value, word.data(), sizeof value);
-    return value;
+  if (is_binary(style)) {
+    std::string bytes(word);
+    if (style == NumberStyle::binary_swapped) std::reverse(bytes.begin(), bytes.end());
+    if (bytes.size() == sizeof(float)) return copy_bits<float>(bytes);
+    return copy_bits<double>(bytes);
   }
   if (style == NumberStyle::fortran) {
     std::string text(word);
@@ -63,9 +75,12 @@ std::string format_nastran(double value, std::size_t columns) {
 
 std::string format_coordinate(double value, NumberStyle style, std::size_t width) {
   std::array<char, 64> text{};
-  if (style == NumberStyle::binary) {
-    std::memcpy(text.data(), &value, sizeof value);
-    return {text.data(), sizeof value};
+  if (is_binary(style)) {
+    const auto single = static_cast<float>(value);
+    const bool is_single = width == sizeof(float);
+    std::memcpy(text.data(), is_single ? static_cast<const void*>(&single) : &value, width);
+    if (style == NumberStyle::binary_swapped) std::reverse(text.begin(), text.begin() + width);
+    return {text.data(), width};
   }
   if (style == NumberStyle::fortran) {
     const int length =

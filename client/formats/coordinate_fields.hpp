@@ -14,10 +14,11 @@ namespace meshsmooth::formats {
 
 /// How a coordinate is written in a file.
 enum class NumberStyle {
-  shortest,  // as few digits as give the same bits back
-  fortran,   // 1.0000000000000000D+00, right-aligned in its field
-  nastran,   // with a decimal point, in 8 or 16 columns or between commas
-  binary,    // eight bytes, little-endian
+  shortest,        // as few digits as give the same bits back
+  fortran,         // 1.0000000000000000D+00, right-aligned in its field
+  nastran,         // with a decimal point, in 8 or 16 columns or between commas
+  binary,          // IEEE, four or eight bytes, little-endian
+  binary_swapped,  // the same, big-endian
 };
 
 /// Where the coordinates of the nodes stand in the bytes of a file, in the

@@ -27,7 +27,7 @@ struct Format {
 // A new format is one more row.
 constexpr auto kFormats = std::to_array<Format>({
   {".vtu", read_vtk, write_vtk}, {".vtk", read_vtk, write_vtk}, {".vtp", read_vtk, write_vtk},
-      {".ply", read_vtk, write_vtk}, {".stl", read_vtk, write_vtk}, {".obj", read_obj, write_obj},
+      {".ply", read_ply, write_ply}, {".stl", read_vtk, write_vtk}, {".obj", read_obj, write_obj},
 #if defined(MESHSMOOTH_WITH_GMSH)
       {".msh", read_gmsh, write_gmsh}, {".mesh", read_gmsh, write_gmsh},
       {".unv", read_gmsh, write_gmsh}, {".bdf", read_gmsh, write_gmsh},

@@ -12,7 +12,7 @@ namespace meshsmooth::formats {
 /// ".vtu", in lower case.
 [[nodiscard]] std::string extension_of(const std::filesystem::path& file);
 
-// One reader and one writer per library; they choose by the path's extension.
+// Readers and writers; those of a library choose by the path's extension.
 // Writers may leave an unfinished file behind when they throw.
 
 [[nodiscard]] MeshFile read_vtk(const std::filesystem::path& path);
@@ -20,6 +20,9 @@ void write_vtk(const std::filesystem::path& path, const MeshFile& file);
 
 [[nodiscard]] MeshFile read_obj(const std::filesystem::path& path);
 void write_obj(const std::filesystem::path& path, const MeshFile& file);
+
+[[nodiscard]] MeshFile read_ply(const std::filesystem::path& path);
+void write_ply(const std::filesystem::path& path, const MeshFile& file);
 
 [[nodiscard]] MeshFile read_gmsh(const std::filesystem::path& path);
 void write_gmsh(const std::filesystem::path& path, const MeshFile& file);

@@ -58,7 +58,8 @@ std::string_view Scanner::token() {
 std::string_view Scanner::token_on_line() {
   skip_space(false);
   const std::size_t begin = position_;
-  while (position_ < text_.size() && std::strchr(" \t\r\n", text_[position_]) == nullptr &&
+  while (position_ < text_.size() &&
+         std::string_view(" \t\r\n").find(text_[position_]) == std::string_view::npos &&
          (comment_ == 0 || text_[position_] != comment_)) {
     ++position_;
   }

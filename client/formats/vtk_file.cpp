@@ -3,7 +3,6 @@
 #include <vtkLogger.h>
 #include <vtkObjectFactory.h>
 #include <vtkOutputWindow.h>
-#include <vtkPLYReader.h>
 #include <vtkPLYWriter.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
@@ -22,7 +21,6 @@
 
 #include "cells.hpp"
 #include "content.hpp"
-#include "ply_check.hpp"
 #include "readers.hpp"
 #include "text.hpp"
 
@@ -115,7 +113,6 @@ vtkSmartPointer<vtkDataObject> run_reader_of(const std::filesystem::path& path) 
   const std::string extension = extension_of(path);
   if (extension == ".vtu") return run_reader<vtkXMLUnstructuredGridReader>(path);
   if (extension == ".vtp") return run_reader<vtkXMLPolyDataReader>(path);
-  if (extension == ".ply") return run_reader<vtkPLYReader>(path);
   if (extension == ".stl") return run_reader<vtkSTLReader>(path);
   return run_legacy_reader(path);
 }
@@ -134,8 +131,6 @@ void check_signature(const std::filesystem::path& path) {
     if (!std::string_view(bytes).substr(0, last + 1).ends_with("</VTKFile>")) {
       fail("FILE_TRUNCATED", path, "there is no </VTKFile> at its end");
     }
-  } else if (extension == ".ply") {
-    check_ply(path, bytes);
   } else if (extension == ".vtk") {
     if (!bytes.starts_with("# vtk DataFile Version")) refuse("legacy VTK");
   } else if (extension == ".stl") {
@@ -239,13 +234,10 @@ bool write_legacy(const std::filesystem::path& path, const MeshFile& file) {
   return run_writer(writer.Get(), vtkUnstructuredGrid::SafeDownCast(dataset), path);
 }
 
-bool write_ply(const std::filesystem::path& path, const MeshFile& file) {
+bool write_new_ply(const std::filesystem::path& path, const MeshFile& file) {
   const auto surface = moved_surface(path, file, false);
   const vtkNew<vtkPLYWriter> writer;
   writer->SetFileTypeToBinary();
-  if (auto* colours = surface->GetPointData()->GetArray("RGB")) {
-    writer->SetArrayName(colours->GetName());
-  }
   return run_writer(writer.Get(), surface.Get(), path);
 }
 
@@ -263,7 +255,7 @@ bool write_by_extension(const std::filesystem::path& path, const MeshFile& file)
   if (extension == ".vtp") {
     return write_xml<vtkXMLPolyDataWriter>(moved_surface(path, file, false).Get(), path);
   }
-  if (extension == ".ply") return write_ply(path, file);
+  if (extension == ".ply") return write_new_ply(path, file);
   if (extension == ".stl") return write_stl(path, file);
   return write_legacy(path, file);
 }

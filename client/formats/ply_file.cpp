@@ -1,0 +1,271 @@
+#include <vtkCellType.h>
+#include <vtkDoubleArray.h>
+#include <vtkIdList.h>
+#include <vtkPointData.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstring>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "cells.hpp"
+#include "content.hpp"
+#include "readers.hpp"
+#include "text.hpp"
+
+namespace meshsmooth::formats {
+namespace {
+
+// VTK's reader crashes on damaged files, and keeps neither float64 nor any
+// property that it does not know.
+
+enum class Kind { integer, natural, real };
+
+struct Type {
+  std::size_t bytes;
+  Kind kind;
+};
+
+struct Property {
+  std::string name;
+  Type type;
+  std::optional<Type> count;  // of a list
+};
+
+struct Section {
+  std::string name;
+  std::size_t row_count;
+  std::vector<Property> properties;
+};
+
+struct Header {
+  bool text = false;
+  bool big_endian = false;
+  std::vector<Section> sections;
+};
+
+Type read_type(Scanner& scanner) {
+  static const std::map<std::string_view, Type> types = {
+      {"char", {1, Kind::integer}},   {"int8", {1, Kind::integer}},
+      {"uchar", {1, Kind::natural}},  {"uint8", {1, Kind::natural}},
+      {"short", {2, Kind::integer}},  {"int16", {2, Kind::integer}},
+      {"ushort", {2, Kind::natural}}, {"uint16", {2, Kind::natural}},
+      {"int", {4, Kind::integer}},    {"int32", {4, Kind::integer}},
+      {"uint", {4, Kind::natural}},   {"uint32", {4, Kind::natural}},
+      {"float", {4, Kind::real}},     {"float32", {4, Kind::real}},
+      {"double", {8, Kind::real}},    {"float64", {8, Kind::real}}};
+  const std::string_view name = scanner.token();
+  const auto found = types.find(name);
+  if (found == types.end()) scanner.refuse("a PLY type", name);
+  return found->second;
+}
+
+Header read_header(Scanner& scanner) {
+  Header header;
+  if (const auto word = scanner.token(); word != "ply") scanner.refuse("ply", word);
+  scanner.line();
+  for (auto word = scanner.token(); word != "end_header"; word = scanner.token()) {
+    if (word == "format") {
+      const std::string_view format = scanner.token();
+      header.text = format == "ascii";
+      header.big_endian = format == "binary_big_endian";
+      if (!header.text && !header.big_endian && format != "binary_little_endian") {
+        scanner.refuse("a PLY format", format);
+      }
+    } else if (word == "element") {
+      std::string name(scanner.token());
+      header.sections.push_back({std::move(name), scanner.count(), {}});
+    } else if (word == "property") {
+      if (header.sections.empty()) scanner.refuse("element", word);
+      Property property{{}, {}, std::nullopt};
+      Scanner ahead = scanner;
+      if (ahead.token() == "list") {
+        scanner.token();
+        property.count = read_type(scanner);
+      }
+      property.type = read_type(scanner);
+      property.name = scanner.token();
+      header.sections.back().properties.push_back(property);
+    } else if (word != "comment" && word != "obj_info") {
+      scanner.refuse("a PLY header", word);
+    }
+    scanner.line();
+  }
+  scanner.line();
+  return header;
+}
+
+template <class T>
+double decode(std::string_view word, bool big_endian) {
+  std::array<char, sizeof(T)> bytes{};
+  std::copy(word.begin(), word.end(), bytes.begin());
+  if (big_endian) std::reverse(bytes.begin(), bytes.end());
+  return static_cast<double>(std::bit_cast<T>(bytes));
+}
+
+double decode(std::string_view word, Type type, bool big_endian) {
+  if (type.kind == Kind::real) {
+    return type.bytes == 4 ? decode<float>(word, big_endian) : decode<double>(word, big_endian);
+  }
+  const bool natural = type.kind == Kind::natural;
+  if (type.bytes == 1) {
+    return natural ? decode<std::uint8_t>(word, big_endian) : decode<std::int8_t>(word, big_endian);
+  }
+  if (type.bytes == 2) {
+    return natural ? decode<std::uint16_t>(word, big_endian)
+                   : decode<std::int16_t>(word, big_endian);
+  }
+  return natural ? decode<std::uint32_t>(word, big_endian) : decode<std::int32_t>(word, big_endian);
+}
+
+/// Reads the rows that the header announces.
+class PlyReader {
+ public:
+  PlyReader(const std::filesystem::path& path, FileContent& content)
+      : path_(path),
+        content_(content),
+        scanner_(path, content.text),
+        header_(read_header(scanner_)) {
+    content_.fields.style = header_.text         ? NumberStyle::shortest
+                            : header_.big_endian ? NumberStyle::binary_swapped
+                                                 : NumberStyle::binary;
+  }
+
+  void read() {
+    for (const Section& section : header_.sections) {
+      if (section.name == "vertex") {
+        read_vertices(section);
+      } else {
+        read_others(section);
+      }
+    }
+  }
+
+ private:
+  struct Value {
+    std::string_view word;
+    double number;
+  };
+
+  Value read_value(Type type) {
+    if (header_.text) {
+      const std::string_view word = scanner_.token();
+      return {word, scanner_.parse<double>(word)};
+    }
+    const std::string_view word = scanner_.bytes(type.bytes);
+    return {word, decode(word, type, header_.big_endian)};
+  }
+
+  std::size_t read_list_length(Type type) {
+    const Value length = read_value(type);
+    if (!(length.number >= 0) || length.number > static_cast<double>(content_.text.size())) {
+      scanner_.truncated();
+    }
+    return static_cast<std::size_t>(length.number);
+  }
+
+  void read_vertices(const Section& section) {
+    static constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"};
+    std::vector<vtkSmartPointer<vtkDoubleArray>> arrays;
+    std::array<bool, 3> has{};
+    bool single = true;
+    for (const Property& property : section.properties) {
+      if (property.count) fail("FORMAT_ERROR", path_, "a vertex has a list, " + property.name);
+      const auto axis = std::find(kAxes.begin(), kAxes.end(), property.name);
+      arrays.push_back(nullptr);
+      if (axis == kAxes.end()) {
+        arrays.back() = vtkSmartPointer<vtkDoubleArray>::New();
+        arrays.back()->SetName(property.name.c_str());
+        content_.dataset->GetPointData()->AddArray(arrays.back());
+      } else {
+        has[static_cast<std::size_t>(axis - kAxes.begin())] = true;
+        single = single && property.type.bytes == 4 && property.type.kind == Kind::real;
+        if (property.type.kind != Kind::real) {
+          fail("FORMAT_ERROR", path_, "its coordinates are integers");
+        }
+      }
+    }
+    if (!(has[0] && has[1] && has[2])) fail("FORMAT_ERROR", path_, "its vertices lack x, y or z");
+
+    for (std::size_t row = 0; row < section.row_count; ++row) {
+      std::array<std::string_view, 3> words{};
+      for (std::size_t place = 0; place < section.properties.size(); ++place) {
+        const Property& property = section.properties[place];
+        const Value value = read_value(property.type);
+        if (arrays[place]) {
+          arrays[place]->InsertNextValue(value.number);
+        } else {
+          words[static_cast<std::size_t>(property.name[0] - 'x')] = value.word;
+        }
+      }
+      content_.fields.add(static_cast<std::int64_t>(row), words, scanner_);
+    }
+    store_points(single);
+  }
+
+  void store_points(bool single) {
+    if (!single) {
+      content_.dataset->SetPoints(make_points(std::span<const Vec3d>(content_.fields.positions)));
+      return;
+    }
+    std::vector<Vec3f> nodes;
+    for (Vec3d& position : content_.fields.positions) {
+      nodes.push_back(vec3_cast<float>(position));
+      position = vec3_cast<double>(nodes.back());
+    }
+    content_.dataset->SetPoints(make_points(std::span<const Vec3f>(nodes)));
+  }
+
+  void read_others(const Section& section) {
+    const vtkNew<vtkIdList> cell;
+    for (std::size_t row = 0; row < section.row_count; ++row) {
+      for (const Property& property : section.properties) {
+        const std::size_t count = property.count ? read_list_length(*property.count) : 1;
+        const bool is_face = section.name == "face" && property.count &&
+                             (property.name == "vertex_indices" || property.name == "vertex_index");
+        cell->Reset();
+        for (std::size_t value = 0; value < count; ++value) {
+          const double number = read_value(property.type).number;
+          if (is_face) cell->InsertNextId(static_cast<vtkIdType>(number));
+        }
+        if (is_face) insert_face(cell);
+      }
+    }
+  }
+
+  void insert_face(vtkIdList* cell) {
+    const CellKind* kind = find_vtk_cell(VTK_POLYGON, cell->GetNumberOfIds());
+    const int type = kind == nullptr ? VTK_POLYGON : kind->vtk_type;
+    vtkUnstructuredGrid::SafeDownCast(content_.dataset)->InsertNextCell(type, cell);
+  }
+
+  const std::filesystem::path& path_;
+  FileContent& content_;
+  Scanner scanner_;
+  Header header_;
+};
+
+}  // namespace
+
+MeshFile read_ply(const std::filesystem::path& path) {
+  FileContent content;
+  content.extension = ".ply";
+  content.text = read_bytes(path);
+  content.dataset = vtkSmartPointer<vtkUnstructuredGrid>::New();
+  PlyReader(path, content).read();
+  return make_mesh_file(path, std::move(content), {});
+}
+
+void write_ply(const std::filesystem::path& path, const MeshFile& file) {
+  if (file.content() && file.content()->extension == ".ply") {
+    write_bytes(path, replace_coordinates(file.content()->text, file.content()->fields,
+                                          file.mesh.positions_view()));
+  } else {
+    write_vtk(path, file);
+  }
+}
+
+}  // namespace meshsmooth::formats
