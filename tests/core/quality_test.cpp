@@ -482,6 +482,24 @@ TEST(MeasureQuality, BreaksTiesAmongTheWorstByTheLowestId) {
   EXPECT_THAT(ids, ElementsAre(0, 1, 2, 3, 4, 5, 6, 7, 8, 9));
 }
 
+TEST(MeasureQuality, ListsTheWorstByTheirNames) {
+  const Mesh mesh = test::lattice(ElementType::hexahedron, 4);
+  std::vector<std::uint32_t> names(mesh.element_count());
+  for (std::size_t e = 0; e < names.size(); ++e) {
+    names[e] = static_cast<std::uint32_t>(1000 - e);
+  }
+  const MeshTopology topology(mesh);
+  const std::vector<std::uint8_t> fixed(mesh.node_count(), 1);
+
+  const QualityStats stats = measure_quality(topology.view(), mesh.positions_view(), {}, names);
+  const LockedStats locked =
+      measure_locked(topology.view(), fixed, mesh.positions_view(), {}, names);
+
+  EXPECT_EQ(stats.worst.front().element, 1000 - 63);
+  EXPECT_EQ(stats.worst.back().element, 1000 - 54);
+  EXPECT_EQ(locked.worst->element, 1000 - 63);
+}
+
 TEST(MeasureQuality, ListsFewerWorstWhenThereAreFewerElements) {
   const QualityStats stats = measure_quality(test::two_tets());
 

@@ -84,7 +84,7 @@ inline std::set<std::set<int>> local_facets(ElementType type) {
 }
 
 /// Pairs of local nodes on two facets (surface elements: on one).
-inline std::set<std::set<int>> local_edges(ElementType type) {
+inline std::set<std::set<int>> find_local_edges(ElementType type) {
   const std::set<std::set<int>> facets = local_facets(type);
   if (is_surface(type)) return facets;
   std::set<std::set<int>> edges;
@@ -98,6 +98,12 @@ inline std::set<std::set<int>> local_edges(ElementType type) {
     }
   }
   return edges;
+}
+
+inline const std::set<std::set<int>>& local_edges(ElementType type) {
+  static std::map<ElementType, std::set<std::set<int>>> known;
+  if (!known.contains(type)) known[type] = find_local_edges(type);
+  return known[type];
 }
 
 // --- topology ----------------------------------------------------------------
@@ -114,10 +120,8 @@ inline std::vector<std::set<std::int64_t>> balls(const Mesh& mesh) {
 
 inline std::vector<std::set<NodeId>> rings(const Mesh& mesh) {
   std::vector<std::set<NodeId>> result(mesh.node_count());
-  std::map<ElementType, std::set<std::set<int>>> edges;
   for (const Element& element : elements(mesh)) {
-    if (!edges.contains(element.type)) edges[element.type] = local_edges(element.type);
-    for (const std::set<int>& edge : edges[element.type]) {
+    for (const std::set<int>& edge : local_edges(element.type)) {
       const NodeId a = element.nodes[*edge.begin()], b = element.nodes[*edge.rbegin()];
       result[a].insert(b);
       result[b].insert(a);

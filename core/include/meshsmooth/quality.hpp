@@ -106,10 +106,13 @@ class SurfaceOrientation {
                                              Vec3d reference);
 
 /// Judges every element in double, at all its corners. Needs a valid mesh.
-/// Multi-threaded; same bits for every number of threads. O(elements).
+/// `element_ids` are the names of the elements where these are not their places;
+/// by name the worst are listed. Multi-threaded; same bits for every number of
+/// threads. O(elements).
 [[nodiscard]] QualityStats measure_quality(const TopologyView& topology,
                                            const PositionsView& positions,
-                                           const SurfaceOrientation& orientation);
+                                           const SurfaceOrientation& orientation,
+                                           std::span<const std::uint32_t> element_ids = {});
 
 /// Convenience over a mesh's own orientation.
 [[nodiscard]] QualityStats measure_quality(const Mesh& mesh);
@@ -118,6 +121,7 @@ class SurfaceOrientation {
 [[nodiscard]] LockedStats measure_locked(const TopologyView& topology,
                                          std::span<const std::uint8_t> fixed,
                                          const PositionsView& positions,
-                                         const SurfaceOrientation& orientation);
+                                         const SurfaceOrientation& orientation,
+                                         std::span<const std::uint32_t> element_ids = {});
 
 }  // namespace meshsmooth

@@ -116,7 +116,12 @@ struct ElementRun {
   std::size_t begin, end;  // inside the block
   std::size_t first_id;    // of the block
   const Vec3<Real>* positions;
+  const std::uint32_t* names;  // of all elements, or null
 
+  [[nodiscard]] std::int64_t id_of(std::size_t element) const {
+    const std::size_t place = first_id + element;
+    return names == nullptr ? static_cast<std::int64_t>(place) : names[place];
+  }
   [[nodiscard]] std::span<const NodeId> nodes_of(std::size_t element) const {
     const auto width = static_cast<std::size_t>(element_shape(type).node_count);
     return {nodes + element * width, width};
@@ -138,22 +143,22 @@ template <class Real>
 void tally_run(const ElementRun<Real>& run, const SurfaceOrientation& orientation, Tally& tally,
                ChunkSums& sums) {
   for (std::size_t e = run.begin; e < run.end; ++e) {
-    tally.add(measure_in(run, e, orientation), run.type,
-              static_cast<std::int64_t>(run.first_id + e), sums);
+    tally.add(measure_in(run, e, orientation), run.type, run.id_of(e), sums);
   }
 }
 
 /// The mesh cut into runs of at most kChunk elements.
 template <class Real>
 std::vector<ElementRun<Real>> cut_into_runs(const TopologyView& topology,
-                                            std::span<const Vec3<Real>> positions) {
+                                            std::span<const Vec3<Real>> positions,
+                                            std::span<const std::uint32_t> element_ids) {
   std::vector<ElementRun<Real>> runs;
   std::size_t first_id = 0;
   for (const ElementBlockView& block : topology.blocks) {
     const std::size_t count = block.element_count();
     for (std::size_t begin = 0; begin < count; begin += kChunk) {
       runs.push_back({block.type, block.nodes.data(), begin, std::min(begin + kChunk, count),
-                      first_id, positions.data()});
+                      first_id, positions.data(), element_ids.data()});
     }
     first_id += count;
   }
@@ -223,9 +228,12 @@ std::string_view metric_name(QualityMetric metric) {
 }
 
 QualityStats measure_quality(const TopologyView& topology, const PositionsView& positions,
-                             const SurfaceOrientation& orientation) {
+                             const SurfaceOrientation& orientation,
+                             std::span<const std::uint32_t> element_ids) {
   return std::visit(
-      [&](auto span) { return measure_runs(cut_into_runs(topology, span), orientation); },
+      [&](auto span) {
+        return measure_runs(cut_into_runs(topology, span, element_ids), orientation);
+      },
       positions);
 }
 
@@ -237,9 +245,10 @@ QualityStats measure_quality(const Mesh& mesh) {
 }
 
 LockedStats measure_locked(const TopologyView& topology, std::span<const std::uint8_t> fixed,
-                           const PositionsView& positions, const SurfaceOrientation& orientation) {
+                           const PositionsView& positions, const SurfaceOrientation& orientation,
+                           std::span<const std::uint32_t> element_ids) {
   const auto measure_all = [&]<class Real>(std::span<const Vec3<Real>> span) {
-    const std::vector<ElementRun<Real>> runs = cut_into_runs(topology, span);
+    const std::vector<ElementRun<Real>> runs = cut_into_runs(topology, span, element_ids);
     tbb::enumerable_thread_specific<LockedStats> per_thread;
     const auto merge = [](LockedStats& into, const LockedStats& from) {
       into.element_count += from.element_count;
@@ -255,8 +264,8 @@ LockedStats measure_locked(const TopologyView& topology, std::span<const std::ui
         merge(per_thread.local(),
               {.element_count = 1,
                .inverted_count = measure.inverted ? 1 : 0,
-               .worst = ElementQuality{static_cast<std::int64_t>(run.first_id + e), run.type,
-                                       measure.mean_ratio, measure.scaled_jacobian}});
+               .worst = ElementQuality{run.id_of(e), run.type, measure.mean_ratio,
+                                       measure.scaled_jacobian}});
       }
     });
     LockedStats total;

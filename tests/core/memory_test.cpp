@@ -1,0 +1,118 @@
+// The size model against what a job really allocates: every `new` of the program
+// is counted.
+
+#include <gmock/gmock.h>
+#include <malloc.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+#include "core/smoothing.hpp"
+
+namespace {
+
+std::atomic<std::int64_t> bytes_now = 0;
+std::atomic<std::int64_t> bytes_peak = 0;
+
+void* counted(void* memory) {
+  if (memory == nullptr) throw std::bad_alloc();
+  const std::int64_t now = bytes_now += static_cast<std::int64_t>(malloc_usable_size(memory));
+  std::int64_t peak = bytes_peak;
+  while (now > peak && !bytes_peak.compare_exchange_weak(peak, now)) {
+  }
+  return memory;
+}
+
+void uncounted(void* memory) {
+  if (memory != nullptr) bytes_now -= static_cast<std::int64_t>(malloc_usable_size(memory));
+  std::free(memory);
+}
+
+}  // namespace
+
+void* operator new(std::size_t size) { return counted(std::malloc(size)); }
+void* operator new(std::size_t size, std::align_val_t alignment) {
+  const auto a = static_cast<std::size_t>(alignment);
+  return counted(std::aligned_alloc(a, (size + a - 1) / a * a));
+}
+void* operator new(std::size_t size, std::align_val_t alignment, const std::nothrow_t&) noexcept {
+  return operator new(size, alignment);
+}
+void operator delete(void* memory) noexcept { uncounted(memory); }
+void operator delete(void* memory, std::size_t) noexcept { uncounted(memory); }
+void operator delete(void* memory, std::align_val_t) noexcept { uncounted(memory); }
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { uncounted(memory); }
+
+namespace meshsmooth {
+namespace {
+
+MeshSize size_of(const Mesh& mesh) {
+  MeshSize size{.node_count = static_cast<std::int64_t>(mesh.node_count()),
+                .element_counts = {},
+                .float64 = mesh.positions.index() == 1};
+  for (const ElementBlockView& block : mesh.block_views()) {
+    size.element_counts[static_cast<std::size_t>(block.type)] +=
+        static_cast<std::int64_t>(block.element_count());
+  }
+  return size;
+}
+
+/// The estimate is no less than what is counted, and at most 20 % more than
+/// what the summary says.
+void expect_bounded(const std::string& name, Mesh mesh, const SmoothOptions& options) {
+  ASSERT_GE(mesh.node_count(), 50000U) << name;
+  const std::unique_ptr<Smoother> smoother = make_smoother("cpu", 2);
+  const std::int64_t estimate = smoother->estimate(size_of(mesh), options).host_bytes;
+  const std::int64_t before = bytes_now;
+  bytes_peak = before;
+
+  const std::int64_t told = smoother->smooth(mesh, options).host_peak_bytes;
+
+  const std::int64_t counted_bytes = bytes_peak - before;
+  EXPECT_LE(told, estimate) << name;
+  EXPECT_LE(static_cast<double>(estimate), 1.2 * static_cast<double>(told)) << name;
+  EXPECT_LE(counted_bytes, estimate) << name << ": allocated beyond the estimate";
+}
+
+Mesh large(ElementType type) {
+  const int n = test::oracle::is_surface(type) ? 225 : type == ElementType::pyramid ? 29 : 37;
+  return test::noisy(test::lattice(type, n), 0.1, 1);
+}
+
+class EveryWay : public testing::TestWithParam<test::Way> {};
+INSTANTIATE_TEST_SUITE_P(Estimate, EveryWay, testing::ValuesIn(test::ways(true)), test::way_name);
+
+TEST_P(EveryWay, BoundsTheMemoryOfATetrahedralMesh) {
+  static const Mesh mesh = large(ElementType::tetrahedron);
+  SmoothOptions options = test::sweeps(1, GetParam().method, GetParam().form);
+  expect_bounded("bare", mesh, options);
+  options.guard = true;
+  expect_bounded("guarded", mesh, options);
+}
+
+TEST(Estimate, BoundsTheMemoryOfEveryElementType) {
+  for (const ElementType type : kElementTypes) {
+    const Mesh mesh = large(type);
+    const std::string name(element_shape(type).name);
+    for (const Method& method : std::vector<Method>{Laplacian{}, SmartLaplacian{}}) {
+      expect_bounded(name, mesh, {.method = method, .max_iterations = 1});
+      expect_bounded(name + " float32", test::as_float32(mesh),
+                     {.method = method, .max_iterations = 1});
+    }
+  }
+}
+
+TEST(Estimate, BoundsTheMemoryOfMixedAndCurvedMeshes) {
+  for (const Method& method : std::vector<Method>{Laplacian{}, SmartLaplacian{}, Taubin{}}) {
+    expect_bounded("mixed", test::mixed_stack(105), {.method = method, .max_iterations = 1});
+    expect_bounded("sphere", test::sphere(7), {.method = method, .max_iterations = 1});
+  }
+}
+
+TEST(Estimate, HoldsWithoutIterations) {
+  expect_bounded("judged only", large(ElementType::tetrahedron), {.max_iterations = 0});
+}
+
+}  // namespace
+}  // namespace meshsmooth

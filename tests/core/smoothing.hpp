@@ -1,0 +1,90 @@
+#pragma once
+
+// Running jobs, for the tests of the smoother.
+
+#include <gtest/gtest.h>
+#include <oneapi/tbb/global_control.h>
+
+#include <cstring>
+#include <string>
+
+#include "meshsmooth/smoother.hpp"
+#include "support/oracle.hpp"
+
+namespace meshsmooth::test {
+
+struct Job {
+  Mesh mesh;
+  SmoothSummary summary;
+};
+
+inline Job smooth(Mesh mesh, const SmoothOptions& options, int threads = 2,
+                  const JobControl& control = {}) {
+  const tbb::global_control enough(tbb::global_control::max_allowed_parallelism, 8);
+  Job job{std::move(mesh), {}};
+  job.summary = make_smoother("cpu", threads)->smooth(job.mesh, options, control);
+  return job;
+}
+
+/// Byte by byte: tells -0.0 from 0.0.
+inline bool same_bits(const Mesh& a, const Mesh& b) {
+  if (a.positions.index() != b.positions.index() || a.node_count() != b.node_count()) return false;
+  return std::visit(
+      [&]<class Points>(const Points& p) {
+        const auto& q = std::get<Points>(b.positions);
+        return p.empty() || std::memcmp(p.data(), q.data(), p.size() * sizeof(p[0])) == 0;
+      },
+      a.positions);
+}
+
+inline double diagonal(const Mesh& mesh) {
+  Eigen::AlignedBox3d box;
+  for (const oracle::Point& p : oracle::to_points(mesh)) box.extend(p);
+  return box.diagonal().norm();
+}
+
+/// How far the mesh is from the oracle's positions, as a share of its box.
+inline double difference(const Mesh& mesh, const oracle::Points& expected) {
+  return oracle::max_distance(oracle::to_points(mesh), expected) / diagonal(mesh);
+}
+
+/// Options that do exactly `count` sweeps of the bare method.
+inline SmoothOptions sweeps(int count, const Method& method, Form form = Form::jacobi) {
+  return {
+      .method = method, .form = form, .max_iterations = count, .tolerance = {0}, .guard = false};
+}
+
+/// A method in a form, by name.
+struct Way {
+  std::string name;
+  Method method;
+  Form form;
+};
+
+inline std::string way_name(const testing::TestParamInfo<Way>& way) { return way.param.name; }
+
+/// Every method in every form that it has.
+inline std::vector<Way> ways(bool with_racing) {
+  const std::vector<std::pair<std::string, Method>> methods = {
+      {"uniform", Laplacian{}},
+      {"relaxed", Laplacian{.relaxation = 0.4}},
+      {"inverse_length", Laplacian{.weighting = Weighting::inverse_edge_length}},
+      // long edges pull most: a whole step overshoots
+      {"length", Laplacian{.weighting = Weighting::edge_length, .relaxation = 0.5}},
+      {"volume", Laplacian{.weighting = Weighting::ball_volume}},
+      {"smart", SmartLaplacian{}},
+      {"smart_volume", SmartLaplacian{Weighting::ball_volume, 0.7}},
+      {"taubin", Taubin{}},
+      {"hc", HcLaplacian{}},
+      {"hc_held", HcLaplacian{.alpha = 0.2, .beta = 0.6}}};
+  std::vector<Way> result;
+  for (const auto& [name, method] : methods) {
+    result.push_back({name + "_jacobi", method, Form::jacobi});
+    if (std::holds_alternative<HcLaplacian>(method)) continue;
+    result.push_back({name + "_gauss_seidel", method, Form::gauss_seidel});
+    if (with_racing) result.push_back({name + "_racing", method, Form::racing});
+  }
+  return result;
+}
+
+}  // namespace meshsmooth::test
