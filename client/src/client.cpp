@@ -24,6 +24,16 @@ constexpr std::array<std::string_view, 9> kJobStateNames = {"unspecified", "rece
                                                             "running",     "sending",   "succeeded",
                                                             "failed",      "cancelled", "expired"};
 
+/// Finds out within a minute when a server has gone without a word. Servers
+/// allow a ping every 15 s.
+std::shared_ptr<grpc::Channel> open_channel(const std::string& target) {
+  grpc::ChannelArguments arguments;
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 30'000);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 20'000);
+  arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
+  return grpc::CreateCustomChannel(target, grpc::InsecureChannelCredentials(), arguments);
+}
+
 JobInfo decode_job(const v1::Job& job) {
   JobInfo info;
   info.name = job.name();
@@ -80,8 +90,7 @@ Client ClientAccess::make(std::shared_ptr<grpc::Channel> channel, const std::str
 }
 
 Client::Client(const std::string& target)
-    : impl_(std::make_unique<Impl>(grpc::CreateChannel(target, grpc::InsecureChannelCredentials()),
-                                   target)) {}
+    : impl_(std::make_unique<Impl>(open_channel(target), target)) {}
 Client::Client(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Client::~Client() = default;
 Client::Client(Client&&) noexcept = default;

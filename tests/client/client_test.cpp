@@ -1,0 +1,158 @@
+#include "meshsmooth/client.hpp"
+
+#include <gmock/gmock.h>
+
+#include <thread>
+
+#include "client_access.hpp"
+#include "mock_service.hpp"
+#include "support/in_process_server.hpp"
+#include "support/meshes.hpp"
+
+namespace meshsmooth::client {
+namespace {
+
+using meshsmooth::testing::InProcessServer;
+using meshsmooth::testing::MockServer;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+Client connect(InProcessServer& server) { return ClientAccess::make(server.channel()); }
+
+TEST(Client, SmoothsThroughTheRealServer) {
+  InProcessServer server;
+  Mesh mesh = test::tet_ball();
+  mesh.fixed = {1, 0, 0, 0, 0, 0, 0};
+  const Mesh before = mesh;
+
+  const SmoothReport report = connect(server).smooth(mesh, {});
+
+  EXPECT_EQ(test::points(mesh)[0], test::points(before)[0]);
+  EXPECT_EQ(test::points(mesh)[1].x, test::points(before)[1].x + 1);
+  EXPECT_EQ(report.summary.stop_reason, StopReason::converged);
+  EXPECT_EQ(report.summary.nodes.moved, 6);
+  EXPECT_THAT(report.job_name, HasSubstr("jobs/"));
+  EXPECT_THAT(report.json, HasSubstr("\"stop_reason\": \"STOP_REASON_CONVERGED\""));
+}
+
+TEST(Client, SmoothsMixedFloat32MeshesThroughTheRealServer) {
+  InProcessServer server;
+  Mesh mesh = test::as_float32(test::mixed_stack(3));
+  const auto before = std::get<std::vector<Vec3f>>(mesh.positions);
+
+  connect(server).smooth(mesh, {});
+
+  const auto& after = std::get<std::vector<Vec3f>>(mesh.positions);
+  ASSERT_EQ(after.size(), before.size());
+  for (std::size_t i = 0; i < after.size(); ++i) EXPECT_EQ(after[i].x, before[i].x + 1);
+}
+
+TEST(Client, GivesTheServersReasonForABadMesh) {
+  InProcessServer server;
+  Mesh mesh = test::tet_ball();
+  mesh.blocks[0].nodes.push_back(0);  // a fraction of an element
+  try {
+    connect(server).smooth(mesh, {});
+    FAIL();
+  } catch (const ServiceError& error) {
+    EXPECT_EQ(error.code(), StatusCode::invalid_argument);
+    EXPECT_EQ(error.reason(), "ARRAY_SIZE_MISMATCH");
+    EXPECT_EQ(error.hint(), "");
+  }
+}
+
+TEST(Client, GivesTheServersReasonForAnOptionOutOfRange) {
+  InProcessServer server;
+  Mesh mesh = test::tet_ball();
+  SmoothOptions options;
+  options.max_iterations = -1;
+  try {
+    connect(server).smooth(mesh, options);
+    FAIL();
+  } catch (const ServiceError& error) {
+    EXPECT_EQ(error.reason(), "OPTION_OUT_OF_RANGE");
+    EXPECT_THAT(error.details(), Contains(::testing::Key("field")));
+  }
+}
+
+TEST(Client, RefusesAnUnknownBackend) {
+  InProcessServer server;
+  Mesh mesh = test::tet_ball();
+  RequestOptions request;
+  request.backend = "abacus";
+  try {
+    connect(server).smooth(mesh, {}, request);
+    FAIL();
+  } catch (const ServiceError& error) {
+    EXPECT_EQ(error.code(), StatusCode::invalid_argument);
+    EXPECT_EQ(error.reason(), "OPTION_OUT_OF_RANGE");
+  }
+}
+
+TEST(Client, TellsWhatTheServerIs) {
+  InProcessServer server;
+
+  const ServerInfo info = connect(server).server_info();
+
+  EXPECT_FALSE(info.version.empty());
+  EXPECT_THAT(info.methods, Contains("smart_laplacian"));
+  EXPECT_FALSE(info.draining);
+  EXPECT_THAT(info.json, HasSubstr("\"max_node_count\""));
+}
+
+TEST(Client, AsksForHealth) {
+  InProcessServer server;
+
+  EXPECT_TRUE(connect(server).healthy());
+}
+
+TEST(Client, ListsGetsAndCancelsARunningJobKeepingItsResult) {
+  InProcessServer server;
+  server.fake().hold();
+  Client client = connect(server);
+  Mesh mesh = test::tet_ball();
+  StopReason stop_reason{};
+  std::jthread caller([&] { stop_reason = client.smooth(mesh, {}).summary.stop_reason; });
+  server.fake().wait_started(1);
+
+  const std::vector<JobInfo> jobs = client.list_jobs();
+  ASSERT_EQ(jobs.size(), 1);
+  const JobInfo job = client.get_job(jobs[0].name);
+  client.cancel_job(job.name, true);
+  caller.join();
+
+  EXPECT_EQ(job.state, JobState::running);
+  EXPECT_EQ(job.node_count, 7);
+  EXPECT_EQ(job.element_count, 8);
+  EXPECT_EQ(stop_reason, StopReason::cancelled_with_result);
+}
+
+TEST(Client, NamesAnUnknownJob) {
+  InProcessServer server;
+  try {
+    connect(server).cancel_job("jobs/nobody");
+    FAIL();
+  } catch (const ServiceError& error) {
+    EXPECT_EQ(error.code(), StatusCode::not_found);
+    EXPECT_EQ(error.reason(), "JOB_NOT_FOUND");
+  }
+}
+
+TEST(Client, FollowsThePagesOfAListOfJobs) {
+  MockServer server;
+  server.service.on_list_jobs = [](const v1::ListJobsRequest& request) {
+    v1::ListJobsResponse response;
+    response.add_jobs()->set_name("jobs/" + request.page_token());
+    if (request.page_token().empty()) response.set_next_page_token("2");
+    return response;
+  };
+
+  const std::vector<JobInfo> jobs = Client(server.address()).list_jobs();
+
+  ASSERT_EQ(jobs.size(), 2);
+  EXPECT_EQ(jobs[0].name, "jobs/");
+  EXPECT_EQ(jobs[1].name, "jobs/2");
+}
+
+}  // namespace
+}  // namespace meshsmooth::client

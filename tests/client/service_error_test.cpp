@@ -1,0 +1,68 @@
+#include "service_error.hpp"
+
+#include <gmock/gmock.h>
+
+namespace meshsmooth::client {
+namespace {
+
+using ::testing::HasSubstr;
+
+// Texts as they arrived through real proxies.
+struct Foreign {
+  const char* name;
+  grpc::StatusCode code;
+  const char* message;
+  const char* hint;
+};
+
+class ServiceErrorHint : public ::testing::TestWithParam<Foreign> {};
+
+TEST_P(ServiceErrorHint, SaysWhatAnErrorFromInBetweenMeans) {
+  const grpc::Status status(GetParam().code, GetParam().message);
+
+  const ServiceError error = to_service_error(status, {.server = "host:1"});
+
+  EXPECT_EQ(error.reason(), "");
+  EXPECT_THAT(error.hint(), HasSubstr(GetParam().hint));
+  EXPECT_THAT(error.what(), HasSubstr(GetParam().message));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, ServiceErrorHint,
+    ::testing::Values(
+        Foreign{"BodyLimit", grpc::StatusCode::INTERNAL, "Received RST_STREAM with error code 0",
+                "client_max_body_size"},
+        Foreign{"ProxyPause", grpc::StatusCode::INTERNAL, "Received RST_STREAM with error code 1",
+                "grpc_read_timeout"},
+        Foreign{"HaProxy", grpc::StatusCode::CANCELLED, "Received RST_STREAM with error code 8",
+                "HAProxy"},
+        Foreign{"NoBackend", grpc::StatusCode::UNAVAILABLE,
+                "Received http2 header with status: 502", "a proxy answers at host:1"},
+        Foreign{"NoServer", grpc::StatusCode::UNAVAILABLE,
+                "failed to connect to all addresses; last error: refused", "--listen host:1"},
+        Foreign{"Died", grpc::StatusCode::UNAVAILABLE, "Socket closed", "send it again"},
+        Foreign{"NoService", grpc::StatusCode::UNIMPLEMENTED, "unknown method",
+                "no meshsmooth server"}),
+    [](const auto& test) { return std::string(test.param.name); });
+
+TEST(ServiceError, HasNoHintWhenTheCallerCancelled) {
+  const grpc::Status status(grpc::StatusCode::CANCELLED, "Received RST_STREAM with error code 8");
+
+  const ServiceError error =
+      to_service_error(status, {.server = "host:1", .cancelled_by_caller = true});
+
+  EXPECT_STREQ(error.what(), "cancelled");
+  EXPECT_EQ(error.hint(), "");
+}
+
+TEST(ServiceError, TakesDetailsThatAreNoStatusForNone) {
+  const grpc::Status status(grpc::StatusCode::INTERNAL, "broken", "\xff\xff garbage");
+
+  const ServiceError error = to_service_error(status, {.server = "host:1"});
+
+  EXPECT_EQ(error.reason(), "");
+  EXPECT_STREQ(error.what(), "host:1: broken");
+}
+
+}  // namespace
+}  // namespace meshsmooth::client
