@@ -1,5 +1,7 @@
 #include "fixed_nodes.hpp"
 
+#include <fmt/format.h>
+
 #include <charconv>
 #include <fstream>
 #include <string_view>
@@ -17,7 +19,7 @@ std::string_view trimmed(std::string_view text) {
 }
 
 [[noreturn]] void fail(const std::string& name, std::size_t line, const std::string& what) {
-  throw InvalidOption("FIXED_NODES_INVALID", name + ":" + std::to_string(line) + ": " + what,
+  throw InvalidOption("FIXED_NODES_INVALID", fmt::format("{}:{}: {}", name, line, what),
                       {{"path", name}, {"line", std::to_string(line)}});
 }
 
@@ -33,12 +35,12 @@ std::vector<NodeId> read_fixed_nodes(std::istream& stream, const std::string& na
     std::int64_t node = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), node);
     if (error != std::errc{} || end != text.data() + text.size()) {
-      fail(name, number, "\"" + std::string(text) + "\" is not a node id; write one a line");
+      fail(name, number, fmt::format("\"{}\" is not a node id; write one a line", text));
     }
     if (node < 0 || node >= static_cast<std::int64_t>(node_count)) {
       fail(name, number,
-           "node " + std::to_string(node) + " is not in the mesh; its nodes count from 0 to " +
-               std::to_string(static_cast<std::int64_t>(node_count) - 1));
+           fmt::format("node {} is not in the mesh; its nodes count from 0 to {}", node,
+                       static_cast<std::int64_t>(node_count) - 1));
     }
     nodes.push_back(static_cast<NodeId>(node));
   }

@@ -75,8 +75,7 @@ std::string ProgressDisplay::describe(const client::JobProgress& progress) const
 
 std::string ProgressDisplay::bar() const {
   const int filled = static_cast<int>(share_done_ * kBarWidth);
-  return "[" + std::string(static_cast<std::size_t>(filled), '#') +
-         std::string(static_cast<std::size_t>(kBarWidth - filled), '.') + "]";
+  return fmt::format("[{:#<{}}{:.<{}}]", "", filled, "", kBarWidth - filled);
 }
 
 }  // namespace meshsmooth::cli

@@ -5,12 +5,14 @@
 namespace meshsmooth::cli {
 
 std::string with_commas(std::int64_t count) {
-  std::string digits = std::to_string(count);
-  const std::ptrdiff_t sign = count < 0 ? 1 : 0;
-  for (auto at = static_cast<std::ptrdiff_t>(digits.size()) - 3; at > sign; at -= 3) {
-    digits.insert(static_cast<std::size_t>(at), ",");
+  const std::string digits = std::to_string(count);
+  std::string text;
+  for (std::size_t i = 0; i < digits.size(); ++i) {
+    const bool group_starts = (digits.size() - i) % 3 == 0;
+    if (group_starts && i > (count < 0 ? 1U : 0U)) text += ',';
+    text += digits[i];
   }
-  return digits;
+  return text;
 }
 
 std::string counted(std::int64_t count, const std::string& noun) {

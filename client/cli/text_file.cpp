@@ -1,5 +1,6 @@
 #include "text_file.hpp"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -22,8 +23,7 @@ namespace fs = std::filesystem;
 
 /// A name beside `path`, so that the rename stays in one file system.
 fs::path temporary_beside(const fs::path& path) {
-  return path.parent_path() /
-         ("." + path.filename().string() + "." + std::to_string(::getpid()) + ".part");
+  return path.parent_path() / fmt::format(".{}.{}.part", path.filename().string(), ::getpid());
 }
 
 }  // namespace

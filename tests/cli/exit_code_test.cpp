@@ -1,0 +1,68 @@
+#include "exit_code.hpp"
+
+#include <gtest/gtest.h>
+
+#include "meshsmooth/client.hpp"
+#include "text_file.hpp"
+
+namespace meshsmooth::cli {
+namespace {
+
+using client::ServiceError;
+using client::StatusCode;
+
+ExitCode exit_code_of_service(StatusCode code, const std::string& reason = "") {
+  return exit_code_of(ServiceError(code, reason, "", {}, ""));
+}
+
+TEST(ExitCode, FollowsTheReasonWhereverItWasFound) {
+  EXPECT_EQ(exit_code_of(InvalidMesh("REPEATED_NODE", "")), ExitCode::bad_mesh);
+  EXPECT_EQ(exit_code_of_service(StatusCode::invalid_argument, "REPEATED_NODE"),
+            ExitCode::bad_mesh);
+  EXPECT_EQ(exit_code_of_service(StatusCode::invalid_argument, "OPTION_OUT_OF_RANGE"),
+            ExitCode::usage);
+  EXPECT_EQ(exit_code_of_service(StatusCode::failed_precondition, "BACKEND_NOT_AVAILABLE"),
+            ExitCode::refused);
+  EXPECT_EQ(exit_code_of(NotSupported("BACKEND_NOT_AVAILABLE", "")), ExitCode::refused);
+  EXPECT_EQ(exit_code_of(Error("FORMAT_ERROR", "")), ExitCode::bad_mesh);
+  EXPECT_EQ(exit_code_of(Error("FILE_NOT_WRITABLE", "")), ExitCode::failed);
+}
+
+TEST(ExitCode, FollowsTheStatusOfErrorsWithoutAReason) {
+  EXPECT_EQ(exit_code_of_service(StatusCode::unavailable), ExitCode::refused);
+  EXPECT_EQ(exit_code_of_service(StatusCode::resource_exhausted, "QUEUE_FULL"), ExitCode::refused);
+  EXPECT_EQ(exit_code_of_service(StatusCode::deadline_exceeded), ExitCode::stopped);
+  EXPECT_EQ(exit_code_of_service(StatusCode::cancelled), ExitCode::stopped);
+  EXPECT_EQ(exit_code_of_service(StatusCode::internal), ExitCode::failed);
+  EXPECT_EQ(exit_code_of(Cancelled("", "")), ExitCode::stopped);
+  EXPECT_EQ(exit_code_of(std::runtime_error("")), ExitCode::failed);
+}
+
+TEST(ErrorLine, IsOneLineOfWhatReasonAndHint) {
+  EXPECT_EQ(error_line(ServiceError(StatusCode::unavailable, "DRAINING", "leaving\nsoon", {},
+                                    "try again at once, or elsewhere")),
+            "leaving soon (DRAINING); try again at once, or elsewhere");
+  EXPECT_EQ(error_line(std::runtime_error("bad")), "bad");
+}
+
+TEST(TextFile, ReplacesAFileAndLeavesNothingElse) {
+  const std::filesystem::path folder =
+      std::filesystem::path(::testing::TempDir()) / "meshsmooth_text_file_test";
+  std::filesystem::create_directories(folder);
+  const std::filesystem::path path = folder / "report.json";
+
+  check_text_file_writable(path);
+  EXPECT_TRUE(std::filesystem::is_empty(folder));
+  write_text_file(path, "first");
+  write_text_file(path, "second");
+
+  EXPECT_EQ(std::filesystem::file_size(path), 6);
+  EXPECT_THROW(check_text_file_writable(folder), Error);
+  EXPECT_THROW(check_text_file_writable(folder / "none" / "report.json"), Error);
+  std::filesystem::remove(path);
+  EXPECT_TRUE(std::filesystem::is_empty(folder));
+  std::filesystem::remove(folder);
+}
+
+}  // namespace
+}  // namespace meshsmooth::cli
