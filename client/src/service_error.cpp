@@ -34,8 +34,9 @@ std::string unavailable_hint(std::string_view message, const std::string& server
     return "a proxy answers at " + server + ", but no server behind it does";
   }
   if (contains_any(message, {"failed to connect", "onnection refused", "resolution failed"})) {
-    return "no server answers at " + server +
-           "; check the address, or start one with: meshsmooth-server --listen " + server;
+    return "no server answers there; check the address, or start one with: "
+           "meshsmooth-server --listen " +
+           server;
   }
   return "the connection to " + server +
          " broke while the job was under way: the server ended or the network failed" +

@@ -1,0 +1,268 @@
+"""Smoothing real files by the embedded server and by one of its own."""
+
+import json
+import re
+import struct
+from pathlib import Path
+
+from programs import (DONE, LONG, REFUSED, STOPPED, CliTest, ServerProgram, interrupt, main,
+                      read_vtk_points)
+
+
+class Smooth(CliTest):
+    def smooth(self, mesh, *arguments, output="out.vtu"):
+        report = self.path("report.json")
+        result = self.run_cli("smooth", mesh, "-o", self.path(output), "--report", report,
+                              *arguments)
+        return result, json.loads(Path(report).read_text())
+
+    def test_smart_laplacian_leaves_a_valid_mesh_valid(self):
+        result, report = self.smooth(self.generate("in.vtu"))
+
+        self.assertIn("no element is inverted", result.stdout)
+        self.assertEqual(report["quality_before"]["inverted_element_count"], "0")
+        self.assertEqual(report["quality_after"]["inverted_element_count"], "0")
+        self.assertEqual(report["stop_reason"], "STOP_REASON_CONVERGED")
+        self.assertEqual(report["nodes"]["total"], "2000")
+        self.assertIn("smart_laplacian", report["options"])
+        self.assertGreater(report["quality_after"]["metrics"][0]["mean"],
+                           report["quality_before"]["metrics"][0]["mean"])
+
+    def test_plain_laplacian_says_plainly_what_it_inverts(self):
+        result, report = self.smooth(self.generate("in.vtu", nodes=20000), "--method", "laplacian",
+                                     "--guard", "off")
+
+        inverted = int(report["quality_after"]["inverted_element_count"])
+        total = int(report["quality_after"]["element_count"])
+        self.assertTrue(0.01 < inverted / total < 0.025, inverted / total)
+        self.assertIn(f"{inverted:,} of {total:,} elements ({100 * inverted / total:.1f} %) are "
+                      "inverted; they were valid before: plain laplacian without the guard does "
+                      "this", result.stdout)
+
+    def test_every_method_runs(self):
+        volume = self.generate("in.vtu")
+        surface = self.generate("square.vtu", shape="square")
+        for mesh in (volume, surface):
+            for method in ("laplacian", "weighted-laplacian", "smart-laplacian", "taubin",
+                           "hc-laplacian"):
+                with self.subTest(mesh=mesh, method=method):
+                    _, report = self.smooth(mesh, "--method", method, "--iterations", "20")
+                    self.assertEqual(report["quality_after"]["inverted_element_count"], "0")
+
+    def test_mixed_elements_go_through(self):
+        result, report = self.smooth(self.generate("in.vtu", shape="mixed"))
+
+        self.assertEqual(report["quality_after"]["inverted_element_count"], "0")
+        self.assertIn("no element is inverted", result.stdout)
+
+    def test_fixed_nodes_come_back_bit_identical(self):
+        mesh = self.generate("in.vtk")
+        (self.folder / "fixed.txt").write_text("1990\n1999 # the last\n")
+
+        _, report = self.smooth(mesh, "--fixed-nodes", self.path("fixed.txt"), output="out.vtk")
+
+        before, after = read_vtk_points(mesh), read_vtk_points(self.path("out.vtk"))
+        moved = sum(before[i:i + 24] != after[i:i + 24] for i in range(0, len(before), 24))
+        self.assertEqual(moved, int(report["nodes"]["moved"]))
+        self.assertGreater(moved, 100)
+        for node in (1990, 1999):
+            self.assertEqual(before[24 * node:24 * node + 24], after[24 * node:24 * node + 24])
+
+    def test_precision_f32_writes_floats(self):
+        mesh = self.generate("in.vtk")
+
+        self.smooth(mesh, "--precision", "f32", output="out.vtk")
+
+        self.assertRegex(Path(self.path("out.vtk")).read_bytes(), rb"POINTS 2000 float")
+        before = struct.unpack(">6000d", read_vtk_points(mesh))
+        after = struct.unpack(">6000f", read_vtk_points(self.path("out.vtk")))
+        self.assertEqual(sum(abs(a - b) > 1 for a, b in zip(before, after)), 0)
+
+    def test_same_request_same_bytes(self):
+        mesh = self.generate("in.vtu")
+        for name in ("first.vtu", "second.vtu"):
+            self.run_cli("smooth", mesh, "-o", self.path(name))
+        self.assertEqual(Path(self.path("first.vtu")).read_bytes(),
+                         Path(self.path("second.vtu")).read_bytes())
+
+    def test_input_can_be_its_own_output(self):
+        mesh = self.generate("in.vtu")
+        before = Path(mesh).read_bytes()
+
+        self.run_cli("smooth", mesh, "-o", mesh)
+
+        self.assertNotEqual(Path(mesh).read_bytes(), before)
+        self.assertEqual(self.files(), ["in.vtu"])
+        self.run_cli("quality", mesh)
+
+    def test_surface_elements_of_a_volume_mesh_are_kept_and_hold_their_nodes(self):
+        # Only node 6 can move, unless a triangle holds it.
+        mesh = self.folder / "in.mesh"
+        points = [(1, 0, 0), (0, 1, 0), (-1, 0, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1),
+                  (0.2, 0.1, -0.15)]
+        cells = [c for n in range(4)
+                 for c in ((6, n, (n + 1) % 4, 4), (6, (n + 1) % 4, n, 5))]
+        def text(triangles):
+            parts = ["MeshVersionFormatted 2", "Dimension 3", f"Vertices\n{len(points)}"]
+            parts += [" ".join(map(str, p)) + " 0" for p in points]
+            if triangles:
+                parts += [f"Triangles\n{len(triangles)}"]
+                parts += [" ".join(str(n + 1) for n in t) + " 7" for t in triangles]
+            parts += [f"Tetrahedra\n{len(cells)}"]
+            parts += [" ".join(str(n + 1) for n in c) + " 0" for c in cells]
+            return "\n".join(parts + ["End", ""])
+
+        mesh.write_text(text([]))
+        _, report = self.smooth(mesh, output="out.mesh")
+        self.assertEqual(report["nodes"]["moved"], "1")
+        mesh.write_text(text([(6, 0, 1)]))
+        _, report = self.smooth(mesh, output="out.mesh")
+        self.assertEqual(report["nodes"]["moved"], "0")
+        self.assertRegex(Path(self.path("out.mesh")).read_text(), r"Triangles\s+1\s+7 1 2 7")
+
+    def test_quiet_prints_nothing(self):
+        result = self.run_cli("smooth", self.generate("in.vtu"), "-o", self.path("out.vtu"),
+                              "--quiet")
+        self.assertEqual(result.stdout + result.stderr, "")
+
+    def test_verdict_and_plain_progress_lines(self):
+        result, _ = self.smooth(self.generate("in.vtu"))
+        self.assertRegex(result.stdout, r"converged after \d+ iterations")
+        self.assertRegex(result.stdout, r"mean ratio +min +0\.\d+ +0\.\d+")
+        self.assertRegex(result.stdout, r"time .*iterate .*cpu")
+        self.assertNotIn("\r", result.stderr)
+
+    def test_ctrl_c_stops_and_writes_nothing(self):
+        job = self.start_long_job(self.generate("in.vtu", nodes=20000), self.path("out.vtu"))
+
+        interrupt(job)
+
+        code, errors = job.end()
+        self.assertEqual(code, STOPPED)
+        self.assertIn("meshsmooth: cancelled", errors)
+        self.assertEqual(self.files(), ["in.vtu"])
+
+    def test_deadline_stops_and_compute_budget_gives_the_result_reached(self):
+        mesh = self.generate("in.vtu", nodes=20000)
+        error = self.error_of("smooth", mesh, "-o", self.path("out.vtu"), *LONG,
+                              "--timeout", "0.3", exit_code=STOPPED)
+        self.assertRegex(error, "DEADLINE|did not end within its 0.3 s")
+        self.assertEqual(self.files(), ["in.vtu"])
+        result, report = self.smooth(mesh, *LONG, "--compute-budget", "0.3")
+        self.assertEqual(report["stop_reason"], "STOP_REASON_COMPUTE_BUDGET")
+        self.assertIn("when the compute budget was used up", result.stdout)
+
+
+class Quality(CliTest):
+    def test_table_and_json_agree(self):
+        mesh = self.generate("in.vtu")
+
+        table = self.run_cli("quality", mesh).stdout
+        stats = json.loads(self.run_cli("quality", mesh, "--json").stdout)
+
+        mean_ratio = next(m for m in stats["metrics"]
+                          if m["metric"] == "QUALITY_METRIC_MEAN_RATIO")
+        row = re.search(r"mean ratio +(\S+) +(\S+) +(\S+) +(\S+) ", table)
+        self.assertEqual(row.groups(),
+                         tuple(f"{mean_ratio[key]:.4f}"
+                               for key in ("min", "percentile_1", "mean", "max")))
+        self.assertIn(f"{int(stats['element_count']):,} elements", table)
+        self.assertIn("inverted 0 (0.0 %)", table)
+        self.assertIn(f"{stats['worst_elements'][0]['element']} tetrahedron", table)
+
+    def test_report_of_smooth_agrees_with_quality_of_the_output(self):
+        report = self.path("report.json")
+        self.run_cli("smooth", self.generate("in.vtu"), "-o", self.path("out.vtu"),
+                     "--report", report)
+
+        reported = json.loads(Path(report).read_text())["quality_after"]
+        judged = json.loads(self.run_cli("quality", self.path("out.vtu"), "--json").stdout)
+        for a, b in zip(reported["metrics"], judged["metrics"], strict=True):
+            # A sum depends on the order, and the server has its own.
+            self.assertAlmostEqual(a.pop("mean"), b.pop("mean"), places=10)
+            self.assertEqual(a, b)
+        self.assertEqual(reported["worst_elements"], judged["worst_elements"])
+
+
+class WithServer(CliTest):
+    def test_embedded_and_separate_server_give_equal_bytes(self):
+        with ServerProgram() as server:
+            for name, shape in (("in.vtu", "cube"), ("in.msh", "mixed"), ("in.mesh", "cube"),
+                                ("in.ele", "slope")):
+                with self.subTest(name=name):
+                    mesh = self.generate(name, shape=shape)
+                    suffix = Path(name).suffix
+                    for output, where in (("embedded", []), ("remote", ["--server",
+                                                                        server.address])):
+                        self.run_cli("smooth", mesh, "-o", self.path(output + suffix), *where)
+                    endings = [".ele", ".node"] if suffix == ".ele" else [suffix]
+                    for ending in endings:
+                        self.assertEqual(Path(self.path("embedded" + ending)).read_bytes(),
+                                         Path(self.path("remote" + ending)).read_bytes())
+
+    def test_info_health_and_jobs(self):
+        with ServerProgram() as server:
+            at = ["--server", server.address]
+            self.assertIn("smart_laplacian", self.run_cli("info", *at).stdout)
+            self.assertIn("limits", json.loads(self.run_cli("info", "--json", *at).stdout))
+            self.assertEqual(self.run_cli("health", *at).stdout, "SERVING\n")
+            self.assertEqual(self.run_cli("jobs", *at).stdout, "no jobs\n")
+            request_id = "10c5bb5e-86b9-4ddf-b183-6bc4a7a12a3b"
+            self.run_cli("smooth", self.generate("in.vtu"), "-o", self.path("out.vtu"), *at,
+                         "--request-id", request_id)
+            self.assertRegex(self.run_cli("jobs", *at).stdout, r"jobs/\S+ +succeeded +2,000 ")
+            jobs = json.loads(self.run_cli("jobs", "--json", *at).stdout)
+            self.assertEqual([job["request_id"] for job in jobs], [request_id])
+
+    def test_killed_server_in_mid_job(self):
+        mesh = self.generate("in.vtu", nodes=20000)
+        with ServerProgram() as server:
+            job = self.start_long_job(mesh, self.path("out.vtu"), "--server", server.address)
+
+            server.kill()
+
+            code, errors = job.end()
+        self.assertEqual(code, REFUSED)
+        last_line = errors.strip().splitlines()[-1]
+        self.assertIn("broke while the job was under way", last_line)
+        self.assertIn(server.address, last_line)
+        self.assertEqual(self.files(), ["in.vtu"])
+
+    def test_server_that_drains_refuses_with_its_reason(self):
+        mesh = self.generate("in.vtu", nodes=20000)
+        with ServerProgram() as server:
+            job = self.start_long_job(mesh, self.path("out.vtu"), "--server", server.address)
+
+            server.process.terminate()
+
+            code, errors = job.end()
+            self.assertEqual(server.end()[0], DONE)
+        self.assertIn(code, (REFUSED, STOPPED))
+        self.assertRegex(errors.strip().splitlines()[-1], r"\([A-Z_]+\)")
+
+    def test_cancel_with_and_without_the_result(self):
+        mesh = self.generate("in.vtu", nodes=20000)
+        with ServerProgram() as server:
+            at = ["--server", server.address]
+            for keep, exit_code in ((["--keep-result"], DONE), ([], STOPPED)):
+                with self.subTest(keep=keep):
+                    job = self.start_long_job(mesh, self.path("out.vtu"), *at)
+                    jobs = json.loads(self.run_cli("jobs", "--json", *at).stdout)
+                    name = next(j["name"] for j in jobs if j["state"] == "STATE_RUNNING")
+                    self.run_cli("cancel", name.removeprefix("jobs/"), *at, *keep)
+                    self.assertEqual(job.end()[0], exit_code)
+                    self.assertEqual(self.files(), ["in.vtu"] + ["out.vtu"] * bool(keep))
+                    Path(self.path("out.vtu")).unlink(missing_ok=True)
+            error = self.error_of("cancel", "nobody", *at, exit_code=1)
+            self.assertIn("JOB_NOT_FOUND", error)
+
+    def test_mesh_beyond_the_servers_limit_is_refused(self):
+        with ServerProgram("--max-node-count", "1000") as server:
+            error = self.error_of("smooth", self.generate("in.vtu"), "-o", self.path("out.vtu"),
+                                  "--server", server.address, exit_code=REFUSED)
+        self.assertIn("MESH_TOO_LARGE", error)
+        self.assertIn("1000", error)
+
+
+if __name__ == "__main__":
+    main()
