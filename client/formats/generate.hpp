@@ -8,7 +8,7 @@
 namespace meshsmooth::formats {
 
 /// Test meshes, the same on any machine for the same arguments. Positions are
-/// float64. `tangle` in [0, 1) throws interior nodes about until about that
+/// float64. `tangle` in [0, 0.45] throws interior nodes about until about that
 /// share of the elements is inverted. All throw `InvalidOption`
 /// (OPTION_OUT_OF_RANGE) for counts that make no mesh, and the TetGen ones
 /// `NotSupported` (OPTION_NOT_SUPPORTED) in a build without TetGen.
