@@ -132,8 +132,31 @@ TEST(Drain, EndsAtOnceWhenHurried) {
   drained.wait();
 }
 
+server::ServerConfig impatient_config() {
+  server::ServerConfig config = quiet_config();
+  config.drop_timeout_seconds = 0.01;
+  return config;
+}
+
 TEST(Drain, EndsThoughAClientNeverHalfCloses) {
-  InProcessServer server;
+  InProcessServer server(impatient_config());
+  Stub stub(server.channel());
+  SmoothCall stuck(stub);
+  stuck.send(TwoTetrahedra::spec());
+  stuck.read_accepted();
+  const auto drained = drain(server);
+
+  const auto response = stuck.read();
+  ASSERT_TRUE(response && response->has_stop_sending());
+
+  EXPECT_FALSE(stuck.read());
+  EXPECT_EQ(stuck.finish().error_code(), StatusCode::UNAVAILABLE);
+  EXPECT_EQ(stuck.details().reason, "DRAINING");
+  drained.wait();
+}
+
+TEST(Drain, EndsThoughAClientNeverReads) {
+  InProcessServer server(impatient_config());
   Stub stub(server.channel());
   SmoothCall stuck(stub);
   stuck.send(TwoTetrahedra::spec());
@@ -141,7 +164,7 @@ TEST(Drain, EndsThoughAClientNeverHalfCloses) {
 
   server.server().drain();
 
-  EXPECT_EQ(stuck.finish().error_code(), StatusCode::UNAVAILABLE);
+  EXPECT_FALSE(stuck.finish().ok());
 }
 
 }  // namespace

@@ -259,6 +259,22 @@ TEST_F(Refusal, OfAnUploadThatPausesTooLong) {
   expect_nothing_reserved(stub);
 }
 
+TEST_F(Refusal, OfAClientThatDoesNotReadItsResult) {
+  server::ServerConfig config = quiet_config();
+  config.stream_idle_timeout_seconds = 0.2;
+  InProcessServer server(config);
+  Stub stub(server.channel());
+  SmoothCall call(stub);
+  call.send(TwoTetrahedra::spec());
+  const std::string name = call.read_accepted();
+  call.send_data(mesh_);
+
+  const v1::Job job = wait_for_state(stub, name, v1::STATE_FAILED);
+
+  EXPECT_EQ(job.error().reason(), "STREAM_IDLE");
+  expect_nothing_reserved(stub);
+}
+
 TEST_F(Refusal, OfJobsThatTheSmootherRefusesKeepsReasonAndElement) {
   expect_failure(
       [] {

@@ -218,6 +218,8 @@ void SmoothReactor::perform(Step step) {
       alarm_ = std::move(alarm);
       return;
     }
+    case Step::abort:
+      return context_->TryCancel();
     case Step::finish:
       alarm_.reset();
       Finish(error_ ? to_status(describe_error(error_, job_ ? job_->name() : "this call"))
@@ -235,22 +237,14 @@ SmoothReactor::Step SmoothReactor::next_step() {
     job = job_->snapshot();
     notice_job(job);
   }
-  if (!job_ || is_our_turn(job.state)) {
-    const auto idle_at = last_read_ + to_duration(engine_.config().stream_idle_timeout_seconds);
-    if (!error_ && !mesh_complete_ && !call_.validate_only) {
-      if (now >= idle_at) {
-        fail(std::make_exception_ptr(
-            DeadlineExceeded("STREAM_IDLE", "the upload paused for too long")));
-      }
-      wake_at(idle_at);
-    }
-  }
+  notice_idle_client(now);
 
   if (error_) {
     if (job_ && !has_ended(job.state) && !ingesting_) {
       if (is_our_turn(job.state)) return Step::end_job;
       if (!std::exchange(cancel_asked_, true)) return Step::cancel_job;
     }
+    if (client_stalled_ && !std::exchange(aborted_, true)) return Step::abort;
     return next_step_of_failure(now);
   }
 
@@ -269,6 +263,7 @@ SmoothReactor::Step SmoothReactor::next_step() {
       return Step::succeed_job;
     }
     if (prepare_write(job, now)) {
+      write_began_ = now;
       writing_ = true;
       return Step::write;
     }
@@ -292,6 +287,7 @@ SmoothReactor::Step SmoothReactor::next_step_of_failure(Clock::time_point now) {
       response_.mutable_stop_sending();
       stop_sending_written_ = true;
       drop_until_ = now + to_duration(engine_.config().drop_timeout_seconds);
+      write_began_ = now;
       writing_ = true;
       return Step::write;
     }
@@ -324,6 +320,32 @@ void SmoothReactor::notice_job(const JobSnapshot& job) {
     fail(job.error);
   } else if (is_our_turn(job.state)) {
     if (const std::exception_ptr cause = job_->stop_cause()) fail(cause);
+  }
+}
+
+// An upload that pauses, or a client that does not read what it is sent: each
+// would hold memory for as long as it likes.
+void SmoothReactor::notice_idle_client(Clock::time_point now) {
+  const ServerConfig& config = engine_.config();
+  const auto idle_timeout = to_duration(config.stream_idle_timeout_seconds);
+  if (!error_ && !mesh_complete_ && !call_.validate_only) {
+    const auto idle_at = last_read_ + idle_timeout;
+    if (now >= idle_at) {
+      fail(std::make_exception_ptr(
+          DeadlineExceeded("STREAM_IDLE", "the upload paused for too long")));
+    } else {
+      wake_at(idle_at);
+    }
+  }
+  if (writing_ && !client_gone_) {
+    const auto stalled_at =
+        write_began_ + (error_ ? to_duration(config.drop_timeout_seconds) : idle_timeout);
+    if (now >= stalled_at) {
+      client_stalled_ = true;
+      fail(std::make_exception_ptr(DeadlineExceeded("STREAM_IDLE", "the client stopped reading")));
+    } else {
+      wake_at(stalled_at);
+    }
   }
 }
 

@@ -42,6 +42,7 @@ class SmoothReactor final : public grpc::ServerBidiReactor<v1::SmoothRequest, v1
     expire_job,   // waited too long in the queue
     succeed_job,  // all positions are sent
     arm_timer,
+    abort,  // the client does not read
     finish,
   };
 
@@ -68,6 +69,7 @@ class SmoothReactor final : public grpc::ServerBidiReactor<v1::SmoothRequest, v1
   Step next_step_of_failure(Clock::time_point now);
   Step next_step_of_waiting();
   void notice_job(const JobSnapshot& job);
+  void notice_idle_client(Clock::time_point now);
   bool prepare_write(const JobSnapshot& job, Clock::time_point now);
   bool prepare_progress(const JobSnapshot& job, Clock::time_point now);
   void prepare_accepted();
@@ -89,6 +91,8 @@ class SmoothReactor final : public grpc::ServerBidiReactor<v1::SmoothRequest, v1
   bool half_closed_ = false;
   bool writing_ = false;
   bool client_gone_ = false;
+  bool client_stalled_ = false;
+  bool aborted_ = false;
   bool finished_ = false;
   std::exception_ptr error_;  // the first; the call ends by it
 
@@ -104,6 +108,7 @@ class SmoothReactor final : public grpc::ServerBidiReactor<v1::SmoothRequest, v1
   bool stop_sending_written_ = false;
   Clock::time_point drop_until_;
   Clock::time_point last_read_;
+  Clock::time_point write_began_;
 
   JobState seen_state_ = JobState::receiving;
   int seen_progress_count_ = 0;
