@@ -23,7 +23,7 @@ build_packages=(
 # What the tests need beside that.
 test_packages=(
   libgtest-dev libgmock-dev libeigen3-dev
-  clang-format clang-tidy shellcheck
+  clang-format clang-tidy shellcheck python3
 )
 # What scripts/picture.py imports.
 picture_packages=(python3-numpy python3-matplotlib python3-vtk9)
