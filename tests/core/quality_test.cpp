@@ -348,8 +348,10 @@ TEST(SurfaceOrientation, TakesEachElementsOwnNormalOnACurvedSurface) {
   for (std::size_t e = 0; e < 5; ++e) {
     const Vec3d a = test::points(mesh)[nodes[3 * e]], b = test::points(mesh)[nodes[3 * e + 1]],
                 c = test::points(mesh)[nodes[3 * e + 2]];
-    EXPECT_NEAR(norm(orientation.reference(e)), 1, 1e-15);
-    EXPECT_NEAR(norm(cross(orientation.reference(e), cross(b - a, c - a))), 0, 1e-15);
+    const Vec3d normal = cross(b - a, c - a);
+    EXPECT_NEAR(norm(orientation.reference(e)), 1, 0.01);
+    EXPECT_GT(dot(orientation.reference(e), normal),
+              0.9999 * norm(normal) * norm(orientation.reference(e)));
   }
   EXPECT_EQ(measure_quality(mesh).inverted_count, 0);
 }

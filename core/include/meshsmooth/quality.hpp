@@ -74,6 +74,20 @@ struct ElementMeasure {
   double max_angle_cos = 0;
 };
 
+/// A direction to about half a degree, as multiples of 1/127. Enough to say on
+/// which side of a surface a normal points, at 3 B.
+using PackedDirection = Vec3<std::int8_t>;
+
+[[nodiscard]] MESHSMOOTH_HD inline PackedDirection pack_direction(Vec3d unit) {
+  const auto pack = [](double c) {
+    return static_cast<std::int8_t>(c * 127 + (c < 0 ? -0.5 : 0.5));
+  };
+  return {pack(unit.x), pack(unit.y), pack(unit.z)};
+}
+[[nodiscard]] MESHSMOOTH_HD inline Vec3d unpack_direction(PackedDirection packed) {
+  return (1.0 / 127) * vec3_cast<double>(packed);
+}
+
 /// Reference directions by which surface elements are judged: an element is
 /// inverted when its normal points against its reference. For plane meshes (to
 /// 1e-12 of their extent and to the rounding of the coordinates) the plane's
@@ -87,16 +101,16 @@ class SurfaceOrientation {
   [[nodiscard]] bool plane() const { return plane_; }
   /// Normal for a global element id; zero vector for volume meshes.
   [[nodiscard]] Vec3d reference(std::size_t element) const {
-    return normals_.empty() ? common_ : normals_[element];
+    return normals_.empty() ? common_ : unpack_direction(normals_[element]);
   }
   /// A normal per element on curved surfaces; empty: all have `common()`.
-  [[nodiscard]] std::span<const Vec3d> normals() const { return normals_; }
+  [[nodiscard]] std::span<const PackedDirection> normals() const { return normals_; }
   [[nodiscard]] Vec3d common() const { return common_; }
 
  private:
   bool plane_ = false;
   Vec3d common_{0, 0, 0};
-  std::vector<Vec3d> normals_;
+  std::vector<PackedDirection> normals_;
 };
 
 /// Measures one element. `corners` are the positions of its nodes in VTK order,

@@ -116,9 +116,9 @@ double sum_areas(const ElementBlockView& block, std::span<const Vec3<Real>> posi
 
 template <class Real>
 void find_normals(const TopologyView& topology, std::span<const Vec3<Real>> positions,
-                  std::vector<Vec3d>& normals) {
+                  std::vector<PackedDirection>& normals) {
   normals.resize(topology.element_count());
-  Vec3d* first = normals.data();
+  PackedDirection* first = normals.data();
   for (const ElementBlockView& block : topology.blocks) {
     const auto width = static_cast<std::size_t>(element_shape(block.type).node_count);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, block.element_count(), kGrain),
@@ -127,7 +127,7 @@ void find_normals(const TopologyView& topology, std::span<const Vec3<Real>> posi
                           const Vec3d area =
                               area_vector(positions, block.type, &block.nodes[e * width]);
                           const double size = norm(area);
-                          first[e] = size > 0 ? (1 / size) * area : Vec3d{0, 0, 0};
+                          first[e] = pack_direction(size > 0 ? (1 / size) * area : Vec3d{0, 0, 0});
                         }
                       });
     first += block.element_count();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "meshsmooth/methods.hpp"
+#include "meshsmooth/quality.hpp"
 #include "smooth/score.hpp"
 #include "smooth/topology.hpp"
 
@@ -11,13 +12,13 @@ struct Surroundings {
   std::size_t node_count;
   Elements elements;
   Rows<NodeId> rings;
-  Rows<ElementId> balls;      // only where a method or the guard needs them
-  const std::uint8_t* fixed;  // one byte a node
-  const Vec3d* references;    // a normal per surface element; null: all have `reference`
+  Rows<ElementId> balls;              // only where a method or the guard needs them
+  const std::uint8_t* fixed;          // one byte a node
+  const PackedDirection* references;  // a normal per surface element; null: all have `reference`
   Vec3d reference;
 
   [[nodiscard]] MESHSMOOTH_HD Vec3d reference_of(std::size_t element) const {
-    return references == nullptr ? reference : references[element];
+    return references == nullptr ? reference : unpack_direction(references[element]);
   }
 };
 
@@ -95,12 +96,14 @@ struct BallVolumeMean {
   }
 };
 
-/// One relaxed step towards the mean; factor 1 lands on it exactly.
+/// One relaxed step towards the mean. A node at rest stays, and factor 1 lands
+/// on the mean exactly.
 template <class Mean, class P>
 MESHSMOOTH_HD Vec3<typename P::Real> step_towards(const Mean& mean, const Surroundings& around,
                                                   const P& x, std::size_t node,
                                                   typename P::Real factor) {
-  return (1 - factor) * x[node] + factor * mean(around, x, node);
+  const Vec3<typename P::Real> goal = mean(around, x, node);
+  return factor == 1 ? goal : x[node] + factor * (goal - x[node]);
 }
 
 /// Which moves are taken. Judged in double on the positions as they are stored.

@@ -51,20 +51,7 @@ MESHSMOOTH_HD ElementMass element_mass(const ElementShape& shape, const Get& get
   Vec3d centre{0, 0, 0};
   for (int n = 0; n < shape.node_count; ++n) centre += get(n);
   centre = (1.0 / shape.node_count) * centre;
-  double volume = 0;
-  for (int f = 0; f < shape.facet_count; ++f) {
-    const FacetShape& facet = shape.facets[f];
-    const Vec3d first = get(facet.nodes[0]) - centre;
-    if (shape.dimension == 2) {
-      volume += norm(cross(first, get(facet.nodes[1]) - centre)) / 2;
-      continue;
-    }
-    for (int n = 2; n < facet.node_count; ++n) {
-      volume +=
-          dot(first, cross(get(facet.nodes[n - 1]) - centre, get(facet.nodes[n]) - centre)) / 6;
-    }
-  }
-  return {volume < 0 ? -volume : volume, centre};
+  return {std::abs(element_volume(shape, get, {0, 0, 0})), centre};
 }
 
 }  // namespace meshsmooth::detail

@@ -22,8 +22,10 @@ class CpuJudge {
   class Orientation {
    public:
     Orientation() = default;
-    explicit Orientation(SurfaceOrientation judged) : judged_(std::move(judged)) {}
-    [[nodiscard]] const Vec3d* references() const {
+    Orientation(SurfaceOrientation judged, ByteCount& bytes) : judged_(std::move(judged)) {
+      bytes.add(judged_.normals().size_bytes());  // lives as long as the job
+    }
+    [[nodiscard]] const PackedDirection* references() const {
       return judged_.normals().empty() ? nullptr : judged_.normals().data();
     }
     [[nodiscard]] Vec3d common() const { return judged_.common(); }
@@ -36,8 +38,8 @@ class CpuJudge {
   template <class Real>
   [[nodiscard]] Orientation orientation(const JobElements<CpuExecutor>& elements,
                                         const Vec3<Real>* places, std::size_t node_count) const {
-    return in_arena(elements, places, node_count, [](const auto& topology, const auto& positions) {
-      return Orientation(SurfaceOrientation(topology, positions));
+    return in_arena(elements, places, node_count, [&](const auto& topology, const auto& positions) {
+      return Orientation(SurfaceOrientation(topology, positions), executor_.bytes());
     });
   }
 
@@ -45,12 +47,9 @@ class CpuJudge {
   [[nodiscard]] QualityStats quality(const JobElements<CpuExecutor>& elements,
                                      const Vec3<Real>* places, std::size_t node_count,
                                      const Orientation& orientation) const {
-    QualityStats stats =
-        in_arena(elements, places, node_count, [&](const auto& topology, const auto& positions) {
-          return measure_quality(topology, positions, orientation.judged());
-        });
-    for (ElementQuality& worst : stats.worst) rename(worst, elements);
-    return stats;
+    return in_arena(elements, places, node_count, [&](const auto& topology, const auto& positions) {
+      return measure_quality(topology, positions, orientation.judged(), caller_ids(elements));
+    });
   }
 
   template <class Real>
@@ -58,12 +57,10 @@ class CpuJudge {
                                    const Vec3<Real>* places, std::size_t node_count,
                                    const Orientation& orientation,
                                    const std::uint8_t* fixed) const {
-    LockedStats stats =
-        in_arena(elements, places, node_count, [&](const auto& topology, const auto& positions) {
-          return measure_locked(topology, {fixed, node_count}, positions, orientation.judged());
-        });
-    if (stats.worst) rename(*stats.worst, elements);
-    return stats;
+    return in_arena(elements, places, node_count, [&](const auto& topology, const auto& positions) {
+      return measure_locked(topology, {fixed, node_count}, positions, orientation.judged(),
+                            caller_ids(elements));
+    });
   }
 
   /// Free nodes to the caller's array; returns how many differ from the input.
@@ -93,8 +90,8 @@ class CpuJudge {
     return executor_.arena().execute([&] { return body(topology, positions); });
   }
 
-  static void rename(ElementQuality& quality, const JobElements<CpuExecutor>& elements) {
-    quality.element = elements.caller_of.data()[quality.element];
+  static std::span<const ElementId> caller_ids(const JobElements<CpuExecutor>& elements) {
+    return {elements.caller_of.data(), elements.view.count};
   }
 
   CpuExecutor& executor_;
@@ -120,7 +117,7 @@ class CpuSmoother final : public Smoother {
 
   [[nodiscard]] MemoryEstimate estimate(const MeshSize& size,
                                         const SmoothOptions& options) const override {
-    return {estimate_bytes(size, options), 0};
+    return {estimate_bytes(size, options, thread_count_), 0};
   }
 
   using Smoother::smooth;

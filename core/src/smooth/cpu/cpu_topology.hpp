@@ -84,8 +84,7 @@ inline RowBuffer<CpuExecutor, NodeId> find_rings(CpuExecutor& executor, std::siz
   std::vector<std::vector<NodeId>> chunks(executor.chunk_count(node_count));
   executor.for_each_range(node_count, [&](std::size_t begin, std::size_t end) {
     RowCounter<NodeId> row;
-    std::vector<NodeId>& chunk = chunks[executor.chunk_of(begin)];
-    chunk.reserve(20 * (end - begin));
+    std::vector<NodeId> chunk;
     for (std::size_t node = begin; node < end; ++node) {
       row.clear(balls.size(node) * kMostNeighboursInElement);
       for (const ElementId* e = balls.begin(node); e != balls.end(node); ++e) {
@@ -96,6 +95,7 @@ inline RowBuffer<CpuExecutor, NodeId> find_rings(CpuExecutor& executor, std::siz
                [=](NodeId n) { return caller_ids[n]; });
       offsets[node] = static_cast<std::int64_t>(row.size());
     }
+    chunks[executor.chunk_of(begin)] = {chunk.begin(), chunk.end()};  // no spare room
   });
   offsets[node_count] = 0;
   const auto count = static_cast<std::size_t>(executor.exclusive_scan(offsets, node_count + 1));
