@@ -134,7 +134,7 @@ TEST(Drain, EndsAtOnceWhenHurried) {
 
 server::ServerConfig impatient_config() {
   server::ServerConfig config = quiet_config();
-  config.drop_timeout_seconds = 0.01;
+  config.drop_timeout_seconds = 0.5;
   return config;
 }
 

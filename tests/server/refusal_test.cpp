@@ -233,7 +233,7 @@ TEST_F(Refusal, OfAWrongChecksumIsDataLoss) {
 
 TEST_F(Refusal, ComesWithoutHalfCloseOnceTheClientHadItsTime) {
   server::ServerConfig config = quiet_config();
-  config.drop_timeout_seconds = 0.01;
+  config.drop_timeout_seconds = 0.5;
   InProcessServer server(config);
   Stub stub(server.channel());
   SmoothCall call(stub);
@@ -248,7 +248,7 @@ TEST_F(Refusal, ComesWithoutHalfCloseOnceTheClientHadItsTime) {
 
 TEST_F(Refusal, OfAnUploadThatPausesTooLong) {
   server::ServerConfig config = quiet_config();
-  config.stream_idle_timeout_seconds = 0.01;
+  config.stream_idle_timeout_seconds = 0.5;
   InProcessServer server(config);
   Stub stub(server.channel());
   SmoothCall call(stub);
@@ -261,7 +261,7 @@ TEST_F(Refusal, OfAnUploadThatPausesTooLong) {
 
 TEST_F(Refusal, OfAClientThatDoesNotReadItsResult) {
   server::ServerConfig config = quiet_config();
-  config.stream_idle_timeout_seconds = 0.2;
+  config.stream_idle_timeout_seconds = 0.5;
   InProcessServer server(config);
   Stub stub(server.channel());
   SmoothCall call(stub);

@@ -1,0 +1,196 @@
+// The engine without gRPC: what its threads do to each other.
+#include "engine.hpp"
+
+#include <gtest/gtest.h>
+
+#include <condition_variable>
+#include <cstring>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "meshsmooth/error.hpp"
+#include "support/fake_smoother.hpp"
+#include "support/in_process_server.hpp"
+
+namespace meshsmooth::server {
+namespace {
+
+using testing::FakeControl;
+using testing::FakeSmoother;
+
+// Plays the call's part: sends the mesh, takes the result, ends the job when it
+// is its turn.
+class Caller {
+ public:
+  explicit Caller(Engine& engine) : engine_(engine) {}
+
+  bool admit() {
+    JobRequest request;
+    request.layout.node_count = 4;
+    request.layout.blocks = {{ElementType::tetrahedron, 1}};
+    request.layout.elements_bytes = 16;
+    request.layout.coordinates_bytes = 96;
+    try {
+      // The lane may still be telling when the caller is gone.
+      job_ = engine_.admit(std::move(request), [signal = signal_] {
+        { const std::lock_guard lock(signal->mutex); }
+        signal->changed.notify_all();
+      });
+      return true;
+    } catch (const Error&) {
+      return false;
+    }
+  }
+
+  void submit() {
+    v1::Chunk chunk;
+    chunk.set_array_id(v1::ARRAY_ID_ELEMENTS);
+    chunk.set_data(std::string(16, '\0'));
+    job_->mesh().add(chunk);
+    chunk.set_array_id(v1::ARRAY_ID_COORDINATES);
+    chunk.set_data(std::string(96, '\0'));
+    job_->mesh().add(chunk);
+    engine_.submit(job_);
+  }
+
+  // Waits for the lane; then sends, that is, looks at the result.
+  JobState finish() {
+    std::unique_lock lock(signal_->mutex);
+    signal_->changed.wait(lock, [this] {
+      const JobState state = job_->state();
+      return has_ended(state) || state == JobState::sending;
+    });
+    lock.unlock();
+    if (job_->state() == JobState::sending) {
+      double x = 0;
+      std::memcpy(&x, job_->mesh().coordinate_bytes().data(), sizeof x);
+      EXPECT_EQ(x, 1.0);
+      job_->end(job_->stop_cause());
+    }
+    return job_->state();
+  }
+
+  Job& job() { return *job_; }
+
+ private:
+  struct Signal {
+    std::mutex mutex;
+    std::condition_variable changed;
+  };
+
+  Engine& engine_;
+  const std::shared_ptr<Signal> signal_ = std::make_shared<Signal>();
+  std::shared_ptr<Job> job_;
+};
+
+class EngineTest : public ::testing::Test {
+ protected:
+  static ServerConfig config() {
+    ServerConfig config = testing::quiet_config();
+    config.lanes = 2;
+    return config;
+  }
+
+  void expect_balanced() {
+    EXPECT_TRUE(engine_.store().living().empty());
+    EXPECT_EQ(engine_.ledger().reserved().host_bytes, 0);
+  }
+
+  static std::exception_ptr cancelled() { return std::make_exception_ptr(Cancelled("WHY", "")); }
+
+  std::shared_ptr<FakeControl> fake_ = std::make_shared<FakeControl>();
+  Engine engine_{config(), [fake = fake_] { return std::make_unique<FakeSmoother>(fake); }};
+};
+
+TEST_F(EngineTest, FillsInTheDefaultsThatDependOnTheMachine) {
+  ServerConfig config;
+  config.lanes = 1;
+  const Engine engine(config, [this] { return std::make_unique<FakeSmoother>(fake_); });
+
+  EXPECT_GT(engine.config().threads_per_lane, 0);
+  EXPECT_GT(engine.config().host_memory_limit_bytes, 0);
+  EXPECT_EQ(engine.config().max_job_bytes, engine.config().host_memory_limit_bytes);
+}
+
+TEST_F(EngineTest, RunsJobsOfManyCallersAndGivesAllMemoryBack) {
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 4; ++t) {
+    threads.emplace_back([this] {
+      for (int i = 0; i < 50; ++i) {
+        Caller caller(engine_);
+        if (!caller.admit()) continue;
+        caller.submit();
+        EXPECT_EQ(caller.finish(), JobState::succeeded);
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+
+  expect_balanced();
+}
+
+// Cancels race with submission, lane and result.
+TEST_F(EngineTest, EndsEveryJobOnceWhoeverCancelsItWhenever) {
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 4; ++t) {
+    threads.emplace_back([this] {
+      for (int i = 0; i < 50; ++i) {
+        Caller caller(engine_);
+        if (!caller.admit()) continue;
+        std::thread canceller([&] { engine_.cancel(caller.job(), cancelled()); });
+        caller.submit();
+        const JobState state = caller.finish();
+        canceller.join();
+        EXPECT_TRUE(has_ended(state));
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+
+  expect_balanced();
+}
+
+TEST_F(EngineTest, RefusesJobsOnceItIsLeaving) {
+  engine_.refuse_new();
+
+  Caller caller(engine_);
+  EXPECT_FALSE(caller.admit());
+  expect_balanced();
+}
+
+TEST_F(EngineTest, WaitsUntilTheLastJobHasEnded) {
+  fake_->hold();
+  Caller caller(engine_);
+  ASSERT_TRUE(caller.admit());
+  caller.submit();
+  fake_->wait_started(1);
+  std::thread waiter([this] { engine_.wait_idle(Clock::now() + std::chrono::hours(1), false); });
+  fake_->release();
+  caller.finish();
+
+  waiter.join();
+  expect_balanced();
+}
+
+TEST_F(EngineTest, ExpiresOnlyJobsThatStillWait) {
+  fake_->hold();
+  Caller first(engine_), second(engine_), waiting(engine_);
+  for (Caller* caller : {&first, &second, &waiting}) {
+    ASSERT_TRUE(caller->admit());
+    caller->submit();
+  }
+  fake_->wait_started(2);
+
+  engine_.expire(first.job(), cancelled());
+  engine_.expire(waiting.job(), cancelled());
+
+  EXPECT_EQ(first.job().state(), JobState::running);
+  EXPECT_EQ(waiting.job().state(), JobState::cancelled);
+  fake_->release();
+  EXPECT_EQ(first.finish(), JobState::succeeded);
+  EXPECT_EQ(second.finish(), JobState::succeeded);
+}
+
+}  // namespace
+}  // namespace meshsmooth::server
