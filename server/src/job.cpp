@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "host_memory.hpp"
 #include "meshsmooth/error.hpp"
 
 namespace meshsmooth::server {
@@ -53,7 +54,7 @@ Job::Job(std::string name, std::int64_t sequence, JobRequest request, Reservatio
       observer_(std::move(observer)),
       reservation_(std::move(reservation)),
       place_(std::move(place)),
-      mesh_(std::make_unique<wire::MeshAssembler>(request_.layout)) {
+      mesh_(std::make_unique<wire::MeshAssembler>(request_.layout, host_memory())) {
   now_.times.created = std::chrono::system_clock::now();
   now_.times.admitted = Clock::now();
 }

@@ -22,10 +22,11 @@ constexpr int kExitUsage = 2;
 constexpr int kExitNotDrained = 75;  // EX_TEMPFAIL
 constexpr auto kWatchdogSlack = std::chrono::seconds(2);
 
-// Large blocks stay warm in the heap instead of going back to the kernel with
-// every job: 1.3-1.7 times the throughput of uploads.
+// Messages and working memory stay warm in the heap instead of going back to
+// the kernel with every job: up to 1.7 times the throughput of uploads. Meshes
+// themselves come from host_memory().
 void tune_malloc() {
-  mallopt(M_MMAP_THRESHOLD, 1 << 30);
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);  // the largest that glibc takes
   mallopt(M_TRIM_THRESHOLD, 512 << 20);
   mallopt(M_TOP_PAD, 16 << 20);
 }

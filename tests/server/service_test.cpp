@@ -6,6 +6,7 @@
 #include "server/raw_call.hpp"
 #include "server/smooth_call.hpp"
 #include "support/in_process_server.hpp"
+#include "wire/mesh_layout.hpp"
 
 namespace meshsmooth::testing {
 namespace {
@@ -197,6 +198,34 @@ TEST_F(Service, IsFoundByReflection) {
   ASSERT_TRUE(answer);
   EXPECT_THAT(*answer, ::testing::HasSubstr("meshsmooth.v1.SmoothingService"));
   EXPECT_THAT(*answer, ::testing::HasSubstr("grpc.health.v1.Health"));
+}
+
+TEST(ServiceWithTheCpuBackend, ReturnsTheBitsOfTheSmootherItself) {
+  // Eight tetrahedra around an off-centre node.
+  Mesh mesh;
+  mesh.positions = std::vector<Vec3d>{{0.3, 0.2, 0.1}, {1, 0, 0},  {0, 1, 0}, {0, 0, 1},
+                                      {-1, 0, 0},      {0, -1, 0}, {0, 0, -1}};
+  mesh.blocks = {{ElementType::tetrahedron, {0, 1, 2, 3, 0, 2, 4, 3, 0, 4, 5, 3, 0, 5, 1, 3,
+                                             0, 2, 1, 6, 0, 4, 2, 6, 0, 5, 4, 6, 0, 1, 5, 6}}};
+  v1::JobSpec spec;
+  *spec.mutable_inline_topology() = wire::encode_topology_spec(MeshTopology(mesh).view());
+  spec.set_coordinate_type(v1::SCALAR_TYPE_FLOAT64);
+  server::Server server(quiet_config());
+  server.start();
+  Stub stub(server.in_process_channel());
+
+  SmoothCall call(stub);
+  call.send(spec);
+  call.send(chunk(v1::ARRAY_ID_ELEMENTS, 0, bytes_of(mesh.blocks[0].nodes)));
+  call.send(
+      chunk(v1::ARRAY_ID_COORDINATES, 0, bytes_of(std::get<std::vector<Vec3d>>(mesh.positions))));
+  call.half_close();
+  ASSERT_TRUE(call.finish().ok()) << call.finish().error_message();
+
+  make_smoother("cpu", 1)->smooth(mesh, SmoothOptions{});
+  EXPECT_EQ(call.result(), bytes_of(std::get<std::vector<Vec3d>>(mesh.positions)));
+  EXPECT_EQ(call.summary().value().nodes().moved(), 1);
+  EXPECT_EQ(call.summary().value().quality_after().inverted_element_count(), 0);
 }
 
 TEST(ServiceOnAPort, ServesOverTcp) {

@@ -28,7 +28,7 @@ std::optional<Clock::time_point> call_deadline(const grpc::CallbackServerContext
   return Clock::now() + left;
 }
 
-// After these only the caller's half-close is awaited; the mesh is not ours.
+// The states in which the mesh is the call's, and so the duty to end the job.
 bool is_our_turn(JobState state) {
   return state == JobState::receiving || state == JobState::sending;
 }

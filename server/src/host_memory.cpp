@@ -1,0 +1,45 @@
+#include "host_memory.hpp"
+
+#include <sys/mman.h>
+
+#include <cstddef>
+#include <new>
+
+namespace meshsmooth::server {
+namespace {
+
+// Below, a block costs more to map than to keep.
+constexpr std::size_t kMinMappedBytes = 1 << 20;
+
+class HostMemory final : public std::pmr::memory_resource {
+  void* do_allocate(std::size_t bytes, std::size_t alignment) override {
+    if (bytes < kMinMappedBytes) {
+      return std::pmr::new_delete_resource()->allocate(bytes, alignment);
+    }
+    void* data = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (data == MAP_FAILED) throw std::bad_alloc();
+    madvise(data, bytes, MADV_HUGEPAGE);  // only advice: it may fail
+    return data;
+  }
+
+  void do_deallocate(void* data, std::size_t bytes, std::size_t alignment) override {
+    if (bytes < kMinMappedBytes) {
+      std::pmr::new_delete_resource()->deallocate(data, bytes, alignment);
+    } else {
+      munmap(data, bytes);
+    }
+  }
+
+  [[nodiscard]] bool do_is_equal(const memory_resource& other) const noexcept override {
+    return this == &other;
+  }
+};
+
+}  // namespace
+
+std::pmr::memory_resource* host_memory() {
+  static HostMemory memory;
+  return &memory;
+}
+
+}  // namespace meshsmooth::server
