@@ -1,7 +1,9 @@
 // Jobs that are ended before their time: by the client, by its deadline, by
 // CancelJob, by the queue; in each state.
+#include <grpcpp/create_channel.h>
 #include <gtest/gtest.h>
 
+#include "server/relay.hpp"
 #include "server/smooth_call.hpp"
 #include "support/in_process_server.hpp"
 
@@ -196,6 +198,46 @@ TEST_F(Cancel, OfAnUnknownJobIsNotFound) {
 
   EXPECT_EQ(status.error_code(), StatusCode::NOT_FOUND);
   EXPECT_EQ(wire::decode_status_details(status.error_details())->reason, "JOB_NOT_FOUND");
+}
+
+class LostClient : public ::testing::Test {
+ protected:
+  static server::ServerConfig config() {
+    server::ServerConfig config = quiet_config();
+    config.listen = "127.0.0.1:0";
+    return config;
+  }
+
+  InProcessServer server_{config()};
+  Stub stub_{server_.channel()};
+  Relay relay_{server_.server().port()};
+  Stub far_stub_{grpc::CreateChannel(relay_.target(), grpc::InsecureChannelCredentials())};
+  TwoTetrahedra mesh_;
+};
+
+TEST_F(LostClient, EndsAnUpload) {
+  SmoothCall call(far_stub_);
+  call.send(TwoTetrahedra::spec());
+  const std::string name = call.read_accepted();
+  relay_.cut();
+
+  const v1::Job job = wait_for_state(stub_, name, v1::STATE_CANCELLED);
+  EXPECT_EQ(job.error().reason(), "CANCELLED_BY_CLIENT");
+  expect_healthy_service(stub_);
+}
+
+TEST_F(LostClient, EndsARunningJob) {
+  server_.fake().hold();
+  SmoothCall call(far_stub_);
+  call.send_all(mesh_);
+  const std::string name = call.read_accepted();
+  server_.fake().wait_started(1);
+  relay_.cut();
+
+  const v1::Job job = wait_for_state(stub_, name, v1::STATE_CANCELLED);
+  EXPECT_EQ(job.error().reason(), "CANCELLED_BY_CLIENT");
+  server_.fake().release();
+  expect_healthy_service(stub_);
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 // How a server leaves, as health and jobs see it.
+#include <grpcpp/create_channel.h>
 #include <gtest/gtest.h>
 
 #include <future>
@@ -16,8 +17,21 @@ using grpc::StatusCode;
 constexpr const char* kServing = "\x08\x01";
 constexpr const char* kNotServing = "\x08\x02";
 
-server::ServerConfig patient_config() {
+// Over TCP: an in-process channel closes with the server and takes along what
+// the client has not read yet.
+server::ServerConfig tcp_config() {
   server::ServerConfig config = quiet_config();
+  config.listen = "127.0.0.1:0";
+  return config;
+}
+
+std::shared_ptr<grpc::Channel> connect(InProcessServer& server) {
+  return grpc::CreateChannel("127.0.0.1:" + std::to_string(server.server().port()),
+                             grpc::InsecureChannelCredentials());
+}
+
+server::ServerConfig patient_config() {
+  server::ServerConfig config = tcp_config();
   config.lame_duck_seconds = 1000;
   config.drain_grace_seconds = 1000;
   return config;
@@ -28,9 +42,9 @@ std::future<void> drain(InProcessServer& server) {
 }
 
 TEST(Health, AnswersCheckForServerAndService) {
-  InProcessServer server;
+  InProcessServer server(tcp_config());
   for (const std::string& name : {std::string(), std::string("meshsmooth.v1.SmoothingService")}) {
-    RawCall call(server.channel(), "/grpc.health.v1.Health/Check");
+    RawCall call(connect(server), "/grpc.health.v1.Health/Check");
     call.send(string_message(1, name));
     EXPECT_EQ(call.read(), kServing) << name;
   }
@@ -38,8 +52,8 @@ TEST(Health, AnswersCheckForServerAndService) {
 
 TEST(Health, IsNotServingFromTheFirstMomentOfADrain) {
   InProcessServer server(patient_config());
-  Stub stub(server.channel());
-  RawCall watch(server.channel(), "/grpc.health.v1.Health/Watch");
+  Stub stub(connect(server));
+  RawCall watch(connect(server), "/grpc.health.v1.Health/Watch");
   watch.send(string_message(1, "meshsmooth.v1.SmoothingService"));
   ASSERT_EQ(watch.read(), kServing);
 
@@ -54,7 +68,7 @@ TEST(Drain, RefusesNewJobsWithAWordWhenToComeBack) {
   server::ServerConfig config = patient_config();
   config.lame_duck_seconds = 0;
   InProcessServer server(config);
-  Stub stub(server.channel());
+  Stub stub(connect(server));
   server.fake().hold();
   SmoothCall running(stub);
   running.send_all({});
@@ -78,7 +92,7 @@ TEST(Drain, HandsBackWaitingJobsAndLetsTheRunningOneFinish) {
   server::ServerConfig config = patient_config();
   config.lame_duck_seconds = 0;
   InProcessServer server(config);
-  Stub stub(server.channel());
+  Stub stub(connect(server));
   server.fake().hold();
   const TwoTetrahedra mesh;
   SmoothCall running(stub), queued(stub), receiving(stub);
@@ -101,10 +115,10 @@ TEST(Drain, HandsBackWaitingJobsAndLetsTheRunningOneFinish) {
 }
 
 TEST(Drain, StopsRunningJobsAfterTheGrace) {
-  server::ServerConfig config = quiet_config();
+  server::ServerConfig config = tcp_config();
   config.drain_grace_seconds = 0.01;
   InProcessServer server(config);
-  Stub stub(server.channel());
+  Stub stub(connect(server));
   server.fake().hold();
   SmoothCall running(stub);
   running.send_all({});
@@ -119,7 +133,7 @@ TEST(Drain, StopsRunningJobsAfterTheGrace) {
 
 TEST(Drain, EndsAtOnceWhenHurried) {
   InProcessServer server(patient_config());
-  Stub stub(server.channel());
+  Stub stub(connect(server));
   server.fake().hold();
   SmoothCall running(stub);
   running.send_all({});
@@ -133,14 +147,14 @@ TEST(Drain, EndsAtOnceWhenHurried) {
 }
 
 server::ServerConfig impatient_config() {
-  server::ServerConfig config = quiet_config();
+  server::ServerConfig config = tcp_config();
   config.drop_timeout_seconds = 0.5;
   return config;
 }
 
 TEST(Drain, EndsThoughAClientNeverHalfCloses) {
   InProcessServer server(impatient_config());
-  Stub stub(server.channel());
+  Stub stub(connect(server));
   SmoothCall stuck(stub);
   stuck.send(TwoTetrahedra::spec());
   stuck.read_accepted();
@@ -157,7 +171,7 @@ TEST(Drain, EndsThoughAClientNeverHalfCloses) {
 
 TEST(Drain, EndsThoughAClientNeverReads) {
   InProcessServer server(impatient_config());
-  Stub stub(server.channel());
+  Stub stub(connect(server));
   SmoothCall stuck(stub);
   stuck.send(TwoTetrahedra::spec());
   stuck.read_accepted();
