@@ -71,18 +71,23 @@ struct RowBuffer {
   [[nodiscard]] Rows<Id> view() const { return {offsets.data(), entries.data()}; }
 };
 
-/// Sorts a short row by `key(entry)`; rows are short, so insertion is the
-/// fastest, and heap order for the rare long one keeps it O(n log n).
+/// Sorts a row by `key(entry)`; keys differ. In a short row every entry counts
+/// the lower ones: more comparisons than needed, but no branch to guess wrong.
+/// Heap order keeps the rare long row O(n log n).
 template <class Id, class Key>
 MESHSMOOTH_HD void sort_row(Id* row, std::size_t count, const Key& key) {
-  constexpr std::size_t kInsertionLimit = 64;
-  if (count <= kInsertionLimit) {
-    for (std::size_t i = 1; i < count; ++i) {
-      const Id moving = row[i];
-      const auto moving_key = key(moving);
-      std::size_t j = i;
-      for (; j > 0 && key(row[j - 1]) > moving_key; --j) row[j] = row[j - 1];
-      row[j] = moving;
+  constexpr std::size_t kShort = 64;
+  if (count <= kShort) {
+    Id entries[kShort];
+    decltype(key(row[0])) keys[kShort];
+    for (std::size_t i = 0; i < count; ++i) {
+      entries[i] = row[i];
+      keys[i] = key(row[i]);
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      std::uint32_t lower = 0;
+      for (std::size_t j = 0; j < count; ++j) lower += keys[j] < keys[i] ? 1 : 0;
+      row[lower] = entries[i];
     }
     return;
   }

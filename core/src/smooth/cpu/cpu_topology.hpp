@@ -35,7 +35,8 @@ class RowCounter {
       std::fill(slots_.begin(), slots_.end(), Slot{});
       epoch_ = 1;
     }
-    used_.clear();
+    used_.resize(std::max(used_.size(), capacity));
+    size_ = 0;
   }
 
   void add(Key key) {
@@ -44,7 +45,7 @@ class RowCounter {
       Slot& slot = slots_[at];
       if (slot.epoch != epoch_) {
         slot = {key, epoch_, 1};
-        used_.push_back(static_cast<std::uint32_t>(at));
+        used_[size_++] = static_cast<std::uint32_t>(at);
         return;
       }
       if (slot.key == key) {
@@ -54,7 +55,7 @@ class RowCounter {
     }
   }
 
-  [[nodiscard]] std::size_t size() const { return used_.size(); }
+  [[nodiscard]] std::size_t size() const { return size_; }
   /// The n-th different key, in the order of their coming.
   [[nodiscard]] const Slot& operator[](std::size_t n) const { return slots_[used_[n]]; }
 
@@ -67,6 +68,7 @@ class RowCounter {
 
   std::vector<Slot> slots_;
   std::vector<std::uint32_t> used_;
+  std::size_t size_ = 0;
   std::uint32_t epoch_ = 0;
   int shift_ = 0;
 };
@@ -128,13 +130,16 @@ inline std::uint64_t ordered_pair(NodeId a, NodeId b) {
 inline void add_facets(const ElementView& element, NodeId node, RowCounter<FacetRest>& facets) {
   const ElementShape& shape = *element.shape;
   if (shape.dimension == 3 && shape.node_count == 4) {
-    NodeId others[3];
+    NodeId higher[4];
     int count = 0;
-    for (int n = 0; n < 4; ++n) {
-      if (element.nodes[n] > node) others[count++] = element.nodes[n];
+    for (int n = 0; n < 4; ++n) {  // without a branch: it could not be foreseen
+      higher[count] = element.nodes[n];
+      count += element.nodes[n] > node ? 1 : 0;
     }
-    for (int a = 1; a < count; ++a) {
-      for (int b = 0; b < a; ++b) facets.add({ordered_pair(others[a], others[b]), -1});
+    if (count >= 2) facets.add({ordered_pair(higher[0], higher[1]), -1});
+    if (count == 3) {
+      facets.add({ordered_pair(higher[0], higher[2]), -1});
+      facets.add({ordered_pair(higher[1], higher[2]), -1});
     }
     return;
   }
