@@ -5,10 +5,11 @@
 #include <oneapi/tbb/parallel_sort.h>
 #include <oneapi/tbb/task_arena.h>
 
+#include <sys/mman.h>
+
 #include <algorithm>
 #include <atomic>
 #include <cstring>
-#include <new>
 #include <span>
 #include <string>
 #include <utility>
@@ -21,20 +22,31 @@
 
 namespace meshsmooth::detail {
 
-/// Counts the bytes of one job: now and at the highest.
+/// Counts the bytes of one job: now and at the highest. Thread-safe.
 class ByteCount {
  public:
   void add(std::size_t bytes) {
-    now_ += bytes;
-    peak_ = std::max(peak_, now_);
+    const std::size_t now = now_.fetch_add(bytes) + bytes;
+    std::size_t peak = peak_.load();
+    while (peak < now && !peak_.compare_exchange_weak(peak, now)) {
+    }
   }
   void subtract(std::size_t bytes) { now_ -= bytes; }
   [[nodiscard]] std::size_t peak() const { return peak_; }
 
  private:
-  std::size_t now_ = 0;
-  std::size_t peak_ = 0;
+  std::atomic<std::size_t> now_ = 0;
+  std::atomic<std::size_t> peak_ = 0;
 };
+
+/// Memory that goes back to the system when it is freed: an allocator that keeps
+/// it for the thread that freed it would let a job hold more than was promised.
+/// Null when there is none.
+inline void* map_memory(std::size_t bytes) {
+  void* const data =
+      mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  return data == MAP_FAILED ? nullptr : data;
+}
 
 /// Owns uninitialised host memory, counted while it lives. Moves, never copies.
 template <class T>
@@ -43,7 +55,7 @@ class CpuBuffer {
   CpuBuffer() = default;
   CpuBuffer(std::size_t size, ByteCount& count) : size_(size), count_(&count) {
     if (size == 0) return;
-    data_ = static_cast<T*>(::operator new(size * sizeof(T), kAlignment, std::nothrow));
+    data_ = static_cast<T*>(map_memory(size * sizeof(T)));
     if (data_ == nullptr) {
       throw OutOfMemory("HOST_MEMORY_EXHAUSTED",
                         "host memory: " + std::to_string(size * sizeof(T)) +
@@ -60,7 +72,7 @@ class CpuBuffer {
   ~CpuBuffer() {
     if (data_ == nullptr) return;
     count_->subtract(size_ * sizeof(T));
-    ::operator delete(data_, kAlignment);
+    munmap(data_, size_ * sizeof(T));
   }
 
   [[nodiscard]] T* data() { return data_; }
@@ -68,8 +80,6 @@ class CpuBuffer {
   [[nodiscard]] std::size_t size() const { return size_; }
 
  private:
-  static constexpr std::align_val_t kAlignment{64};
-
   void swap(CpuBuffer& other) noexcept {
     std::swap(data_, other.data_);
     std::swap(size_, other.size_);

@@ -83,7 +83,7 @@ inline RowBuffer<CpuExecutor, NodeId> find_rings(CpuExecutor& executor, std::siz
   RowBuffer<CpuExecutor, NodeId> rings;
   rings.offsets = executor.allocate<std::int64_t>(node_count + 1);
   std::int64_t* const offsets = rings.offsets.data();
-  std::vector<std::vector<NodeId>> chunks(executor.chunk_count(node_count));
+  std::vector<CpuBuffer<NodeId>> chunks(executor.chunk_count(node_count));
   executor.for_each_range(node_count, [&](std::size_t begin, std::size_t end) {
     RowCounter<NodeId> row;
     std::vector<NodeId> chunk;
@@ -97,17 +97,17 @@ inline RowBuffer<CpuExecutor, NodeId> find_rings(CpuExecutor& executor, std::siz
                [=](NodeId n) { return caller_ids[n]; });
       offsets[node] = static_cast<std::int64_t>(row.size());
     }
-    chunks[executor.chunk_of(begin)] = {chunk.begin(), chunk.end()};  // no spare room
+    CpuBuffer<NodeId>& kept = chunks[executor.chunk_of(begin)];
+    kept = executor.allocate<NodeId>(chunk.size());
+    std::copy(chunk.begin(), chunk.end(), kept.data());
   });
   offsets[node_count] = 0;
   const auto count = static_cast<std::size_t>(executor.exclusive_scan(offsets, node_count + 1));
   rings.entries = executor.allocate<NodeId>(count);
   NodeId* const entries = rings.entries.data();
-  executor.bytes().add(count * sizeof(NodeId));
-  executor.bytes().subtract(count * sizeof(NodeId));
   executor.for_each_range(node_count, [&](std::size_t begin, std::size_t) {
-    std::vector<NodeId>& chunk = chunks[executor.chunk_of(begin)];
-    std::copy(chunk.begin(), chunk.end(), entries + offsets[begin]);
+    CpuBuffer<NodeId>& chunk = chunks[executor.chunk_of(begin)];
+    std::copy(chunk.data(), chunk.data() + chunk.size(), entries + offsets[begin]);
     chunk = {};
   });
   return rings;
