@@ -1,7 +1,6 @@
 #include <gmock/gmock.h>
 
 #include <cstring>
-#include <regex>
 #include <set>
 #include <thread>
 
@@ -321,10 +320,12 @@ TEST(SmoothCall, SendsTheCallersRequestIdOrANewUuid) {
   smooth_error(server, mesh);
   smooth_error(server, mesh);
 
-  const std::regex uuid("[0-9a-f]{8}-[0-9a-f]{4}-4[0-9a-f]{3}-[89ab][0-9a-f]{3}-[0-9a-f]{12}");
+  const auto is_uuid = ::testing::MatchesRegex(
+      "[0-9a-f]{8}-[0-9a-f]{4}-4[0-9a-f]{3}-[89ab][0-9a-f]{3}-[0-9a-f]{12}");
+  ASSERT_EQ(ids.size(), 3);
   EXPECT_EQ(ids[0], request.request_id);
-  EXPECT_TRUE(std::regex_match(ids[1], uuid)) << ids[1];
-  EXPECT_TRUE(std::regex_match(ids[2], uuid)) << ids[2];
+  EXPECT_THAT(ids[1], is_uuid);
+  EXPECT_THAT(ids[2], is_uuid);
   EXPECT_NE(ids[1], ids[2]);
 }
 
