@@ -5,7 +5,10 @@ add_library(meshsmooth_flags INTERFACE)
 target_compile_options(meshsmooth_flags INTERFACE
   $<$<COMPILE_LANGUAGE:CXX>:-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion
     -ffp-contract=off>
-  $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<BOOL:${MESHSMOOTH_WERROR}>>:-Werror>)
+  $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<BOOL:${MESHSMOOTH_WERROR}>>:-Werror>
+  $<$<COMPILE_LANGUAGE:CUDA>:-fmad=false --extended-lambda --expt-relaxed-constexpr
+    -Xcompiler=-Wall,-Wextra,-ffp-contract=off>
+  $<$<AND:$<COMPILE_LANGUAGE:CUDA>,$<BOOL:${MESHSMOOTH_WERROR}>>:-Werror=all-warnings>)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
   # False alarms on the concatenation of strings, GCC bug 105651.
   target_compile_options(meshsmooth_flags INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Wno-restrict>)

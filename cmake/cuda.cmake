@@ -1,0 +1,39 @@
+# The CUDA backend: MESHSMOOTH_CUDA is ON, OFF or AUTO (on where an nvcc is found).
+# Sets MESHSMOOTH_HAVE_CUDA. `scripts/setup --cuda` puts NVIDIA's compiler into
+# .cuda where there is none.
+set(MESHSMOOTH_CUDA AUTO CACHE STRING "Build the CUDA backend: ON, OFF or AUTO")
+set_property(CACHE MESHSMOOTH_CUDA PROPERTY STRINGS AUTO ON OFF)
+
+set(MESHSMOOTH_HAVE_CUDA OFF)
+if(MESHSMOOTH_CUDA)
+  if(NOT CMAKE_CUDA_COMPILER AND NOT DEFINED ENV{CUDACXX})
+    find_program(MESHSMOOTH_NVCC nvcc
+      HINTS ${PROJECT_SOURCE_DIR}/.cuda/bin ENV CUDA_HOME PATHS /usr/local/cuda/bin)
+    if(MESHSMOOTH_NVCC)
+      set(CMAKE_CUDA_COMPILER ${MESHSMOOTH_NVCC})
+    endif()
+  endif()
+  # Machine code for the data-centre cards in use, portable code for the others.
+  if(NOT DEFINED CMAKE_CUDA_ARCHITECTURES AND NOT DEFINED ENV{CUDAARCHS})
+    set(CMAKE_CUDA_ARCHITECTURES 75-virtual 80-real 90)
+  endif()
+  set(CMAKE_CUDA_RUNTIME_LIBRARY Static)
+  include(CheckLanguage)
+  check_language(CUDA)
+  if(CMAKE_CUDA_COMPILER)
+    enable_language(CUDA)
+    if(NOT CMAKE_CUDA20_STANDARD_COMPILE_OPTION)  # CMake 3.25 does not know that nvcc can
+      set(CMAKE_CUDA20_STANDARD_COMPILE_OPTION -std=c++20)
+      set(CMAKE_CUDA20_EXTENSION_COMPILE_OPTION -std=c++20)
+    endif()
+    set(CMAKE_CUDA_STANDARD 20)
+    set(CMAKE_CUDA_STANDARD_REQUIRED ON)
+    set(CMAKE_CUDA_EXTENSIONS OFF)
+    set(MESHSMOOTH_HAVE_CUDA ON)
+    find_package(CUDAToolkit REQUIRED)
+  elseif(MESHSMOOTH_CUDA STREQUAL "ON")
+    message(FATAL_ERROR "MESHSMOOTH_CUDA is ON, but there is no nvcc: run scripts/setup --cuda, "
+      "or name it by CMAKE_CUDA_COMPILER")
+  endif()
+endif()
+message(STATUS "CUDA backend: ${MESHSMOOTH_HAVE_CUDA}")

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cuda_runtime_api.h>
+
+#include <string>
+
+#include "meshsmooth/error.hpp"
+
+namespace meshsmooth::detail {
+
+/// Throws unless a call of CUDA's runtime succeeded: OutOfMemory
+/// (DEVICE_MEMORY_EXHAUSTED) or DeviceError (DEVICE_LOST), after which the
+/// process' context must be taken as lost. `what` names the call's purpose.
+inline void check_cuda(cudaError_t result, const char* what) {
+  if (result == cudaSuccess) return;
+  static_cast<void>(cudaGetLastError());  // what is not sticky must not show up again later
+  const std::string message = std::string(what) + ": " + cudaGetErrorString(result);
+  if (result == cudaErrorMemoryAllocation) {
+    throw OutOfMemory("DEVICE_MEMORY_EXHAUSTED",
+                      "device memory: " + message + "; use a smaller mesh");
+  }
+  throw DeviceError("DEVICE_LOST", message, true);
+}
+
+}  // namespace meshsmooth::detail
