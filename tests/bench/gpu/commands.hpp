@@ -1,0 +1,16 @@
+#pragma once
+
+#include <functional>
+
+namespace CLI {
+class App;
+}
+
+namespace meshsmooth::bench {
+
+/// What a subcommand does once the command line is understood; the exit code.
+using Action = std::function<int()>;
+
+void add_paper_command(CLI::App& app, Action& action);
+
+}  // namespace meshsmooth::bench
