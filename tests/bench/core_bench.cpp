@@ -38,8 +38,9 @@ struct Prepared {
     elements = renumber_elements(executor, topology, renumbering.internal_of.data());
     balls = find_balls(executor, node_count, elements.view, elements.caller_of.data());
     rings = find_rings(executor, node_count, elements.view, balls.view(), caller_of);
-    find_boundary(executor, node_count, elements.view, balls.view(), caller_of,
-                  elements.caller_of.data(), fixed.data());
+    if (!find_boundary(executor, node_count, elements.view, balls.view(), fixed.data())) {
+      throw_overused_facet(topology);
+    }
   }
 
   [[nodiscard]] Surroundings around() const {

@@ -44,8 +44,9 @@ TEST(FindBoundary, IsTheSameForEveryNumberOfThreads) {
 }
 
 TEST(FindBoundary, NamesTheFacetThatThreeElementsUse) {
+  const Mesh mesh = test::overused_facet();
   for (const bool by_sorting : {false, true}) {
-    Steps steps(test::overused_facet());
+    Steps steps(mesh);
     try {
       static_cast<void>(by_sorting ? steps.boundary_by_sorting() : steps.boundary());
       FAIL() << "nothing thrown";

@@ -632,11 +632,15 @@ TEST(BadInput, AMeshInOnePointStaysThere) {
 // --- backends -------------------------------------------------------------------
 
 TEST(MakeSmoother, KnowsItsBackends) {
-  EXPECT_EQ(make_smoother()->backend(), "cpu");
+  const std::vector<BackendInfo> backends = list_backends();
+  ASSERT_FALSE(backends.empty());
+  EXPECT_EQ(backends.back().name, "cpu");
+  EXPECT_TRUE(backends.back().available);
   EXPECT_EQ(make_smoother("cpu", 3)->backend(), "cpu");
-  ASSERT_FALSE(list_backends().empty());
-  EXPECT_EQ(list_backends().back().name, "cpu");
-  EXPECT_TRUE(list_backends().back().available);
+  // "auto" takes the first that can be used here.
+  const auto first = std::find_if(backends.begin(), backends.end(),
+                                  [](const BackendInfo& info) { return info.available; });
+  EXPECT_EQ(make_smoother()->backend(), first->name);
 }
 
 TEST(MakeSmoother, NamesABackendThatIsNotHere) {

@@ -41,15 +41,17 @@ class Steps {
   }
   [[nodiscard]] std::set<NodeId> boundary() {
     std::vector<std::uint8_t> marks(node_count_, 7);
-    detail::find_boundary(executor_, node_count_, elements_.view, balls_.view(),
-                          numbers_.caller_of.data(), elements_.caller_of.data(), marks.data());
+    if (!detail::find_boundary(executor_, node_count_, elements_.view, balls_.view(),
+                               marks.data())) {
+      detail::throw_overused_facet(topology_.view());
+    }
     return marked(marks);
   }
   [[nodiscard]] std::set<NodeId> boundary_by_sorting() {
     std::vector<std::uint8_t> marks(node_count_, 7);
-    detail::find_boundary_by_sorting(executor_, node_count_, elements_.view,
-                                     numbers_.caller_of.data(), elements_.caller_of.data(),
-                                     marks.data());
+    if (!detail::find_boundary_by_sorting(executor_, node_count_, elements_.view, marks.data())) {
+      detail::throw_overused_facet(topology_.view());
+    }
     return marked(marks);
   }
   /// Colour by colour, ascending inside, where `held` nodes have none.

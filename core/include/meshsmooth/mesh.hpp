@@ -82,4 +82,8 @@ class MeshTopology {
 /// INDEX_OUT_OF_RANGE, REPEATED_NODE, NON_FINITE_COORDINATE.
 void validate(const TopologyView& topology, const PositionsView& positions);
 
+/// The part of `validate` that looks at sizes and types, not into the arrays.
+/// O(blocks).
+void validate_sizes(const TopologyView& topology, const PositionsView& positions);
+
 }  // namespace meshsmooth

@@ -35,6 +35,8 @@ std::size_t find_first(std::size_t count, const Wrong& wrong) {
   throw InvalidMesh("ARRAY_SIZE_MISMATCH", message);
 }
 
+}  // namespace
+
 void validate_sizes(const TopologyView& topology, const PositionsView& positions) {
   if (topology.node_count == 0) throw InvalidMesh("MESH_EMPTY", "the mesh has no nodes");
   if (topology.element_count() == 0) throw InvalidMesh("MESH_EMPTY", "the mesh has no elements");
@@ -68,6 +70,8 @@ void validate_sizes(const TopologyView& topology, const PositionsView& positions
     }
   }
 }
+
+namespace {
 
 /// Local number of the first node of the element that is out of range or
 /// repeats an earlier one, or -1.

@@ -7,106 +7,18 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <limits>
-#include <numbers>
+
+#include "mesh/measure.hpp"
+#include "mesh/tally.hpp"
 
 namespace meshsmooth {
 namespace {
 
-constexpr std::size_t kMetricCount = 7;
-constexpr std::size_t kBinCount = 2048;
-constexpr std::size_t kHistogramSize = 32;
-constexpr std::size_t kWorstCount = 10;
+using namespace detail;
+
 /// Sums are made chunk by chunk and added in order, so that their bits do not
 /// depend on the number of threads.
 constexpr std::size_t kChunk = 8192;
-
-struct MetricScale {
-  std::string_view name;
-  double lower, upper;
-};
-
-constexpr std::array<MetricScale, kMetricCount> kScales = {{{"mean_ratio", -1, 1},
-                                                            {"scaled_jacobian", -1, 1},
-                                                            {"radius_ratio", -1, 1},
-                                                            {"min_dihedral_angle", 0, 180},
-                                                            {"max_dihedral_angle", 0, 180},
-                                                            {"min_angle", 0, 180},
-                                                            {"max_angle", 0, 180}}};
-
-double degrees(double cosine) { return std::acos(cosine) * (180 / std::numbers::pi); }
-
-bool worse(const ElementQuality& a, const ElementQuality& b) {
-  return a.mean_ratio != b.mean_ratio ? a.mean_ratio < b.mean_ratio : a.element < b.element;
-}
-
-struct ChunkSums {
-  std::array<double, kMetricCount> values{};
-  double volume = 0;
-};
-
-/// What one thread has counted. Nothing here depends on the order of elements.
-struct Tally {
-  std::array<std::array<std::int64_t, kBinCount>, kMetricCount> bins{};
-  std::array<double, kMetricCount> min, max;
-  std::int64_t inverted = 0, degenerate = 0;
-  std::vector<ElementQuality> worst;  // a heap, the least bad on top
-
-  Tally() {
-    min.fill(std::numeric_limits<double>::infinity());
-    max.fill(-std::numeric_limits<double>::infinity());
-  }
-
-  void add(QualityMetric metric, double value, ChunkSums& sums) {
-    const auto m = static_cast<std::size_t>(metric);
-    const MetricScale& scale = kScales[m];
-    if (!std::isfinite(value)) value = 0;  // coordinates whose products overflow
-    const double place = (value - scale.lower) * (kBinCount / (scale.upper - scale.lower));
-    ++bins[m][static_cast<std::size_t>(std::clamp(place, 0.0, kBinCount - 1.0))];
-    min[m] = std::min(min[m], value);
-    max[m] = std::max(max[m], value);
-    sums.values[m] += value;
-  }
-
-  void add(const ElementMeasure& measure, ElementType type, std::int64_t element, ChunkSums& sums) {
-    inverted += measure.inverted ? 1 : 0;
-    degenerate += measure.degenerate ? 1 : 0;
-    sums.volume += std::abs(measure.volume);
-    add(QualityMetric::mean_ratio, measure.mean_ratio, sums);
-    add(QualityMetric::scaled_jacobian, measure.scaled_jacobian, sums);
-    if (type == ElementType::tetrahedron) {
-      add(QualityMetric::radius_ratio, measure.radius_ratio, sums);
-      add(QualityMetric::min_dihedral_angle, degrees(measure.min_angle_cos), sums);
-      add(QualityMetric::max_dihedral_angle, degrees(measure.max_angle_cos), sums);
-    } else if (type == ElementType::triangle) {
-      add(QualityMetric::min_angle, degrees(measure.min_angle_cos), sums);
-      add(QualityMetric::max_angle, degrees(measure.max_angle_cos), sums);
-    }
-    keep_if_worst({element, type, measure.mean_ratio, measure.scaled_jacobian});
-  }
-
-  void keep_if_worst(const ElementQuality& quality) {
-    if (worst.size() == kWorstCount) {
-      if (!worse(quality, worst.front())) return;
-      std::pop_heap(worst.begin(), worst.end(), worse);
-      worst.pop_back();
-    }
-    worst.push_back(quality);
-    std::push_heap(worst.begin(), worst.end(), worse);
-  }
-
-  void merge(const Tally& other) {
-    for (std::size_t m = 0; m < kMetricCount; ++m) {
-      for (std::size_t b = 0; b < kBinCount; ++b) bins[m][b] += other.bins[m][b];
-      min[m] = std::min(min[m], other.min[m]);
-      max[m] = std::max(max[m], other.max[m]);
-    }
-    inverted += other.inverted;
-    degenerate += other.degenerate;
-    for (const ElementQuality& quality : other.worst) keep_if_worst(quality);
-  }
-};
 
 /// A run of elements of one type.
 template <class Real>
@@ -136,7 +48,8 @@ ElementMeasure measure_in(const ElementRun<Real>& run, std::size_t element,
   for (const NodeId node : run.nodes_of(element)) {
     corners[n++] = vec3_cast<double>(run.positions[node]);
   }
-  return measure_element(run.type, corners.data(), orientation.reference(run.first_id + element));
+  return detail::measure_element(element_shape(run.type), corners.data(),
+                                 orientation.reference(run.first_id + element));
 }
 
 template <class Real>
@@ -165,29 +78,6 @@ std::vector<ElementRun<Real>> cut_into_runs(const TopologyView& topology,
   return runs;
 }
 
-MetricStats summarize(std::size_t m, const Tally& tally, std::int64_t count, double sum) {
-  const MetricScale& scale = kScales[m];
-  MetricStats stats{.metric = static_cast<QualityMetric>(m),
-                    .element_count = count,
-                    .min = tally.min[m],
-                    .mean = sum / static_cast<double>(count),
-                    .max = tally.max[m],
-                    .histogram_lower = scale.lower,
-                    .histogram_upper = scale.upper,
-                    .histogram = std::vector<std::int64_t>(kHistogramSize, 0)};
-  for (std::size_t b = 0; b < kBinCount; ++b) {
-    stats.histogram[b / (kBinCount / kHistogramSize)] += tally.bins[m][b];
-  }
-  // The highest edge below which lies at most 1 %; never below the least value.
-  std::int64_t below = 0;
-  std::size_t bin = 0;
-  while (100 * (below + tally.bins[m][bin]) <= count) below += tally.bins[m][bin++];
-  stats.percentile_1 =
-      std::max(stats.min,
-               scale.lower + (scale.upper - scale.lower) * (static_cast<double>(bin) / kBinCount));
-  return stats;
-}
-
 template <class Real>
 QualityStats measure_runs(const std::vector<ElementRun<Real>>& runs,
                           const SurfaceOrientation& orientation) {
@@ -204,27 +94,21 @@ QualityStats measure_runs(const std::vector<ElementRun<Real>>& runs,
     for (std::size_t m = 0; m < kMetricCount; ++m) sums.values[m] += chunk.values[m];
     sums.volume += chunk.volume;
   }
-  QualityStats stats;
+  std::int64_t element_count = 0;
   for (const ElementRun<Real>& run : runs) {
-    stats.element_count += static_cast<std::int64_t>(run.end - run.begin);
+    element_count += static_cast<std::int64_t>(run.end - run.begin);
   }
-  stats.inverted_count = total.inverted;
-  stats.degenerate_count = total.degenerate;
-  stats.sum_absolute_volume = sums.volume;
-  for (std::size_t m = 0; m < kMetricCount; ++m) {
-    std::int64_t count = 0;
-    for (const std::int64_t in_bin : total.bins[m]) count += in_bin;
-    if (count > 0) stats.metrics.push_back(summarize(m, total, count, sums.values[m]));
-  }
-  std::sort(total.worst.begin(), total.worst.end(), worse);
-  stats.worst = std::move(total.worst);
-  return stats;
+  return summarize(std::move(total), sums, element_count);
 }
 
 }  // namespace
 
+ElementMeasure measure_element(ElementType type, const Vec3d* corners, Vec3d reference) {
+  return detail::measure_element(element_shape(type), corners, reference);
+}
+
 std::string_view metric_name(QualityMetric metric) {
-  return kScales[static_cast<std::size_t>(metric)].name;
+  return detail::kMetricNames[static_cast<std::size_t>(metric)];
 }
 
 QualityStats measure_quality(const TopologyView& topology, const PositionsView& positions,

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "meshsmooth/error.hpp"
+#include "meshsmooth/mesh.hpp"
 #include "smooth/executor.hpp"
 #include "smooth/topology.hpp"
 
@@ -38,24 +39,20 @@ MESHSMOOTH_HD inline FacetKey facet_key(const ElementView& element, int facet) {
   return key;
 }
 
-/// Throws the `InvalidMesh` of a facet used more than twice, in the caller's
-/// ids. Called once something is known to be wrong; O(elements log elements).
-[[noreturn]] inline void throw_overused_facet(const Elements& elements, const NodeId* caller_nodes,
-                                              const ElementId* caller_elements) {
+/// Throws the `InvalidMesh` of a facet used more than twice. Called once something
+/// is known to be wrong; O(elements log elements).
+[[noreturn]] inline void throw_overused_facet(const TopologyView& topology) {
   struct Use {
     FacetKey key;
-    ElementId element;
+    std::size_t element;
   };
   std::vector<Use> uses;
-  for (std::size_t e = 0; e < elements.count; ++e) {
-    const ElementView element = elements[e];
-    for (int f = 0; f < element.shape->facet_count; ++f) {
-      std::vector<NodeId> nodes(4, -1);
-      for (int n = 0; n < element.shape->facets[f].node_count; ++n) {
-        nodes[n] = caller_nodes[element.nodes[element.shape->facets[f].nodes[n]]];
-      }
-      std::sort(nodes.begin(), nodes.end());
-      uses.push_back({{{nodes[0], nodes[1], nodes[2], nodes[3]}}, caller_elements[e]});
+  std::size_t element = 0;
+  for (const ElementBlockView& block : topology.blocks) {
+    const ElementShape& shape = element_shape(block.type);
+    for (std::size_t e = 0; e < block.element_count(); ++e, ++element) {
+      const ElementView view{&shape, &block.nodes[e * static_cast<std::size_t>(shape.node_count)]};
+      for (int f = 0; f < shape.facet_count; ++f) uses.push_back({facet_key(view, f), element});
     }
   }
   std::sort(uses.begin(), uses.end(), [](const Use& a, const Use& b) {
@@ -68,14 +65,14 @@ MESHSMOOTH_HD inline FacetKey facet_key(const ElementView& element, int facet) {
     for (const NodeId n : uses[first].key.nodes) {
       if (n >= 0) nodes += (nodes.empty() ? "" : ", ") + std::to_string(n);
     }
-    const std::string element = std::to_string(uses[first + 2].element);
+    const std::string third = std::to_string(uses[first + 2].element);
     throw InvalidMesh("FACET_OVERUSED",
-                      "element " + element + ": its facet with the nodes " + nodes +
-                          " is used by " + std::to_string(last - first) + " elements (also by " +
+                      "element " + third + ": its facet with the nodes " + nodes + " is used by " +
+                          std::to_string(last - first) + " elements (also by " +
                           std::to_string(uses[first].element) + " and " +
                           std::to_string(uses[first + 1].element) +
                           "); a facet belongs to one or two elements",
-                      {{"element", element}, {"facet_nodes", nodes}});
+                      {{"element", third}, {"facet_nodes", nodes}});
   }
   throw InvalidMesh("FACET_OVERUSED", "a facet is used by more than two elements");
 }
@@ -84,13 +81,12 @@ MESHSMOOTH_HD inline FacetKey facet_key(const ElementView& element, int facet) {
 /// marks its nodes. Works on any executor and is the judge of the faster ways.
 /// Source: Xiao et al. 2019, section 3.3.
 ///
-/// gives  `on_boundary[node]` = 1 for nodes of facets used once, else 0
-/// needs  no facet used more than twice, else throws InvalidMesh (FACET_OVERUSED)
+/// gives  `on_boundary[node]` = 1 for nodes of facets used once, else 0; returns
+///        whether no facet is used more than twice
 /// cost   O(facets log facets), 16 B a facet of every element while it runs
 template <Executor E>
-void find_boundary_by_sorting(E& executor, std::size_t node_count, const Elements& elements,
-                              const NodeId* caller_nodes, const ElementId* caller_elements,
-                              std::uint8_t* on_boundary) {
+[[nodiscard]] bool find_boundary_by_sorting(E& executor, std::size_t node_count,
+                                            const Elements& elements, std::uint8_t* on_boundary) {
   auto first_key = executor.template allocate<std::int64_t>(elements.count + 1);
   std::int64_t* const first = first_key.data();
   executor.for_each(elements.count + 1, [=] MESHSMOOTH_HD(std::size_t e) {
@@ -118,7 +114,7 @@ void find_boundary_by_sorting(E& executor, std::size_t node_count, const Element
         return as_before && as_after;
       },
       [] MESHSMOOTH_HD(bool a, bool b) { return a || b; });
-  if (overused) throw_overused_facet(elements, caller_nodes, caller_elements);
+  return !overused;
 }
 
 }  // namespace meshsmooth::detail

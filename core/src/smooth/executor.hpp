@@ -24,6 +24,8 @@ namespace meshsmooth::detail {
 ///   adder()               fetch_add for bodies that share a slot
 ///   store, load           of slots that other bodies use at the same time
 ///   RacingPositions<Real>    positions that bodies read and write at the same time
+///   Timer(executor, seconds)  adds the time of the work inside its lifetime, at the
+///                         latest when `collect_times()` returns
 ///   check()               throws Cancelled or DeadlineExceeded when the job must end
 template <class E>
 concept Executor = requires(E& e, std::uint64_t* keys, std::int64_t* sums, std::uint32_t* slots) {

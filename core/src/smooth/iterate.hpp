@@ -46,7 +46,10 @@ class ConvergenceWatch {
   }
 
   /// True when the sweep just done was the last.
-  [[nodiscard]] bool done(const SweepStats& stats) {
+  [[nodiscard]] bool done(const SweepStats& stats) { return ended_by(stats) || interrupted(); }
+
+  /// What `done` says from the sweeps alone, whenever it is asked.
+  [[nodiscard]] bool ended_by(const SweepStats& stats) {
     ++state_.iteration_count;
     state_.last_max_displacement = std::sqrt(stats.max_squared);
     state_.last_rms_displacement = std::sqrt(stats.sum_squared / static_cast<double>(free_count_));
@@ -72,21 +75,11 @@ class ConvergenceWatch {
     }
     if (state_.iteration_count >= options_.max_iterations) return end(StopReason::iteration_limit);
     if (stagnated()) return end(StopReason::stagnated);
-    return interrupted();
+    return false;
   }
 
-  [[nodiscard]] StopReason reason() const { return reason_; }
-  [[nodiscard]] Convergence take() { return std::move(state_); }
-
- private:
-  using Clock = std::chrono::steady_clock;
-
-  bool end(StopReason reason) {
-    reason_ = reason;
-    return true;
-  }
-
-  bool interrupted() {
+  /// What `done` says from outside: the clock and the caller.
+  [[nodiscard]] bool interrupted() {
     if (control_.finish_early != nullptr && control_.finish_early->load()) {
       return end(StopReason::cancelled_with_result);
     }
@@ -94,11 +87,30 @@ class ConvergenceWatch {
     return false;
   }
 
+  /// How many sweeps may be done at one go, if those that end by their moves
+  /// (tolerance, no move) stop by themselves: no other rule ends one before.
+  [[nodiscard]] int sweeps_ahead() const {
+    return std::min(options_.max_iterations - state_.iteration_count,
+                    lowest_at_ + kPatience - state_.iteration_count);
+  }
+  [[nodiscard]] double tolerance() const { return state_.tolerance; }
+
+  [[nodiscard]] StopReason reason() const { return reason_; }
+  [[nodiscard]] Convergence take() { return std::move(state_); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  static constexpr int kPatience = 50;
+
+  bool end(StopReason reason) {
+    reason_ = reason;
+    return true;
+  }
+
   /// The root mean square of the moves has found no new low for many sweeps:
   /// they only go to and fro (the end of a method under the guard, or of the
   /// precision).
   bool stagnated() {
-    constexpr int kPatience = 50;
     if (state_.last_rms_displacement < 0.99 * lowest_) {
       lowest_ = state_.last_rms_displacement;
       lowest_at_ = state_.iteration_count;
@@ -166,6 +178,15 @@ class Sweeper {
   }
 
   [[nodiscard]] Vec3<Real>* current() { return current_; }
+  /// The second array, where there is one.
+  [[nodiscard]] Vec3<Real>* spare() { return spare_; }
+  /// After an odd number of steps done elsewhere from one array to the other.
+  void swap() { std::swap(current_, spare_); }
+
+  [[nodiscard]] const Surroundings& around() const { return around_; }
+  [[nodiscard]] const Colouring<E>& colouring() const { return colouring_; }
+  [[nodiscard]] Form form() const { return form_; }
+  [[nodiscard]] Acceptance acceptance() const { return acceptance_; }
 
  private:
   E& executor_;
@@ -177,6 +198,19 @@ class Sweeper {
   Vec3<Real>* spare_ = nullptr;
   typename E::template Buffer<Vec3<Real>> other_;
 };
+
+/// Sweeps of one step each until the watch says that it is done.
+template <Executor E, class Real, class Mean>
+void run_sweeps_one_by_one(Sweeper<E, Real>& sweeper, const Mean& mean, double factor,
+                           ConvergenceWatch& watch) {
+  while (!watch.done(sweeper.step(mean, factor))) {
+  }
+}
+template <Executor E, class Real, class Mean>
+void run_sweeps(E&, Sweeper<E, Real>& sweeper, const Mean& mean, double factor,
+                ConvergenceWatch& watch) {
+  run_sweeps_one_by_one(sweeper, mean, factor, watch);
+}
 
 /// Calls `body(mean)` with the rule of a weighting.
 template <class Body>
@@ -226,8 +260,7 @@ void iterate(E& executor, const Surroundings& around, const Colouring<E>& colour
       }
     } else {
       with_mean(method.weighting, [&](const auto& mean) {
-        while (!watch.done(sweeper.step(mean, method.relaxation))) {
-        }
+        run_sweeps(executor, sweeper, mean, method.relaxation, watch);
       });
     }
   };

@@ -14,6 +14,7 @@ namespace meshsmooth::detail {
 template <Executor E>
 struct JobElements {
   Elements view;
+  int dimension = 3;
   typename E::template Buffer<ElementShape> shapes;
   typename E::template Buffer<NodeId> connectivity;
   typename E::template Buffer<ElementId> caller_of;  // internal element -> caller's
@@ -72,6 +73,7 @@ JobElements<E> renumber_elements(E& executor, const TopologyView& topology,
                                  const NodeId* internal_of) {
   const std::size_t node_count = topology.node_count;
   JobElements<E> result;
+  result.dimension = element_shape(topology.blocks.front().type).dimension;
   result.shapes = executor.template allocate<ElementShape>(kElementTypeCount);
   executor.upload(element_table().data(), kElementTypeCount, result.shapes.data());
 

@@ -7,59 +7,124 @@
 
 namespace meshsmooth::detail {
 
-/// Bytes of the buffers that `run_pipeline` holds at its highest point, from
-/// the sizes alone. The ring entries are not known before the mesh is: Euler's
-/// formula gives the edges of a conforming mesh but for its boundary facets, for
-/// which a share is added.
-[[nodiscard]] inline std::int64_t estimate_bytes(const MeshSize& size, const SmoothOptions& options,
-                                                 int thread_count) {
-  const std::int64_t n = size.node_count;
-  std::int64_t elements = 0, entries = 0;
+/// What the memory models ask of a mesh.
+struct MeshCounts {
+  std::int64_t nodes = 0;
+  std::int64_t elements = 0;
+  std::int64_t entries = 0;  // of the connectivity
+  std::int64_t edges = 0;    // an upper bound for ordinary meshes
+  int dimension = 3;
+  int types = 0;
+};
+
+/// The edges are not known before the mesh is: Euler's formula gives those of a
+/// conforming mesh but for its boundary facets, for which a share is added.
+[[nodiscard]] inline MeshCounts count_mesh(const MeshSize& size) {
+  MeshCounts counts{.nodes = size.node_count};
   double half_edges = 0;  // edges = nodes + sum of this
   std::int64_t edge_bound = 0;
-  int dimension = 3;
   for (const ElementType type : kElementTypes) {
     const ElementShape& shape = element_shape(type);
     const std::int64_t count = size.element_counts[static_cast<std::size_t>(type)];
     if (count == 0) continue;
-    dimension = shape.dimension;
-    elements += count;
-    entries += count * shape.node_count;
+    ++counts.types;
+    counts.dimension = shape.dimension;
+    counts.elements += count;
+    counts.entries += count * shape.node_count;
     edge_bound += count * shape.edge_count;
     half_edges +=
         static_cast<double>(count) * (shape.dimension == 3 ? shape.facet_count / 2.0 - 1.0 : 1.0);
   }
-  const double surface = dimension == 3 ? 6.0 * std::pow(static_cast<double>(n), 2.0 / 3.0) * 1.5
-                                        : 4.0 * std::sqrt(static_cast<double>(n));
-  const std::int64_t edges = std::min(
-      edge_bound, static_cast<std::int64_t>(static_cast<double>(n) + half_edges + surface));
+  const auto n = static_cast<double>(size.node_count);
+  const double surface =
+      counts.dimension == 3 ? 6.0 * std::pow(n, 2.0 / 3.0) * 1.5 : 4.0 * std::sqrt(n);
+  counts.edges = std::min(edge_bound, static_cast<std::int64_t>(n + half_edges + surface));
+  return counts;
+}
 
-  const std::int64_t position = size.float64 ? 24 : 12;
-  const std::int64_t kept = n * position     // positions
-                            + n * 4          // caller's node of a node
-                            + entries * 4    // connectivity
-                            + elements * 4;  // caller's element of an element
-  const std::int64_t balls = (n + 1) * 8 + entries * 4;
-  const std::int64_t rings = (n + 1) * 8 + edges * 2 * 4;
-  const std::int64_t renumbering = n * 4 + (n + 1) * 8 + n * 4 + elements * 4;
-  const bool in_place = resolve_form(options) == Form::gauss_seidel ||
-                        (resolve_form(options) == Form::racing && !acceptance_of(options).active());
-  std::int64_t iterating = n + (in_place ? 0 : n * position);
-  // Normals of a curved surface; a plane one does without.
-  if (dimension == 2) iterating += elements * static_cast<std::int64_t>(sizeof(PackedDirection));
-  if (acceptance_of(options).active() && !in_place) {
-    iterating += n * (acceptance_of(options).smart ? 11 : 3);
+[[nodiscard]] inline MeshSize size_of(const TopologyView& topology) {
+  MeshSize size{.node_count = static_cast<std::int64_t>(topology.node_count)};
+  for (const ElementBlockView& block : topology.blocks) {
+    size.element_counts[static_cast<std::size_t>(block.type)] +=
+        static_cast<std::int64_t>(block.element_count());
   }
-  if (std::holds_alternative<Taubin>(options.method)) iterating += n * position;
-  if (std::holds_alternative<HcLaplacian>(options.method)) iterating += 2 * n * position;
+  return size;
+}
+
+/// Entries of all rings; more in a mesh that is not conforming.
+[[nodiscard]] inline std::size_t ring_entry_estimate(const MeshSize& size) {
+  return static_cast<std::size_t>(2 * count_mesh(size).edges);
+}
+
+/// Bytes that the sweeps of `iterate` hold beside rings and balls.
+[[nodiscard]] inline std::int64_t sweep_bytes(const MeshCounts& mesh, bool float64,
+                                              const SmoothOptions& options) {
+  const std::int64_t n = mesh.nodes;
+  const std::int64_t position = float64 ? 24 : 12;
+  const Form form = resolve_form(options);
+  const bool active = acceptance_of(options).active();
+  const bool in_place = form == Form::gauss_seidel || (form == Form::racing && !active);
+  std::int64_t bytes = in_place ? 0 : n * position;
+  if (active && !in_place) bytes += n * (acceptance_of(options).smart ? 11 : 3);
+  if (std::holds_alternative<Taubin>(options.method)) bytes += n * position;
+  if (std::holds_alternative<HcLaplacian>(options.method)) bytes += 2 * n * position;
+  return bytes;
+}
+
+/// Bytes of the host buffers that the CPU backend holds at its highest point, from
+/// the sizes alone.
+[[nodiscard]] inline std::int64_t estimate_bytes(const MeshSize& size, const SmoothOptions& options,
+                                                 int thread_count) {
+  const MeshCounts mesh = count_mesh(size);
+  const std::int64_t n = mesh.nodes;
+  const std::int64_t position = size.float64 ? 24 : 12;
+  const std::int64_t kept = n * position          // positions
+                            + n * 4               // caller's node of a node
+                            + mesh.entries * 4    // connectivity
+                            + mesh.elements * 4;  // caller's element of an element
+  const std::int64_t balls = (n + 1) * 8 + mesh.entries * 4;
+  const std::int64_t rings = (n + 1) * 8 + mesh.edges * 2 * 4;
+  const std::int64_t renumbering = n * 4 + (n + 1) * 8 + n * 4 + mesh.elements * 4;
+  std::int64_t iterating = n + sweep_bytes(mesh, size.float64, options);
+  // Normals of a curved surface; a plane one does without.
+  if (mesh.dimension == 2) {
+    iterating += mesh.elements * static_cast<std::int64_t>(sizeof(PackedDirection));
+  }
   const std::int64_t colouring = resolve_form(options) == Form::gauss_seidel ? n * 12 : 0;
   const std::int64_t held_balls = needs_balls(options) ? balls : 0;
   const std::int64_t peak =
-      kept + std::max({renumbering, balls + rings + edges * 2 * 4, balls + rings + n + colouring,
-                       held_balls + rings + iterating + (colouring > 0 ? n * 4 : 0)});
+      kept +
+      std::max({renumbering, balls + rings + mesh.edges * 2 * 4, balls + rings + n + colouring,
+                held_balls + rings + iterating + (colouring > 0 ? n * 4 : 0)});
   // The judge counts its histograms per thread.
   const std::int64_t tallies = (1 + thread_count) * (std::int64_t{192} << 10);
   return peak + peak / 50 + tallies;
+}
+
+/// Bytes of the device buffers that the CUDA backend holds at its highest point.
+[[nodiscard]] inline std::int64_t estimate_device_bytes(const MeshSize& size,
+                                                        const SmoothOptions& options) {
+  const MeshCounts mesh = count_mesh(size);
+  const std::int64_t n = mesh.nodes;
+  const std::int64_t position = size.float64 ? 24 : 12;
+  const std::int64_t kept = 2 * n * position    // the caller's and ours
+                            + n * 4 + n         // caller's node of a node, fixed or not
+                            + mesh.entries * 4  // connectivity
+                            + (mesh.types > 1 ? mesh.elements * 4 : 0);
+  const std::int64_t balls = (n + 1) * 8 + mesh.entries * 4;
+  const std::int64_t rings = (n + 1) * 8 + mesh.edges * 2 * 4;
+  const std::int64_t renumbering = n * (12 + 8);               // keys, ids, the sort's own
+  const std::int64_t counting = n * 8 + mesh.entries + n / 4;  // numbers, sizes, places
+  std::int64_t iterating = sweep_bytes(mesh, size.float64, options);
+  if (mesh.dimension == 2) {
+    iterating += mesh.elements * static_cast<std::int64_t>(sizeof(PackedDirection));
+  }
+  const std::int64_t colouring = resolve_form(options) == Form::gauss_seidel ? n * 32 : 0;
+  const std::int64_t held_balls = needs_balls(options) ? balls : 0;
+  const std::int64_t peak =
+      kept + std::max({renumbering, counting + balls, balls + rings + n / 4 + colouring,
+                       held_balls + rings + iterating + (colouring > 0 ? n * 4 : 0)});
+  return peak + peak / 50 + (std::int64_t{2} << 20);  // partial sums, histograms
 }
 
 }  // namespace meshsmooth::detail

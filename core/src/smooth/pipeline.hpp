@@ -1,32 +1,14 @@
 #pragma once
 
-#include <chrono>
 #include <limits>
+#include <string>
 #include <type_traits>
-#include <utility>
 #include <vector>
 
 #include "smooth/iterate.hpp"
-#include "smooth/job_topology.hpp"
+#include "smooth/job_mesh.hpp"
 
 namespace meshsmooth::detail {
-
-/// Adds the time between its making and its end to a field of `StageTimes`, and
-/// tells the watcher that the stage has begun.
-class StageTimer {
- public:
-  StageTimer(double& seconds, const JobControl& control, Stage stage) : seconds_(seconds) {
-    if (control.on_progress) control.on_progress({stage, 0, 0, 0});
-  }
-  ~StageTimer() { seconds_ += std::chrono::duration<double>(Clock::now() - start_).count(); }
-  StageTimer(const StageTimer&) = delete;
-  StageTimer& operator=(const StageTimer&) = delete;
-
- private:
-  using Clock = std::chrono::steady_clock;
-  double& seconds_;
-  Clock::time_point start_ = Clock::now();
-};
 
 /// Host views of a job's elements in internal order.
 template <Executor E>
@@ -82,105 +64,53 @@ inline void refuse_tangled(const QualityStats& quality, TangledPolicy policy, bo
 /// every backend. `Judge` is the backend's way to the quality measures and back
 /// to the caller's positions.
 ///
-/// takes  a mesh that passed `validate`, the caller's positions in host memory
+/// takes  a mesh whose sizes are valid, the caller's positions in host memory;
+///        what the backend has not had validated, `prepare_job` finds
 /// gives  smoothed positions in `positions` (free nodes only) and the summary
 template <Executor E, class Real, class Judge>
 SmoothSummary run_pipeline(E& executor, const TopologyView& topology,
                            std::span<Vec3<Real>> positions, const SmoothOptions& options,
-                           const JobControl& control, const Judge& judge) {
+                           const JobControl& control, Judge&& judge) {
   refuse_too_large(topology);
-  const std::size_t node_count = topology.node_count;
   SmoothSummary summary;
   StageTimes& times = summary.times;
+  JobMesh<E, Real> job = prepare_job(executor, topology, std::span<const Vec3<Real>>(positions),
+                                     options, control, times);
+  summary.nodes = job.nodes;
 
-  Renumbering<E> renumbering;
-  JobElements<E> elements;
-  RowBuffer<E, ElementId> balls;
-  RowBuffer<E, NodeId> rings;
-  auto place_buffer = executor.template allocate<Vec3<Real>>(node_count);
-  Vec3<Real>* const places = place_buffer.data();
-  Box box;
+  typename std::decay_t<Judge>::Orientation orientation;
   {
-    const StageTimer timer(times.find_neighbours_seconds, control, Stage::find_neighbours);
-    auto given = executor.in_executor_memory(std::span<const Vec3<Real>>(positions));
-    box = find_box(executor, given.data(), node_count);
-    renumbering = renumber_nodes(executor, given.data(), node_count, box);
-    const NodeId* const caller_of = renumbering.caller_of.data();
-    const Vec3<Real>* const source = given.data();
-    executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) {
-      places[node] = source[caller_of[node]];
-    });
-    elements = renumber_elements(executor, topology, renumbering.internal_of.data());
-    renumbering.internal_of = {};
-    balls = find_balls(executor, node_count, elements.view, elements.caller_of.data());
-    rings = find_rings(executor, node_count, elements.view, balls.view(), caller_of);
+    const StageTimer timer(executor, times.judge_seconds, control, Stage::judge);
+    orientation = judge.orientation(job);
+    summary.quality_before = judge.quality(job, orientation);
+    refuse_tangled(summary.quality_before, options.tangled, job.volume());
   }
-
-  auto fixed_buffer = executor.template allocate<std::uint8_t>(node_count);
-  std::uint8_t* const fixed = fixed_buffer.data();
   {
-    const StageTimer timer(times.find_boundary_seconds, control, Stage::find_boundary);
-    const NodeId* const caller_of = renumbering.caller_of.data();
-    find_boundary(executor, node_count, elements.view, balls.view(), caller_of,
-                  elements.caller_of.data(), fixed);
-    auto given = executor.in_executor_memory(topology.fixed);
-    const std::uint8_t* const mask = topology.fixed.empty() ? nullptr : given.data();
-    const bool boundary_fixed = options.boundary == BoundaryPolicy::fixed;
-    const Rows<ElementId> ball_rows = balls.view();
-    summary.nodes = executor.reduce(
-        node_count, NodeCounts{},
-        [=] MESHSMOOTH_HD(std::size_t node) {
-          const bool boundary = fixed[node] != 0;
-          const bool by_caller = mask != nullptr && mask[caller_of[node]] != 0;
-          const bool isolated = ball_rows.size(node) == 0;
-          const bool held = (boundary && boundary_fixed) || by_caller;
-          fixed[node] = held || isolated ? 1 : 0;
-          return NodeCounts{1, boundary ? 1 : 0, held ? 1 : 0, isolated ? 1 : 0, 0};
-        },
-        [] MESHSMOOTH_HD(const NodeCounts& a, const NodeCounts& b) {
-          return NodeCounts{a.total + b.total, a.boundary + b.boundary, a.fixed + b.fixed,
-                            a.isolated + b.isolated, 0};
-        });
-  }
-
-  const bool volume = elements.view.runs[0].shape->dimension == 3;
-  typename Judge::Orientation orientation;
-  {
-    const StageTimer timer(times.judge_seconds, control, Stage::judge);
-    orientation = judge.orientation(elements, places, node_count);
-    summary.quality_before = judge.quality(elements, places, node_count, orientation);
-    refuse_tangled(summary.quality_before, options.tangled, volume);
-  }
-
-  const std::size_t free_count = executor.reduce(
-      node_count, std::size_t{0},
-      [=] MESHSMOOTH_HD(std::size_t node) -> std::size_t { return fixed[node] == 0 ? 1 : 0; },
-      [] MESHSMOOTH_HD(std::size_t a, std::size_t b) { return a + b; });
-  {
-    const StageTimer timer(times.iterate_seconds, control, Stage::iterate);
-    Surroundings around{node_count,          elements.view, rings.view(),
-                        balls.view(),        fixed,         orientation.references(),
+    const StageTimer timer(executor, times.iterate_seconds, control, Stage::iterate);
+    Surroundings around{job.node_count,      job.elements.view, job.rings.view(),
+                        job.balls.view(),    job.fixed.data(),  orientation.references(),
                         orientation.common()};
     Colouring<E> colouring;
     if (resolve_form(options) == Form::gauss_seidel) {
-      colouring = colour_nodes(executor, around, renumbering.caller_of.data());
+      colouring = colour_nodes(executor, around, job.caller_of.data());
       summary.colour_count = static_cast<int>(colouring.count());
     }
-    if (!needs_balls(options)) balls = {};
-    ConvergenceWatch watch(options, control, box.diagonal(), free_count);
-    iterate(executor, around, colouring, options, watch, places);
+    if (!needs_balls(options)) job.balls = {};
+    ConvergenceWatch watch(options, control, job.box.diagonal(), job.free_count);
+    iterate(executor, around, colouring, options, watch, job.places.data());
     summary.stop_reason = watch.reason();
     summary.convergence = watch.take();
   }
   {
-    const StageTimer timer(times.judge_seconds, control, Stage::judge);
-    summary.quality_after = judge.quality(elements, places, node_count, orientation);
-    summary.locked = judge.locked(elements, places, node_count, orientation, fixed);
+    const StageTimer timer(executor, times.judge_seconds, control, Stage::judge);
+    summary.quality_after = judge.quality(job, orientation);
+    summary.locked = judge.locked(job, orientation);
   }
   {
-    const StageTimer timer(times.download_seconds, control, Stage::judge);
-    summary.nodes.moved = judge.write_back(renumbering.caller_of.data(), fixed, places, positions);
+    const StageTimer timer(executor, times.download_seconds, control, Stage::judge);
+    summary.nodes.moved = judge.write_back(job, positions);
   }
+  executor.collect_times();
   return summary;
 }
 

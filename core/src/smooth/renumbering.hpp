@@ -29,12 +29,12 @@ Box find_box(E& executor, const Vec3<Real>* positions, std::size_t node_count) {
       });
 }
 
-/// Place of a cell of a 2048^3 grid along Hilbert's curve; 33 bits. Source:
-/// Skilling 2004, "Programming the Hilbert curve", AIP Conf. Proc. 707.
-MESHSMOOTH_HD inline std::uint64_t hilbert_key(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
-  constexpr int kBits = 11;
+/// Place of a cell along Hilbert's curve through a grid of 2^bits cells a side.
+/// Source: Skilling 2004, "Programming the Hilbert curve", AIP Conf. Proc. 707.
+MESHSMOOTH_HD inline std::uint64_t hilbert_key(std::uint32_t x, std::uint32_t y, std::uint32_t z,
+                                               int bits) {
   std::uint32_t axis[3] = {x, y, z};
-  for (std::uint32_t q = 1U << (kBits - 1); q > 1; q >>= 1) {
+  for (std::uint32_t q = 1U << (bits - 1); q > 1; q >>= 1) {
     const std::uint32_t low = q - 1;
     for (std::uint32_t& a : axis) {
       if ((a & q) != 0) {
@@ -49,14 +49,26 @@ MESHSMOOTH_HD inline std::uint64_t hilbert_key(std::uint32_t x, std::uint32_t y,
   axis[1] ^= axis[0];
   axis[2] ^= axis[1];
   std::uint32_t flip = 0;
-  for (std::uint32_t q = 1U << (kBits - 1); q > 1; q >>= 1) {
+  for (std::uint32_t q = 1U << (bits - 1); q > 1; q >>= 1) {
     if ((axis[2] & q) != 0) flip ^= q - 1;
   }
   std::uint64_t key = 0;
-  for (int bit = kBits - 1; bit >= 0; --bit) {
+  for (int bit = bits - 1; bit >= 0; --bit) {
     for (const std::uint32_t a : axis) key = (key << 1) | (((a ^ flip) >> bit) & 1U);
   }
   return key;
+}
+
+/// `hilbert_key` of a position in its box.
+template <class Real>
+MESHSMOOTH_HD std::uint64_t hilbert_place(Vec3<Real> position, const Box& box, int bits) {
+  const Vec3d extent = box.upper - box.lower;
+  double longest = extent.x > extent.y ? extent.x : extent.y;
+  if (extent.z > longest) longest = extent.z;
+  const double scale = longest > 0 ? static_cast<double>((1U << bits) - 1) / longest : 0.0;
+  const Vec3d p = scale * (vec3_cast<double>(position) - box.lower);
+  return hilbert_key(static_cast<std::uint32_t>(p.x), static_cast<std::uint32_t>(p.y),
+                     static_cast<std::uint32_t>(p.z), bits);
 }
 
 /// Node numbers inside a job, along a space-filling curve, so that nodes that
@@ -76,16 +88,9 @@ Renumbering<E> renumber_nodes(E& executor, const Vec3<Real>* positions, std::siz
   Renumbering<E> result;
   auto keys = executor.template allocate<std::uint64_t>(node_count);
   std::uint64_t* const key = keys.data();
-  const Vec3d extent = box.upper - box.lower;
-  double longest = extent.x > extent.y ? extent.x : extent.y;
-  if (extent.z > longest) longest = extent.z;
-  const double scale = longest > 0 ? 2047.0 / longest : 0.0;
   executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) {
-    const Vec3d p = vec3_cast<double>(positions[node]) - box.lower;
-    const std::uint64_t place = hilbert_key(static_cast<std::uint32_t>(p.x * scale),
-                                            static_cast<std::uint32_t>(p.y * scale),
-                                            static_cast<std::uint32_t>(p.z * scale));
-    key[node] = (place << 31) | node;  // 33 + 31 bits
+    constexpr int kBits = 11;
+    key[node] = (hilbert_place(positions[node], box, kBits) << 31) | node;  // 33 + 31 bits
   });
   executor.sort(key, node_count);
 

@@ -34,19 +34,24 @@ struct QuietPositions {
 // returns the node's own position when there is nothing to average. Sums run in
 // the rows' order, which is the caller's.
 
+/// The mean of the positions of some nodes; that of `node` when there are none.
+template <class P>
+MESHSMOOTH_HD Vec3<typename P::Real> mean_of(const P& x, const NodeId* begin, const NodeId* end,
+                                             std::size_t node) {
+  using Real = typename P::Real;
+  if (begin == end) return x[node];
+  Vec3<Real> sum{0, 0, 0};
+  for (const NodeId* n = begin; n != end; ++n) sum += x[static_cast<std::size_t>(*n)];
+  const auto count = static_cast<Real>(end - begin);
+  return {sum.x / count, sum.y / count, sum.z / count};
+}
+
 /// x' = sum_j x_j / |ring|. Source: Xiao et al. 2019, eq. 1.
 struct UniformMean {
   template <class P>
   MESHSMOOTH_HD Vec3<typename P::Real> operator()(const Surroundings& around, const P& x,
                                                   std::size_t node) const {
-    using Real = typename P::Real;
-    const NodeId* const begin = around.rings.begin(node);
-    const NodeId* const end = around.rings.end(node);
-    if (begin == end) return x[node];
-    Vec3<Real> sum{0, 0, 0};
-    for (const NodeId* n = begin; n != end; ++n) sum += x[static_cast<std::size_t>(*n)];
-    const auto count = static_cast<Real>(end - begin);
-    return {sum.x / count, sum.y / count, sum.z / count};
+    return mean_of(x, around.rings.begin(node), around.rings.end(node), node);
   }
 };
 
@@ -138,35 +143,48 @@ MESHSMOOTH_HD double score_with(const Surroundings& around, const P& x, ElementI
       around.reference_of(e));
 }
 
-template <class P>
-MESHSMOOTH_HD double worst_score(const Surroundings& around, const P& x, std::size_t node) {
+/// Threads that judge one node's ball together: each takes every `size`-th element
+/// from `rank` on, and all learn what they found.
+struct SingleThread {
+  static constexpr int size = 1;
+  static constexpr int rank = 0;
+  [[nodiscard]] MESHSMOOTH_HD double lowest(double value) const { return value; }
+  [[nodiscard]] MESHSMOOTH_HD bool all(bool value) const { return value; }
+};
+
+template <class Team, class P>
+MESHSMOOTH_HD double worst_score(const Team& team, const Surroundings& around, const P& x,
+                                 std::size_t node) {
   double worst = 2.0;
-  for (const ElementId* e = around.balls.begin(node); e != around.balls.end(node); ++e) {
+  const ElementId* const end = around.balls.end(node);
+  for (const ElementId* e = around.balls.begin(node) + team.rank; e < end; e += team.size) {
     const double score = score_of(around, x, *e);
     if (score < worst) worst = score;
   }
-  return worst;
+  return team.lowest(worst);
 }
 
 /// Cuts a move back until it is acceptable: the whole step, a half, a quarter,
 /// an eighth, or none. `held` becomes true unless the whole step is taken.
-template <class P>
-MESHSMOOTH_HD Vec3<typename P::Real> accept_move(const Surroundings& around, const P& x,
-                                                 std::size_t node, Vec3<typename P::Real> candidate,
+template <class Team, class P>
+MESHSMOOTH_HD Vec3<typename P::Real> accept_move(const Team& team, const Surroundings& around,
+                                                 const P& x, std::size_t node,
+                                                 Vec3<typename P::Real> candidate,
                                                  Acceptance acceptance, bool& held) {
   using Real = typename P::Real;
   const Vec3<Real> before = x[node];
   if (candidate == before) return before;
-  const double worst = acceptance.smart ? worst_score(around, x, node) : 0.0;
+  const double worst = acceptance.smart ? worst_score(team, around, x, node) : 0.0;
   const auto allowed = [&](Vec3<Real> place) {
-    for (const ElementId* e = around.balls.begin(node); e != around.balls.end(node); ++e) {
+    bool right = true;
+    const ElementId* const end = around.balls.end(node);
+    for (const ElementId* e = around.balls.begin(node) + team.rank; right && e < end;
+         e += team.size) {
       const double score = score_with(around, x, *e, node, place);
-      if (acceptance.smart && score < worst) return false;
-      if (acceptance.guard && !(score > 0) && score_with(around, x, *e, node, before) > 0) {
-        return false;
-      }
+      right = !(acceptance.smart && score < worst) &&
+              !(acceptance.guard && !(score > 0) && score_with(around, x, *e, node, before) > 0);
     }
-    return true;
+    return team.all(right);
   };
   Real share = 1;
   for (int trial = 0; trial < 4; ++trial) {

@@ -74,7 +74,8 @@ std::int64_t limit_moves(E& executor, const Surroundings& around, Acceptance acc
     cuts[node] = 0;
     mark[node] = 0;
     changed[node] = before[node] == after[node] ? 0 : 1;
-    if (acceptance.smart && changed[node] != 0) floor[node] = worst_score(around, old_x, node);
+    if (acceptance.smart && changed[node] != 0)
+      floor[node] = worst_score(SingleThread{}, around, old_x, node);
   });
   const auto touched = [=] MESHSMOOTH_HD(std::size_t e) {
     const ElementView element = around.elements[e];
@@ -154,6 +155,16 @@ SweepStats sweep_jacobi(E& executor, const Surroundings& around, const Mean& mea
   return limit_and_measure(executor, around, acceptance, before, after);
 }
 
+/// Where a node goes that moves alone.
+template <class Team, class Mean, class P>
+MESHSMOOTH_HD Vec3<typename P::Real> move_node(const Team& team, const Surroundings& around,
+                                               const P& x, std::size_t node, const Mean& mean,
+                                               typename P::Real factor, Acceptance acceptance,
+                                               bool& held) {
+  const Vec3<typename P::Real> place = step_towards(mean, around, x, node, factor);
+  return acceptance.active() ? accept_move(team, around, x, node, place, acceptance, held) : place;
+}
+
 /// Form B, deterministic: in place, colour by colour.
 template <Executor E, class Mean, class Real>
 SweepStats sweep_gauss_seidel(E& executor, const Surroundings& around,
@@ -169,10 +180,8 @@ SweepStats sweep_gauss_seidel(E& executor, const Surroundings& around,
                           const auto node = static_cast<std::size_t>(nodes[n]);
                           bool held = false;
                           const Vec3<Real> before = x[node];
-                          Vec3<Real> place = step_towards(mean, around, x, node, factor);
-                          if (acceptance.active()) {
-                            place = accept_move(around, x, node, place, acceptance, held);
-                          }
+                          const Vec3<Real> place = move_node(SingleThread{}, around, x, node, mean,
+                                                             factor, acceptance, held);
                           positions[node] = place;
                           return stats_of_move(before, place, held);
                         },

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cstring>
 #include <span>
 #include <string>
@@ -17,27 +18,11 @@
 
 #include "meshsmooth/error.hpp"
 #include "meshsmooth/vec3.hpp"
+#include "smooth/byte_count.hpp"
 #include "smooth/executor.hpp"
 #include "smooth/interrupt.hpp"
 
 namespace meshsmooth::detail {
-
-/// Counts the bytes of one job: now and at the highest. Thread-safe.
-class ByteCount {
- public:
-  void add(std::size_t bytes) {
-    const std::size_t now = now_.fetch_add(bytes) + bytes;
-    std::size_t peak = peak_.load();
-    while (peak < now && !peak_.compare_exchange_weak(peak, now)) {
-    }
-  }
-  void subtract(std::size_t bytes) { now_ -= bytes; }
-  [[nodiscard]] std::size_t peak() const { return peak_; }
-
- private:
-  std::atomic<std::size_t> now_ = 0;
-  std::atomic<std::size_t> peak_ = 0;
-};
 
 /// Memory that goes back to the system when it is freed: an allocator that keeps
 /// it for the thread that freed it would let a job hold more than was promised.
@@ -236,6 +221,21 @@ class CpuExecutor {
 
   void synchronize() {}
   void check() const { interrupt_.check(); }
+
+  /// Adds its lifetime to `seconds`.
+  class Timer {
+   public:
+    Timer(CpuExecutor&, double& seconds) : seconds_(seconds) {}
+    ~Timer() { seconds_ += std::chrono::duration<double>(Clock::now() - start_).count(); }
+    Timer(const Timer&) = delete;
+    Timer& operator=(const Timer&) = delete;
+
+   private:
+    using Clock = std::chrono::steady_clock;
+    double& seconds_;
+    Clock::time_point start_ = Clock::now();
+  };
+  void collect_times() {}
 
   /// Ranges of `for_each_range`: how many there are, and which begins at `begin`.
   [[nodiscard]] static std::size_t chunk_count(std::size_t count) {

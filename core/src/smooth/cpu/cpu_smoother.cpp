@@ -36,38 +36,37 @@ class CpuJudge {
   };
 
   template <class Real>
-  [[nodiscard]] Orientation orientation(const JobElements<CpuExecutor>& elements,
-                                        const Vec3<Real>* places, std::size_t node_count) const {
-    return in_arena(elements, places, node_count, [&](const auto& topology, const auto& positions) {
+  using Mesh = JobMesh<CpuExecutor, Real>;
+
+  template <class Real>
+  [[nodiscard]] Orientation orientation(const Mesh<Real>& job) const {
+    return in_arena(job, [&](const auto& topology, const auto& positions) {
       return Orientation(SurfaceOrientation(topology, positions), executor_.bytes());
     });
   }
 
   template <class Real>
-  [[nodiscard]] QualityStats quality(const JobElements<CpuExecutor>& elements,
-                                     const Vec3<Real>* places, std::size_t node_count,
-                                     const Orientation& orientation) const {
-    return in_arena(elements, places, node_count, [&](const auto& topology, const auto& positions) {
-      return measure_quality(topology, positions, orientation.judged(), caller_ids(elements));
+  [[nodiscard]] QualityStats quality(const Mesh<Real>& job, const Orientation& orientation) const {
+    return in_arena(job, [&](const auto& topology, const auto& positions) {
+      return measure_quality(topology, positions, orientation.judged(), caller_ids(job.elements));
     });
   }
 
   template <class Real>
-  [[nodiscard]] LockedStats locked(const JobElements<CpuExecutor>& elements,
-                                   const Vec3<Real>* places, std::size_t node_count,
-                                   const Orientation& orientation,
-                                   const std::uint8_t* fixed) const {
-    return in_arena(elements, places, node_count, [&](const auto& topology, const auto& positions) {
-      return measure_locked(topology, {fixed, node_count}, positions, orientation.judged(),
-                            caller_ids(elements));
+  [[nodiscard]] LockedStats locked(const Mesh<Real>& job, const Orientation& orientation) const {
+    return in_arena(job, [&](const auto& topology, const auto& positions) {
+      return measure_locked(topology, {job.fixed.data(), job.node_count}, positions,
+                            orientation.judged(), caller_ids(job.elements));
     });
   }
 
   /// Free nodes to the caller's array; returns how many differ from the input.
   template <class Real>
-  std::int64_t write_back(const NodeId* caller_of, const std::uint8_t* fixed,
-                          const Vec3<Real>* places, std::span<Vec3<Real>> positions) const {
+  std::int64_t write_back(const Mesh<Real>& job, std::span<Vec3<Real>> positions) const {
     const std::size_t node_count = positions.size();
+    const NodeId* const caller_of = job.caller_of.data();
+    const std::uint8_t* const fixed = job.fixed.data();
+    const Vec3<Real>* const places = job.places.data();
     Vec3<Real>* const out = positions.data();
     executor_.check();  // the last chance to end without a result
     std::int64_t moved = 0;
@@ -82,11 +81,10 @@ class CpuJudge {
 
  private:
   template <class Real, class Body>
-  auto in_arena(const JobElements<CpuExecutor>& elements, const Vec3<Real>* places,
-                std::size_t node_count, const Body& body) const {
-    const std::vector<ElementBlockView> blocks = block_views(elements);
-    const TopologyView topology{node_count, blocks, {}};
-    const PositionsView positions = std::span<const Vec3<Real>>(places, node_count);
+  auto in_arena(const Mesh<Real>& job, const Body& body) const {
+    const std::vector<ElementBlockView> blocks = block_views(job.elements);
+    const TopologyView topology{job.node_count, blocks, {}};
+    const PositionsView positions = std::span<const Vec3<Real>>(job.places.data(), job.node_count);
     return executor_.arena().execute([&] { return body(topology, positions); });
   }
 

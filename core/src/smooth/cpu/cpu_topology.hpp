@@ -154,9 +154,9 @@ inline void add_facets(const ElementView& element, NodeId node, RowCounter<Facet
 
 /// `find_boundary_by_sorting` from the balls: each facet is counted in the ball
 /// of its lowest node. O(ball entries).
-inline void find_boundary(CpuExecutor& executor, std::size_t node_count, const Elements& elements,
-                          const Rows<ElementId>& balls, const NodeId* caller_nodes,
-                          const ElementId* caller_elements, std::uint8_t* on_boundary) {
+[[nodiscard]] inline bool find_boundary(CpuExecutor& executor, std::size_t node_count,
+                                        const Elements& elements, const Rows<ElementId>& balls,
+                                        std::uint8_t* on_boundary) {
   executor.for_each(node_count, [=](std::size_t node) { on_boundary[node] = 0; });
   std::atomic<bool> overused = false;
   const auto mark = [=](NodeId node) { CpuExecutor::store(on_boundary[node], std::uint8_t{1}); };
@@ -178,7 +178,7 @@ inline void find_boundary(CpuExecutor& executor, std::size_t node_count, const E
       }
     }
   });
-  if (overused) throw_overused_facet(elements, caller_nodes, caller_elements);
+  return !overused;
 }
 
 }  // namespace meshsmooth::detail

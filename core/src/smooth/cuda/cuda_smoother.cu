@@ -3,9 +3,62 @@
 #include <string>
 
 #include "meshsmooth/error.hpp"
-#include "smooth/cuda/check.hpp"
+#include "smooth/cuda/cuda_judge.cuh"
+#include "smooth/cuda/cuda_sweeps.cuh"
+#include "smooth/cuda/cuda_topology.cuh"
+#include "smooth/pipeline.hpp"
 
 namespace meshsmooth::detail {
+namespace {
+
+void use_device(int device) { check_cuda(cudaSetDevice(device), "choosing a device"); }
+
+class CudaSmoother final : public Smoother {
+ public:
+  explicit CudaSmoother(int device)
+      : name_("cuda:" + std::to_string(device)), lane_((use_device(device), device)) {
+    cudaDeviceProp properties{};
+    check_cuda(cudaGetDeviceProperties(&properties, device), "asking for a device's properties");
+    device_name_ = properties.name;
+  }
+  ~CudaSmoother() override { cudaSetDevice(lane_.device()); }
+
+  [[nodiscard]] std::string_view backend() const override { return name_; }
+
+  [[nodiscard]] MemoryEstimate estimate(const MeshSize& size,
+                                        const SmoothOptions& options) const override {
+    return {0, estimate_device_bytes(size, options)};
+  }
+
+  using Smoother::smooth;
+  SmoothSummary smooth(const TopologyView& topology, PositionsSpan positions,
+                       const SmoothOptions& options, const JobControl& control) override {
+    validate(options);
+    validate_sizes(topology, as_view(positions));
+    use_device(lane_.device());
+    return std::visit(
+        [&](auto span) {
+          const Interrupt interrupt(control);
+          CudaExecutor executor(lane_, interrupt);
+          executor.check();
+          CudaJudge judge(executor, topology, as_view(positions));
+          SmoothSummary summary =
+              run_pipeline(executor, topology, span, options, control, judge);
+          summary.backend = backend();
+          summary.device_name = device_name_;
+          summary.device_peak_bytes = static_cast<std::int64_t>(executor.bytes().peak());
+          return summary;
+        },
+        positions);
+  }
+
+ private:
+  std::string name_;
+  std::string device_name_;
+  CudaLane lane_;
+};
+
+}  // namespace
 
 std::vector<BackendInfo> list_cuda_backends() {
   int count = 0;
@@ -17,19 +70,15 @@ std::vector<BackendInfo> list_cuda_backends() {
   for (int device = 0; device < count; ++device) {
     cudaDeviceProp properties{};
     check_cuda(cudaGetDeviceProperties(&properties, device), "asking for a device's properties");
-    backends.push_back({"cuda:" + std::to_string(device),
-                        properties.major * 10 + properties.minor >= 75, properties.name});
+    const bool usable = properties.major * 10 + properties.minor >= 75 &&
+                        properties.cooperativeLaunch != 0 && properties.canMapHostMemory != 0;
+    backends.push_back({"cuda:" + std::to_string(device), usable, properties.name});
   }
   return backends;
 }
 
 std::unique_ptr<Smoother> make_cuda_smoother(int device) {
-  const std::vector<BackendInfo> backends = list_cuda_backends();
-  throw NotSupported("BACKEND_NOT_AVAILABLE",
-                     "backend 'cuda:" + std::to_string(device) + "' is not available: " +
-                         (backends.empty() ? std::string("there is no NVIDIA driver or device")
-                                           : std::to_string(backends.size()) + " devices"),
-                     {{"field", "backend"}});
+  return std::make_unique<CudaSmoother>(device);
 }
 
 }  // namespace meshsmooth::detail

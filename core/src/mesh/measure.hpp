@@ -1,18 +1,18 @@
-// The measures of one element.
+#pragma once
+
+// The measures of one element: one text for host and device.
 
 #include <cmath>
-#include <numbers>
 
 #include "meshsmooth/element_geometry.hpp"
 #include "meshsmooth/quality.hpp"
 
-namespace meshsmooth {
-namespace {
+namespace meshsmooth::detail {
 
 // The cube root is taken of a ratio, not of a volume: so the measure has the
 // same bits when the mesh is scaled by a power of two.
 
-double mean_ratio(const ElementShape& shape, const CornerGeometry& corner) {
+MESHSMOOTH_HD inline double mean_ratio(const ElementShape& shape, const CornerGeometry& corner) {
   const double size = corner.shape_norm_squared;
   if (!(size > 0)) return 0;
   const double determinant = corner.determinant / shape.ideal.determinant;
@@ -21,12 +21,13 @@ double mean_ratio(const ElementShape& shape, const CornerGeometry& corner) {
   return determinant < 0 ? -ratio : ratio;
 }
 
-double scaled_jacobian(const ElementShape& shape, const CornerGeometry& corner) {
+MESHSMOOTH_HD inline double scaled_jacobian(const ElementShape& shape,
+                                            const CornerGeometry& corner) {
   if (!(corner.length_product > 0)) return 0;
   return corner.determinant / (corner.length_product * shape.ideal.determinant);
 }
 
-void measure_triangle_angles(const Vec3d* p, ElementMeasure& measure) {
+MESHSMOOTH_HD inline void measure_triangle_angles(const Vec3d* p, ElementMeasure& measure) {
   measure.min_angle_cos = -1;
   measure.max_angle_cos = 1;
   for (int n = 0; n < 3; ++n) {
@@ -43,8 +44,8 @@ void measure_triangle_angles(const Vec3d* p, ElementMeasure& measure) {
   }
 }
 
-ElementMeasure measure_by_corners(ElementType type, const Vec3d* p, Vec3d reference) {
-  const ElementShape& shape = element_shape(type);
+MESHSMOOTH_HD inline ElementMeasure measure_by_corners(const ElementShape& shape, const Vec3d* p,
+                                                       Vec3d reference) {
   const auto get = [p](int n) { return p[n]; };
   ElementMeasure measure;
   bool certain = true;
@@ -59,13 +60,13 @@ ElementMeasure measure_by_corners(ElementType type, const Vec3d* p, Vec3d refere
   }
   measure.degenerate = !certain && !measure.inverted;
   measure.volume = element_volume(shape, get, reference);
-  if (type == ElementType::triangle) measure_triangle_angles(p, measure);
+  if (shape.dimension == 2 && shape.node_count == 3) measure_triangle_angles(p, measure);
   return measure;
 }
 
 /// The same as by corners, but what the corners share is computed once: meshes
 /// have millions of tetrahedra.
-ElementMeasure measure_tetrahedron(const Vec3d* p) {
+MESHSMOOTH_HD inline ElementMeasure measure_tetrahedron(const Vec3d* p) {
   const auto lower = [](double x, double y) { return x < y ? x : y; };
   const auto higher = [](double x, double y) { return x > y ? x : y; };
   // 0 where a measure is not defined: some length, area or volume is 0.
@@ -97,7 +98,7 @@ ElementMeasure measure_tetrahedron(const Vec3d* p) {
   // The corner with the longest edges, as in Verdict.
   const double longest =
       higher(higher(aa * bb * cc, aa * abab * acac), higher(bb * abab * bcbc, cc * acac * bcbc));
-  m.scaled_jacobian = quotient(std::numbers::sqrt2 * determinant, std::sqrt(longest));
+  m.scaled_jacobian = quotient(1.4142135623730950488 * determinant, std::sqrt(longest));
 
   // 3 r / R with r = |det| / sum |n| and R = |circum| / (2 |det|).
   const Vec3d circum = aa * n1 + bb * n2 + cc * n3;
@@ -116,11 +117,12 @@ ElementMeasure measure_tetrahedron(const Vec3d* p) {
   return m;
 }
 
-}  // namespace
-
-ElementMeasure measure_element(ElementType type, const Vec3d* corners, Vec3d reference) {
-  return type == ElementType::tetrahedron ? measure_tetrahedron(corners)
-                                          : measure_by_corners(type, corners, reference);
+/// `corners` are the positions of the element's nodes in VTK order.
+MESHSMOOTH_HD inline ElementMeasure measure_element(const ElementShape& shape, const Vec3d* corners,
+                                                    Vec3d reference) {
+  return shape.dimension == 3 && shape.node_count == 4
+             ? measure_tetrahedron(corners)
+             : measure_by_corners(shape, corners, reference);
 }
 
-}  // namespace meshsmooth
+}  // namespace meshsmooth::detail

@@ -1,0 +1,395 @@
+#pragma once
+
+#include <bit>
+#include <functional>
+#include <span>
+#include <type_traits>
+
+#include "smooth/cuda/row_builder.cuh"
+#include "smooth/job_mesh.hpp"
+#include "smooth/memory_model.hpp"
+
+namespace meshsmooth::detail {
+
+/// Doubles as integers of the same order, for atomic minima and maxima.
+__device__ inline unsigned long long ordered_bits(double value) {
+  const auto bits = static_cast<unsigned long long>(__double_as_longlong(value));
+  return (bits >> 63) != 0 ? ~bits : bits | (1ULL << 63);
+}
+MESHSMOOTH_HD inline double from_ordered_bits(unsigned long long ordered) {
+  const unsigned long long bits =
+      (ordered >> 63) != 0 ? ordered & ~(1ULL << 63) : ~ordered;
+#ifdef __CUDA_ARCH__
+  return __longlong_as_double(static_cast<long long>(bits));
+#else
+  return std::bit_cast<double>(bits);
+#endif
+}
+
+MESHSMOOTH_HD inline Box box_of(const PrepareState& state) {
+  const auto at = [](const unsigned long long* ordered) {
+    return Vec3d{from_ordered_bits(ordered[0]), from_ordered_bits(ordered[1]),
+                 from_ordered_bits(ordered[2])};
+  };
+  return {at(state.lower), at(state.upper)};
+}
+
+/// The box of finite positions, and whether there are others.
+template <class Real>
+__global__ void __launch_bounds__(kBlockSize)
+    box_kernel(std::size_t count, const Vec3<Real>* positions, PrepareState* state) {
+  __shared__ Vec3<Real> shared[kBlockSize];
+  const Real infinity = std::is_same_v<Real, float> ? static_cast<Real>(HUGE_VALF)
+                                                    : static_cast<Real>(HUGE_VAL);
+  Vec3<Real> low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
+  const auto lower = [](Real a, Real b) { return a < b ? a : b; };
+  const auto higher = [](Real a, Real b) { return a > b ? a : b; };
+  const std::size_t step = std::size_t{gridDim.x} * kBlockSize;
+  for (std::size_t i = std::size_t{blockIdx.x} * kBlockSize + threadIdx.x; i < count; i += step) {
+    const Vec3<Real> p = positions[i];
+    if (!(isfinite(p.x) && isfinite(p.y) && isfinite(p.z))) {
+      state->wrong_position = 1;
+      continue;
+    }
+    low = {lower(low.x, p.x), lower(low.y, p.y), lower(low.z, p.z)};
+    high = {higher(high.x, p.x), higher(high.y, p.y), higher(high.z, p.z)};
+  }
+  low = reduce_block(low, shared, [=](const Vec3<Real>& a, const Vec3<Real>& b) {
+    return Vec3<Real>{lower(a.x, b.x), lower(a.y, b.y), lower(a.z, b.z)};
+  });
+  high = reduce_block(high, shared, [=](const Vec3<Real>& a, const Vec3<Real>& b) {
+    return Vec3<Real>{higher(a.x, b.x), higher(a.y, b.y), higher(a.z, b.z)};
+  });
+  if (threadIdx.x != 0) return;
+  atomicMin(&state->lower[0], ordered_bits(low.x));
+  atomicMin(&state->lower[1], ordered_bits(low.y));
+  atomicMin(&state->lower[2], ordered_bits(low.z));
+  atomicMax(&state->upper[0], ordered_bits(high.x));
+  atomicMax(&state->upper[1], ordered_bits(high.y));
+  atomicMax(&state->upper[2], ordered_bits(high.z));
+}
+
+/// Bits per axis of the curve: cells a few times as many as nodes.
+[[nodiscard]] inline int curve_bits(std::size_t node_count) {
+  int bits = 2;
+  while (bits < 10 && (std::size_t{1} << (3 * bits)) < 4 * node_count) ++bits;
+  return bits;
+}
+
+/// Internal numbers along the curve. Only speed depends on them, so the sort is
+/// as short as it can be: a 32-bit key and as few of its bits as do.
+///
+/// gives  caller_of, internal_of; ties by the caller's id
+template <class Real>
+Renumbering<CudaExecutor> renumber_nodes(CudaExecutor& executor, const Vec3<Real>* positions,
+                                         std::size_t node_count, const PrepareState* state) {
+  Renumbering<CudaExecutor> result;
+  auto keys = executor.allocate<std::uint32_t>(node_count);
+  auto sorted_keys = executor.allocate<std::uint32_t>(node_count);
+  auto ids = executor.allocate<NodeId>(node_count);
+  result.caller_of = executor.allocate<NodeId>(node_count);
+  std::uint32_t* const key = keys.data();
+  NodeId* const id = ids.data();
+  const int bits = curve_bits(node_count);
+  executor.for_each(node_count, [=] __device__(std::size_t node) {
+    const Vec3<Real> p = positions[node];
+    const bool finite = isfinite(p.x) && isfinite(p.y) && isfinite(p.z);
+    key[node] = finite ? static_cast<std::uint32_t>(hilbert_place(p, box_of(*state), bits)) : 0;
+    id[node] = static_cast<NodeId>(node);
+  });
+  executor.with_workspace([&](void* space, std::size_t& bytes) {
+    return cub::DeviceRadixSort::SortPairs(space, bytes, key, sorted_keys.data(), id,
+                                           result.caller_of.data(), node_count, 0, 3 * bits,
+                                           executor.stream());
+  });
+  result.internal_of = executor.allocate<NodeId>(node_count);
+  return result;
+}
+
+/// Where an entry of the balls goes in its row is what the row's counter held;
+/// what does not fit a byte is given a place from the row's end.
+inline constexpr std::uint8_t kLatePlace = 255;
+
+/// Takes the elements of one type into internal numbers, in place, and counts
+/// the balls' entries. A wrong element becomes one that does no harm, and is
+/// reported. Places in a row are given in any order: rows are sorted where order
+/// matters.
+template <int kWidth>
+void count_entries(CudaExecutor& executor, std::size_t node_count, std::size_t count,
+                   NodeId* connectivity, const NodeId* internal_of, std::uint32_t* sizes,
+                   std::uint8_t* places, PrepareState* state) {
+  executor.for_each(count, [=] __device__(std::size_t e) {
+    NodeId nodes[kWidth];
+    bool right = true;
+#pragma unroll
+    for (int n = 0; n < kWidth; ++n) nodes[n] = connectivity[e * kWidth + n];
+#pragma unroll
+    for (int n = 0; n < kWidth; ++n) {
+      right &= nodes[n] >= 0 && static_cast<std::size_t>(nodes[n]) < node_count;
+#pragma unroll
+      for (int earlier = 0; earlier < n; ++earlier) right &= nodes[earlier] != nodes[n];
+    }
+    if (!right) state->wrong_element = 1;
+#pragma unroll
+    for (int n = 0; n < kWidth; ++n) {
+      const NodeId node = right ? internal_of[nodes[n]] : 0;
+      connectivity[e * kWidth + n] = node;
+      const std::uint32_t place = atomicAdd(&sizes[node], 1U);
+      places[e * kWidth + n] =
+          static_cast<std::uint8_t>(place < kLatePlace ? place : kLatePlace);
+    }
+  });
+}
+
+template <int kWidth>
+void fill_balls(CudaExecutor& executor, std::size_t count, std::size_t first_id,
+                const NodeId* connectivity, const std::uint8_t* places, std::uint32_t* sizes,
+                const std::int64_t* offsets, ElementId* entries) {
+  executor.for_each(count, [=] __device__(std::size_t e) {
+#pragma unroll
+    for (int n = 0; n < kWidth; ++n) {
+      const NodeId node = connectivity[e * kWidth + n];
+      std::uint32_t place = places[e * kWidth + n];
+      if (place == kLatePlace) place = atomicSub(&sizes[node], 1U) - 1;
+      entries[offsets[node] + place] = static_cast<ElementId>(first_id + e);
+    }
+  });
+}
+
+/// Calls `body.operator()<nodes per element>()` for a type.
+template <class Body>
+void with_width(int node_count, const Body& body) {
+  switch (node_count) {
+    case 3:
+      return body.template operator()<3>();
+    case 4:
+      return body.template operator()<4>();
+    case 5:
+      return body.template operator()<5>();
+    case 6:
+      return body.template operator()<6>();
+    default:
+      return body.template operator()<8>();
+  }
+}
+
+/// The caller's elements on the device, grouped by type and inside a type in the
+/// caller's order, still in the caller's numbers. The copies run in the stream of
+/// uploads.
+inline JobElements<CudaExecutor> upload_elements(CudaExecutor& executor,
+                                                 const TopologyView& topology) {
+  JobElements<CudaExecutor> elements;
+  elements.dimension = element_shape(topology.blocks.front().type).dimension;
+  std::size_t size = 0;
+  for (const ElementBlockView& block : topology.blocks) size += block.nodes.size();
+  elements.connectivity = executor.allocate<NodeId>(size);
+  NodeId* next = elements.connectivity.data();
+  bool in_order = true;  // the caller's elements already lie type by type
+  int last_type = -1;
+  for (const ElementBlockView& block : topology.blocks) {
+    if (block.element_count() == 0) continue;
+    in_order &= static_cast<int>(block.type) >= last_type;
+    last_type = static_cast<int>(block.type);
+  }
+  if (!in_order) elements.caller_of = executor.allocate<ElementId>(topology.element_count());
+
+  for (const ElementType type : kElementTypes) {
+    const std::size_t first = elements.view.count;
+    const NodeId* const begin = next;
+    std::size_t first_caller = 0;
+    for (const ElementBlockView& block : topology.blocks) {
+      const std::size_t count = block.element_count();
+      if (block.type == type && count > 0) {
+        executor.upload_early(block.nodes.data(), block.nodes.size(), next);
+        if (!in_order) {
+          ElementId* const caller_of = elements.caller_of.data() + elements.view.count;
+          executor.for_each(count, [=] __device__(std::size_t e) {
+            caller_of[e] = static_cast<ElementId>(first_caller + e);
+          });
+        }
+        next += block.nodes.size();
+        elements.view.count += count;
+      }
+      first_caller += count;
+    }
+    if (elements.view.count == first) continue;
+    elements.view.runs[elements.view.run_count++] = {
+        executor.lane().shapes() + static_cast<std::size_t>(type), begin, first};
+  }
+  return elements;
+}
+
+/// Calls `body.operator()<width>(run, its element count)` for every type.
+template <class Body>
+void for_each_run(CudaExecutor& executor, const JobElements<CudaExecutor>& elements,
+                  const Body& body) {
+  for (int r = 0; r < elements.view.run_count; ++r) {
+    const Elements::Run& run = elements.view.runs[r];
+    const std::size_t end = r + 1 < elements.view.run_count ? elements.view.runs[r + 1].first
+                                                            : elements.view.count;
+    const auto type = static_cast<std::size_t>(run.shape - executor.lane().shapes());
+    with_width(element_table()[type].node_count, [&]<int kWidth>() {
+      body.template operator()<kWidth>(run, end - run.first);
+    });
+  }
+}
+
+/// The balls, and the elements in internal numbers.
+inline RowBuffer<CudaExecutor, ElementId> find_balls(CudaExecutor& executor,
+                                                     std::size_t node_count,
+                                                     JobElements<CudaExecutor>& elements,
+                                                     const NodeId* internal_of,
+                                                     PrepareState* state) {
+  const std::size_t entry_count = elements.connectivity.size();
+  NodeId* const connectivity = elements.connectivity.data();
+  auto sizes = executor.allocate<std::uint32_t>(node_count + 1);
+  auto places = executor.allocate<std::uint8_t>(entry_count);
+  executor.clear(sizes.data(), node_count + 1);
+  for_each_run(executor, elements, [&]<int kWidth>(const Elements::Run& run, std::size_t count) {
+    const std::size_t first = static_cast<std::size_t>(run.nodes - connectivity);
+    count_entries<kWidth>(executor, node_count, count, connectivity + first, internal_of,
+                          sizes.data(), places.data() + first, state);
+  });
+
+  RowBuffer<CudaExecutor, ElementId> balls;
+  balls.offsets = executor.allocate<std::int64_t>(node_count + 1);
+  executor.with_workspace([&](void* space, std::size_t& bytes) {
+    return cub::DeviceScan::ExclusiveScan(space, bytes, sizes.data(), balls.offsets.data(),
+                                          std::plus<>(), std::int64_t{0}, node_count + 1,
+                                          executor.stream());
+  });
+  balls.entries = executor.allocate<ElementId>(entry_count);
+  for_each_run(executor, elements, [&]<int kWidth>(const Elements::Run& run, std::size_t count) {
+    const std::size_t first = static_cast<std::size_t>(run.nodes - connectivity);
+    fill_balls<kWidth>(executor, count, run.first, connectivity + first, places.data() + first,
+                       sizes.data(), balls.offsets.data(), balls.entries.data());
+  });
+  return balls;
+}
+
+/// Launches the search for rings and boundary, room for `capacity` entries.
+inline RowBuffer<CudaExecutor, NodeId> find_rows(CudaExecutor& executor, std::size_t node_count,
+                                                 const JobElements<CudaExecutor>& elements,
+                                                 RowBuffer<CudaExecutor, ElementId>& balls,
+                                                 const NodeId* caller_of, bool sort_balls,
+                                                 std::size_t capacity, std::uint8_t* on_boundary,
+                                                 PrepareState* state) {
+  const std::size_t blocks = (node_count + kRowsPerBlock - 1) / kRowsPerBlock;
+  RowBuffer<CudaExecutor, NodeId> rings;
+  rings.offsets = executor.allocate<std::int64_t>(node_count + 1);
+  rings.entries = executor.allocate<NodeId>(capacity);
+  auto words = executor.allocate<unsigned long long>(blocks);
+  executor.clear(words.data(), blocks);
+  executor.clear(&state->next_block, 1);
+  const RowTask task{node_count,
+                     elements.view,
+                     balls.offsets.data(),
+                     balls.entries.data(),
+                     caller_of,
+                     elements.caller_of.data(),
+                     sort_balls,
+                     rings.offsets.data(),
+                     rings.entries.data(),
+                     capacity,
+                     on_boundary,
+                     words.data(),
+                     state};
+  const auto grid = static_cast<unsigned int>(blocks);
+  const auto is_only = [&](ElementType type) {
+    return elements.view.run_count == 1 &&
+           elements.view.runs[0].shape == executor.lane().shapes() + static_cast<int>(type);
+  };
+  if (is_only(ElementType::tetrahedron)) {
+    executor.launch<&row_kernel<4>>(grid, task);
+  } else if (is_only(ElementType::triangle)) {
+    executor.launch<&row_kernel<3>>(grid, task);
+  } else {
+    executor.launch<&row_kernel<0>>(grid, task);
+  }
+  return rings;
+}
+
+/// Steps 1 and 2 on the device: copies beside kernels, one wait at the end. What
+/// is wrong with the mesh is noticed on the way and then named by the host.
+template <class Real>
+JobMesh<CudaExecutor, Real> prepare_job(CudaExecutor& executor, const TopologyView& topology,
+                                        std::span<const Vec3<Real>> positions,
+                                        const SmoothOptions& options, const JobControl& control,
+                                        StageTimes& times) {
+  if (control.on_progress) control.on_progress({Stage::find_neighbours, 0, 0, 0});
+  const std::size_t node_count = topology.node_count;
+  CudaLane& lane = executor.lane();
+  JobMesh<CudaExecutor, Real> job;
+  job.node_count = node_count;
+  job.given = executor.allocate<Vec3<Real>>(node_count);
+  job.places = executor.allocate<Vec3<Real>>(node_count);
+  job.fixed = executor.allocate<std::uint8_t>(node_count);
+  auto mask = executor.allocate<std::uint8_t>(topology.fixed.size());
+  auto state_buffer = executor.allocate<PrepareState>(1);
+  PrepareState* const state = state_buffer.data();
+  PrepareState start;
+  std::fill(start.lower, start.lower + 3, ~0ULL);
+  std::fill(start.upper, start.upper + 3, 0ULL);
+  executor.upload(&start, 1, state);
+
+  executor.start_uploads();
+  const std::size_t uploads_begin = executor.mark(lane.uploads);
+  executor.upload_early(positions.data(), node_count, job.given.data());
+  executor.await_uploads();
+  job.elements = upload_elements(executor, topology);
+  executor.upload_early(topology.fixed.data(), topology.fixed.size(), mask.data());
+  const std::size_t uploads_end = executor.mark(lane.uploads);
+  executor.add_stretch(uploads_begin, uploads_end, times.upload_seconds);
+
+  const Vec3<Real>* const given = job.given.data();
+  executor.launch<&box_kernel<Real>>(
+      block_count(node_count, 2 * static_cast<std::size_t>(lane.multiprocessor_count())),
+      node_count, given, state);
+  Renumbering<CudaExecutor> renumbering = renumber_nodes(executor, given, node_count, state);
+  job.caller_of = std::move(renumbering.caller_of);
+  const NodeId* const caller_of = job.caller_of.data();
+  NodeId* const internal_of = renumbering.internal_of.data();
+  Vec3<Real>* const places = job.places.data();
+  std::uint8_t* const fixed = job.fixed.data();
+  executor.for_each(node_count, [=] __device__(std::size_t node) {
+    const NodeId caller = caller_of[node];
+    internal_of[caller] = static_cast<NodeId>(node);
+    places[node] = given[caller];
+    fixed[node] = 0;
+  });
+
+  executor.await_uploads();
+  job.balls = find_balls(executor, node_count, job.elements, internal_of, state);
+  renumbering.internal_of = {};
+  PrepareState* const seen = lane.template mapped<PrepareState>(CudaExecutor::kStateOffset);
+  const bool boundary_fixed = options.boundary == BoundaryPolicy::fixed;
+  FixedCounts counts;
+  std::size_t rows_end = 0;
+  for (std::size_t capacity = ring_entry_estimate(size_of(topology));;
+       capacity = seen->ring_entries) {
+    job.rings = {};
+    job.rings = find_rows(executor, node_count, job.elements, job.balls, caller_of,
+                          needs_balls(options), capacity, fixed, state);
+    rows_end = executor.mark(lane.stream);
+    executor.download_later(state, seen);
+    if (control.on_progress) control.on_progress({Stage::find_boundary, 0, 0, 0});
+    counts = fix_nodes(executor, node_count, job.balls.view(), caller_of,
+                       topology.fixed.empty() ? nullptr : mask.data(), boundary_fixed, fixed);
+    if (seen->wrong_position != 0 || seen->wrong_element != 0) {
+      validate(topology, positions);
+      throw DeviceError("DEVICE_LOST", "the device finds a mesh wrong that the host finds right",
+                        true);
+    }
+    if (seen->overused_facet != 0) throw_overused_facet(topology);
+    if (seen->ring_entries <= capacity) break;
+    executor.clear(fixed, node_count);
+  }
+  executor.add_stretch(uploads_end, rows_end, times.find_neighbours_seconds);
+  executor.add_stretch(rows_end, executor.mark(lane.stream), times.find_boundary_seconds);
+  job.box = box_of(*seen);
+  job.nodes = counts.nodes;
+  job.free_count = static_cast<std::size_t>(counts.free);
+  return job;
+}
+
+}  // namespace meshsmooth::detail

@@ -1,0 +1,127 @@
+#pragma once
+
+#include <utility>
+
+#include "meshsmooth/smoother.hpp"
+#include "smooth/boundary.hpp"
+#include "smooth/job_topology.hpp"
+#include "smooth/neighbours.hpp"
+
+namespace meshsmooth::detail {
+
+/// Tells the watcher that a stage has begun; its time is that until the end of
+/// the object.
+template <Executor E>
+class StageTimer {
+ public:
+  StageTimer(E& executor, double& seconds, const JobControl& control, Stage stage)
+      : timer_(executor, seconds) {
+    if (control.on_progress) control.on_progress({stage, 0, 0, 0});
+  }
+
+ private:
+  typename E::Timer timer_;
+};
+
+/// A mesh as the sweeps need it, in internal numbers.
+template <Executor E, class Real>
+struct JobMesh {
+  std::size_t node_count = 0;
+  typename E::template HostArray<Vec3<Real>> given;  // the caller's positions
+  typename E::template Buffer<NodeId> caller_of;     // internal node -> caller's
+  JobElements<E> elements;
+  RowBuffer<E, ElementId> balls;
+  RowBuffer<E, NodeId> rings;
+  typename E::template Buffer<Vec3<Real>> places;
+  typename E::template Buffer<std::uint8_t> fixed;  // 1: the node stays
+  Box box{};
+  NodeCounts nodes;
+  std::size_t free_count = 0;
+
+  [[nodiscard]] bool volume() const { return elements.dimension == 3; }
+};
+
+/// What is counted when it is decided which nodes stay.
+struct FixedCounts {
+  NodeCounts nodes;
+  std::int64_t free = 0;
+
+  friend MESHSMOOTH_HD FixedCounts operator+(const FixedCounts& a, const FixedCounts& b) {
+    return {{a.nodes.total + b.nodes.total, a.nodes.boundary + b.nodes.boundary,
+             a.nodes.fixed + b.nodes.fixed, a.nodes.isolated + b.nodes.isolated, 0},
+            a.free + b.free};
+  }
+};
+
+/// Turns the boundary's marks into those of the nodes that stay: the boundary
+/// unless it is free, the caller's own, and nodes in no element.
+///
+/// takes  `mask` by the caller's ids, or null
+template <Executor E>
+FixedCounts fix_nodes(E& executor, std::size_t node_count, const Rows<ElementId>& balls,
+                      const NodeId* caller_of, const std::uint8_t* mask, bool boundary_fixed,
+                      std::uint8_t* fixed) {
+  return executor.reduce(
+      node_count, FixedCounts{},
+      [=] MESHSMOOTH_HD(std::size_t node) {
+        const bool boundary = fixed[node] != 0;
+        const bool by_caller = mask != nullptr && mask[caller_of[node]] != 0;
+        const bool isolated = balls.size(node) == 0;
+        const bool held = (boundary && boundary_fixed) || by_caller;
+        fixed[node] = held || isolated ? 1 : 0;
+        return FixedCounts{{1, boundary ? 1 : 0, held ? 1 : 0, isolated ? 1 : 0, 0},
+                           held || isolated ? 0 : 1};
+      },
+      [] MESHSMOOTH_HD(const FixedCounts& a, const FixedCounts& b) { return a + b; });
+}
+
+/// Steps 1 and 2: numbers along a curve, balls, rings, boundary.
+///
+/// takes  the caller's mesh in host memory, its sizes valid
+/// cost   see the steps
+template <Executor E, class Real>
+JobMesh<E, Real> prepare_job(E& executor, const TopologyView& topology,
+                             std::span<const Vec3<Real>> positions, const SmoothOptions& options,
+                             const JobControl& control, StageTimes& times) {
+  const std::size_t node_count = topology.node_count;
+  JobMesh<E, Real> job;
+  job.node_count = node_count;
+  {
+    const StageTimer timer(executor, times.find_neighbours_seconds, control,
+                           Stage::find_neighbours);
+    job.given = executor.in_executor_memory(positions);
+    job.box = find_box(executor, job.given.data(), node_count);
+    Renumbering<E> renumbering = renumber_nodes(executor, job.given.data(), node_count, job.box);
+    job.places = executor.template allocate<Vec3<Real>>(node_count);
+    const NodeId* const caller_of = renumbering.caller_of.data();
+    const Vec3<Real>* const source = job.given.data();
+    Vec3<Real>* const places = job.places.data();
+    executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) {
+      places[node] = source[caller_of[node]];
+    });
+    job.elements = renumber_elements(executor, topology, renumbering.internal_of.data());
+    renumbering.internal_of = {};
+    job.caller_of = std::move(renumbering.caller_of);
+    job.balls = find_balls(executor, node_count, job.elements.view, job.elements.caller_of.data());
+    job.rings =
+        find_rings(executor, node_count, job.elements.view, job.balls.view(), job.caller_of.data());
+  }
+  {
+    const StageTimer timer(executor, times.find_boundary_seconds, control, Stage::find_boundary);
+    job.fixed = executor.template allocate<std::uint8_t>(node_count);
+    if (!find_boundary(executor, node_count, job.elements.view, job.balls.view(),
+                       job.fixed.data())) {
+      throw_overused_facet(topology);
+    }
+    auto mask = executor.in_executor_memory(topology.fixed);
+    const FixedCounts counts =
+        fix_nodes(executor, node_count, job.balls.view(), job.caller_of.data(),
+                  topology.fixed.empty() ? nullptr : mask.data(),
+                  options.boundary == BoundaryPolicy::fixed, job.fixed.data());
+    job.nodes = counts.nodes;
+    job.free_count = static_cast<std::size_t>(counts.free);
+  }
+  return job;
+}
+
+}  // namespace meshsmooth::detail
