@@ -12,5 +12,6 @@ namespace meshsmooth::bench {
 using Action = std::function<int()>;
 
 void add_paper_command(CLI::App& app, Action& action);
+void add_pipeline_command(CLI::App& app, Action& action);
 
 }  // namespace meshsmooth::bench

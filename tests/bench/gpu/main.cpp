@@ -14,6 +14,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   Action action;
   add_paper_command(app, action);
+  add_pipeline_command(app, action);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& help) {

@@ -36,7 +36,7 @@ struct SystemRun {
 class PaperSystem {
  public:
   /// A block that has not converged after so many sweeps gives up.
-  static constexpr int kMostSweeps = 2000;
+  static constexpr int kMostSweeps = 500;
 
   PaperSystem(const BenchMesh& mesh, float tolerance, const Stream& stream);
 
