@@ -28,6 +28,9 @@ test_packages=(
 # What scripts/picture.py imports.
 picture_packages=(python3-numpy python3-matplotlib python3-vtk9)
 
+# What scripts/bundle needs beside the first.
+bundle_packages=(libgtest-dev libgmock-dev libeigen3-dev libbenchmark-dev binutils zstd)
+
 # install_packages NAME…: installs by apt what is missing, as root or through sudo.
 install_packages() {
   local missing=() as_root=() name log=$root/build/apt.log
