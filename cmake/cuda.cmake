@@ -1,17 +1,21 @@
-# The CUDA backend: MESHSMOOTH_CUDA is ON, OFF or AUTO (on where an nvcc is found).
-# Sets MESHSMOOTH_HAVE_CUDA. `scripts/setup --cuda` puts NVIDIA's compiler into
-# .cuda where there is none.
+# The CUDA backend: MESHSMOOTH_CUDA is ON, OFF or AUTO (on where an nvcc of CUDA 13 or
+# newer is found). Sets MESHSMOOTH_HAVE_CUDA. `scripts/setup --cuda` puts NVIDIA's
+# compiler into .cuda where there is none.
 set(MESHSMOOTH_CUDA AUTO CACHE STRING "Build the CUDA backend: ON, OFF or AUTO")
 set_property(CACHE MESHSMOOTH_CUDA PROPERTY STRINGS AUTO ON OFF)
 
 set(MESHSMOOTH_HAVE_CUDA OFF)
 if(MESHSMOOTH_CUDA)
   if(NOT CMAKE_CUDA_COMPILER AND NOT DEFINED ENV{CUDACXX})
-    find_program(MESHSMOOTH_NVCC nvcc
+    function(meshsmooth_check_nvcc is_new_enough nvcc)
+      execute_process(COMMAND ${nvcc} --version OUTPUT_VARIABLE text ERROR_QUIET)
+      if(NOT text MATCHES "release ([0-9.]+)" OR CMAKE_MATCH_1 VERSION_LESS 13)
+        set(${is_new_enough} FALSE PARENT_SCOPE)
+      endif()
+    endfunction()
+    find_program(MESHSMOOTH_NVCC nvcc VALIDATOR meshsmooth_check_nvcc
       HINTS ${PROJECT_SOURCE_DIR}/.cuda/bin ENV CUDA_HOME PATHS /usr/local/cuda/bin)
-    if(MESHSMOOTH_NVCC)
-      set(CMAKE_CUDA_COMPILER ${MESHSMOOTH_NVCC})
-    endif()
+    set(CMAKE_CUDA_COMPILER ${MESHSMOOTH_NVCC})
   endif()
   # Machine code for the data-centre cards in use, portable code for the others.
   if(NOT DEFINED CMAKE_CUDA_ARCHITECTURES AND NOT DEFINED ENV{CUDAARCHS})
@@ -32,7 +36,7 @@ if(MESHSMOOTH_CUDA)
     set(MESHSMOOTH_HAVE_CUDA ON)
     find_package(CUDAToolkit REQUIRED)
   elseif(MESHSMOOTH_CUDA STREQUAL "ON")
-    message(FATAL_ERROR "MESHSMOOTH_CUDA is ON, but there is no nvcc: run scripts/setup --cuda, "
+    message(FATAL_ERROR "MESHSMOOTH_CUDA is ON, but there is no nvcc of CUDA 13: run scripts/setup --cuda, "
       "or name it by CMAKE_CUDA_COMPILER")
   endif()
 endif()

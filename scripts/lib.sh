@@ -22,14 +22,18 @@ build_packages=(
 )
 # What the tests need beside that.
 test_packages=(
-  libgtest-dev libgmock-dev libeigen3-dev
+  libgtest-dev libgmock-dev libeigen3-dev libbenchmark-dev
   clang-format clang-tidy shellcheck python3
+)
+# What scripts/bundle needs beside the first.
+bundle_packages=(libgtest-dev libgmock-dev libeigen3-dev libbenchmark-dev binutils zstd)
+# NVIDIA's compiler, its headers and the static runtime: 100 MB from PyPI, 270 MB on disk.
+cuda_wheels=(
+  nvidia-cuda-nvcc==13.0.88 nvidia-nvvm==13.0.88 nvidia-cuda-crt==13.0.88
+  nvidia-cuda-runtime==13.0.96 nvidia-cuda-cccl==13.0.85
 )
 # What scripts/picture.py imports.
 picture_packages=(python3-numpy python3-matplotlib python3-vtk9)
-
-# What scripts/bundle needs beside the first.
-bundle_packages=(libgtest-dev libgmock-dev libeigen3-dev libbenchmark-dev binutils zstd)
 
 # install_packages NAME…: installs by apt what is missing, as root or through sudo.
 install_packages() {
@@ -56,4 +60,65 @@ install_packages() {
     tail -n 20 "$log" >&2
     die "apt could not install the packages; its whole output is in $log"
   }
+}
+
+# Whether there is an nvcc that cmake/cuda.cmake takes.
+has_nvcc() {
+  local nvcc release
+  for nvcc in "${CUDACXX-}" "$root/.cuda/bin/nvcc" "${CUDA_HOME:+$CUDA_HOME/bin/nvcc}" \
+    "$(command -v nvcc)" /usr/local/cuda/bin/nvcc; do
+    [[ -n $nvcc && -x $nvcc ]] || continue
+    release=$("$nvcc" --version | sed -nE 's/.*release ([0-9]+)\..*/\1/p')
+    ((${release:-0} < 13)) || return 0
+  done
+  return 1
+}
+
+has_gpu() { nvidia-smi --list-gpus 2>/dev/null | grep -q '^GPU '; }
+
+# install_cuda: puts NVIDIA's compiler into .cuda/ of the checkout, where nothing else
+# sees it. Fails where PyPI cannot be reached.
+install_cuda() {
+  local folder=$root/.cuda log=$root/build/cuda.log
+  install_packages python3-pip ca-certificates
+  say "Installing NVIDIA's compiler into .cuda/ (100 MB from PyPI; log: ${log#"$root"/})"
+  mkdir -p "$root/build"
+  rm -rf -- "$folder" "$folder.partial"
+  # Debian's own Python, for which the package is.
+  /usr/bin/python3 -m pip install --disable-pip-version-check --no-deps --only-binary :all: \
+    --target "$folder.partial" "${cuda_wheels[@]}" >"$log" 2>&1 || {
+    tail -n 20 "$log" >&2
+    rm -rf -- "$folder.partial"
+    return 1
+  }
+  mv -- "$folder.partial/nvidia/cu13" "$folder"
+  mv -- "$folder.partial"/*.dist-info "$folder" # with the licences
+  rm -rf -- "$folder.partial"
+  ln -s lib "$folder/lib64"
+  "$folder/bin/nvcc" --version >>"$log"
+}
+
+# prepare_cuda MODE: sees to a compiler for the CUDA backend and sets `cuda` to ON or OFF,
+# for CMake's MESHSMOOTH_CUDA. MODE is on, off, or auto: on where there is a GPU or a
+# compiler.
+prepare_cuda() {
+  cuda=OFF
+  case $1 in
+    on)
+      has_nvcc || install_cuda ||
+        die "no CUDA: NVIDIA's compiler could not be installed from PyPI; install CUDA 13 by" \
+          "hand, or leave out --cuda"
+      cuda=ON
+      ;;
+    auto)
+      if has_nvcc || { has_gpu && install_cuda; }; then
+        cuda=ON
+      elif has_gpu; then
+        say "WARNING: there is a GPU, but NVIDIA's compiler could not be installed from PyPI." \
+          "Building WITHOUT CUDA."
+      else
+        say "No GPU here: building without CUDA (--cuda compiles it nevertheless)"
+      fi
+      ;;
+  esac
 }
