@@ -7,3 +7,11 @@
 #else
 #define MESHSMOOTH_HD
 #endif
+
+/// Lets nvcc unroll the loop that follows; host compilers decide by themselves.
+#if defined(__CUDA_ARCH__)
+#define MESHSMOOTH_PRAGMA(text) _Pragma(#text)
+#define MESHSMOOTH_UNROLL(times) MESHSMOOTH_PRAGMA(unroll times)
+#else
+#define MESHSMOOTH_UNROLL(times)
+#endif

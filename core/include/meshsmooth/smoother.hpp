@@ -51,6 +51,13 @@ struct MemoryEstimate {
   std::int64_t device_bytes = 0;
 };
 
+/// Memory of the device that a smoother works on; all 0 where that is the host.
+struct DeviceSpace {
+  std::int64_t total_bytes = 0;
+  std::int64_t free_bytes = 0;  // now, whoever takes it
+  std::int64_t kept_bytes = 0;  // what a smoother holds between its jobs, at most
+};
+
 /// One in-order slot on one backend: takes a mesh and options, moves its nodes,
 /// says what happened. Not thread-safe; costly to build, cheap to call again.
 class Smoother {
@@ -59,6 +66,9 @@ class Smoother {
 
   /// "cpu", "cuda:0" …
   [[nodiscard]] virtual std::string_view backend() const = 0;
+
+  /// Throws DeviceError.
+  [[nodiscard]] virtual DeviceSpace device_space() const { return {}; }
 
   /// Upper bound of the bytes that `smooth` allocates for an ordinary
   /// (conforming) mesh of this size, the caller's arrays not counted.
@@ -82,11 +92,14 @@ class Smoother {
   }
 };
 
-/// The backends compiled in, in order of preference.
+/// The backends compiled in, in order of preference; of CUDA one per device, or
+/// "cuda" alone where no device can be asked.
 struct BackendInfo {
-  std::string name;  // "cpu"
+  std::string name;  // "cpu", "cuda:0"
   bool available;    // usable on this machine
   std::string device_name;
+  std::int64_t device_bytes = 0;  // the device's memory; 0: it works in the host's
+  std::string problem;            // why it is not available
 };
 [[nodiscard]] std::vector<BackendInfo> list_backends();
 

@@ -56,6 +56,31 @@ MESHSMOOTH_HD bool visit_higher(const Surroundings& around, const NodeId* caller
   });
 }
 
+inline constexpr std::uint32_t kNoColour = 0xffffffffU;
+
+/// Gives a node the lowest colour that none of its neighbours before it has, if
+/// they all have one; says whether it did.
+template <class E>
+MESHSMOOTH_HD bool choose_colour(const Surroundings& around, const NodeId* caller_ids,
+                                 std::size_t node, std::uint32_t* colours) {
+  const bool ready = visit_higher(
+      around, caller_ids, node, [=](NodeId other) { return E::load(colours[other]) != kNoColour; });
+  if (!ready) return false;
+  for (std::uint32_t base = 0;; base += 64) {
+    std::uint64_t taken = 0;
+    visit_higher(around, caller_ids, node, [&](NodeId other) {
+      const std::uint32_t c = E::load(colours[other]);
+      if (c >= base && c < base + 64) taken |= std::uint64_t{1} << (c - base);
+      return true;
+    });
+    if (~taken == 0) continue;
+    std::uint32_t free = base;
+    for (; (taken & 1U) != 0; taken >>= 1) ++free;
+    E::store(colours[node], free);
+    return true;
+  }
+}
+
 /// First-fit in the order of `colour_priority`, found in parallel: a node
 /// chooses once all its neighbours of higher priority have. The result is that
 /// of the serial first-fit, whatever the schedule. Source: Jones, Plassmann
@@ -65,34 +90,17 @@ MESHSMOOTH_HD bool visit_higher(const Surroundings& around, const NodeId* caller
 /// cost   O(ball entries) in about log n rounds; 12 B a node while it runs
 template <Executor E>
 Colouring<E> colour_nodes(E& executor, const Surroundings& around, const NodeId* caller_ids) {
-  constexpr std::uint32_t kNone = 0xffffffffU;
   const std::size_t node_count = around.node_count;
   auto colours = executor.template allocate<std::uint32_t>(node_count);
   std::uint32_t* const colour = colours.data();
-  executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) { colour[node] = kNone; });
+  executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) { colour[node] = kNoColour; });
 
   for (std::size_t open = 1; open > 0;) {
     open = executor.reduce(
         node_count, std::size_t{0},
         [=] MESHSMOOTH_HD(std::size_t node) -> std::size_t {
-          if (around.fixed[node] != 0 || colour[node] != kNone) return 0;
-          const bool ready = visit_higher(around, caller_ids, node, [=](NodeId other) {
-            return E::load(colour[other]) != kNone;
-          });
-          if (!ready) return 1;
-          for (std::uint32_t base = 0;; base += 64) {
-            std::uint64_t taken = 0;
-            visit_higher(around, caller_ids, node, [&](NodeId other) {
-              const std::uint32_t c = E::load(colour[other]);
-              if (c >= base && c < base + 64) taken |= std::uint64_t{1} << (c - base);
-              return true;
-            });
-            if (~taken == 0) continue;
-            std::uint32_t free = base;
-            for (; (taken & 1U) != 0; taken >>= 1) ++free;
-            E::store(colour[node], free);
-            return 0;
-          }
+          if (around.fixed[node] != 0 || colour[node] != kNoColour) return 0;
+          return choose_colour<E>(around, caller_ids, node, colour) ? 0 : 1;
         },
         [] MESHSMOOTH_HD(std::size_t a, std::size_t b) { return a + b; });
   }
@@ -108,7 +116,7 @@ Colouring<E> colour_nodes(E& executor, const Surroundings& around, const NodeId*
   const auto lower_bound = [&](std::uint64_t value) {
     return executor.lower_bound(key, node_count, value);
   };
-  const std::size_t free_count = lower_bound(std::uint64_t{kNone} << 32);
+  const std::size_t free_count = lower_bound(std::uint64_t{kNoColour} << 32);
   for (std::uint64_t c = 0; result.first.empty() || result.first.back() < free_count; ++c) {
     result.first.push_back(lower_bound(c << 32));
   }

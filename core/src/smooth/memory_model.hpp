@@ -124,7 +124,10 @@ struct MeshCounts {
   const std::int64_t peak =
       kept + std::max({renumbering, counting + balls, balls + rings + n / 4 + colouring,
                        held_balls + rings + iterating + (colouring > 0 ? n * 4 : 0)});
-  return peak + peak / 50 + (std::int64_t{2} << 20);  // partial sums, histograms
+  // What the blocks of a sweep have summed up, and the judge's histograms.
+  const std::int64_t sums = std::min<std::int64_t>(n / 256 + 1, 1056) * 64 *
+                            static_cast<std::int64_t>(sizeof(SweepStats));
+  return peak + peak / 50 + sums + (std::int64_t{128} << 10);
 }
 
 }  // namespace meshsmooth::detail

@@ -5,6 +5,18 @@
 
 namespace meshsmooth::detail {
 
+/// `element_score` of a tetrahedron.
+MESHSMOOTH_HD inline double tetrahedron_score(Vec3d origin, Vec3d p1, Vec3d p2, Vec3d p3) {
+  const Vec3d a = p1 - origin, b = p2 - origin, c = p3 - origin;
+  const double det = dot(a, cross(b, c));
+  const double aa = dot(a, a), bb = dot(b, b), cc = dot(c, c);
+  const Vec3d ab = b - a, ac = c - a, bc = c - b;
+  const double length = aa + bb + cc + dot(ab, ab) + dot(ac, ac) + dot(bc, bc);
+  if (!(det * det > kSignBound * kSignBound * (aa * bb * cc))) return 0.0;
+  const double score = 432.0 * (det * det) / (length * length * length);
+  return det > 0 ? score : -score;
+}
+
 /// What the rules compare elements by: above 0 if and only if every corner is
 /// certainly positive, 0 for a degenerate element, negative for an inverted
 /// one. In a volume element it is the cube of the worst corner's mean ratio
@@ -15,15 +27,7 @@ namespace meshsmooth::detail {
 template <class Get>
 MESHSMOOTH_HD double element_score(const ElementShape& shape, const Get& get, Vec3d reference) {
   if (shape.dimension == 3 && shape.node_count == 4) {
-    const Vec3d origin = get(0);
-    const Vec3d a = get(1) - origin, b = get(2) - origin, c = get(3) - origin;
-    const double det = dot(a, cross(b, c));
-    const double aa = dot(a, a), bb = dot(b, b), cc = dot(c, c);
-    const Vec3d ab = b - a, ac = c - a, bc = c - b;
-    const double length = aa + bb + cc + dot(ab, ab) + dot(ac, ac) + dot(bc, bc);
-    if (!(det * det > kSignBound * kSignBound * (aa * bb * cc))) return 0.0;
-    const double score = 432.0 * (det * det) / (length * length * length);
-    return det > 0 ? score : -score;
+    return tetrahedron_score(get(0), get(1), get(2), get(3));
   }
   double worst = 2.0;
   for (int k = 0; k < shape.corner_count; ++k) {

@@ -4,9 +4,7 @@
 
 #include "meshsmooth/error.hpp"
 #include "smooth/cpu/cpu_smoother.hpp"
-#ifdef MESHSMOOTH_CUDA
 #include "smooth/cuda/cuda_smoother.hpp"
-#endif
 
 namespace meshsmooth {
 namespace {
@@ -22,17 +20,18 @@ int cuda_device(std::string_view backend) {
 }
 
 [[noreturn]] void throw_not_available(std::string_view backend) {
-  std::string names;
-  for (const BackendInfo& info : list_backends()) {
-    if (info.available) names += (names.empty() ? "" : ", ") + info.name;
+  std::string names, problems;
+  const std::vector<BackendInfo> backends = list_backends();
+  if (backends.size() == 1) problems = "; this build has no CUDA";
+  for (const BackendInfo& info : backends) {
+    if (info.available) {
+      names += (names.empty() ? "" : ", ") + info.name;
+    } else {
+      problems += "; " + info.name + ": " + info.problem;
+    }
   }
-#ifdef MESHSMOOTH_CUDA
-  const std::string build;
-#else
-  const std::string build = " (this build has no CUDA)";
-#endif
   throw NotSupported("BACKEND_NOT_AVAILABLE",
-                     "backend '" + std::string(backend) + "' is not available here" + build +
+                     "backend '" + std::string(backend) + "' is not available here" + problems +
                          "; there is: " + names,
                      {{"field", "backend"}});
 }
@@ -40,11 +39,8 @@ int cuda_device(std::string_view backend) {
 }  // namespace
 
 std::vector<BackendInfo> list_backends() {
-  std::vector<BackendInfo> backends;
-#ifdef MESHSMOOTH_CUDA
-  backends = detail::list_cuda_backends();
-#endif
-  backends.push_back({"cpu", true, "CPU"});
+  std::vector<BackendInfo> backends = detail::list_cuda_backends();
+  backends.push_back({.name = "cpu", .available = true, .device_name = "CPU", .problem = {}});
   return backends;
 }
 
@@ -58,14 +54,12 @@ std::unique_ptr<Smoother> make_smoother(std::string_view backend, int thread_cou
     }
   }
   if (name == "cpu") return detail::make_cpu_smoother(thread_count);
-#ifdef MESHSMOOTH_CUDA
+  const int device = cuda_device(name);
   for (const BackendInfo& info : detail::list_cuda_backends()) {
-    const int device = cuda_device(name);
     if (info.available && info.name == "cuda:" + std::to_string(device)) {
       return detail::make_cuda_smoother(device);
     }
   }
-#endif
   throw_not_available(backend);
 }
 

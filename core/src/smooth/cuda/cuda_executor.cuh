@@ -21,6 +21,9 @@
 namespace meshsmooth::detail {
 
 inline constexpr unsigned int kBlockSize = 256;
+inline constexpr int kWarp = 32;
+inline constexpr int kWarpsPerBlock = kBlockSize / kWarp;
+inline constexpr unsigned int kAllLanes = 0xffffffffU;
 
 /// Blocks of kBlockSize that give every one of `count` items a thread, at most
 /// `most`.
@@ -85,6 +88,34 @@ __global__ void __launch_bounds__(kBlockSize)
   if (threadIdx.x == 0) {
     *result = sum;
     *ticket = 0;
+  }
+}
+
+template <class T>
+struct alignas(4 * sizeof(T)) FourOf {
+  T values[4];
+};
+
+/// What belongs to the nodes of an element. Runs of elements with four nodes are
+/// aligned, so that theirs come by one access.
+template <int kWidth, class T>
+__device__ void load_group(const T* from, T (&to)[kWidth]) {
+  if constexpr (kWidth == 4) {
+    const auto four = *reinterpret_cast<const FourOf<T>*>(from);
+#pragma unroll
+    for (int n = 0; n < 4; ++n) to[n] = four.values[n];
+  } else {
+#pragma unroll
+    for (int n = 0; n < kWidth; ++n) to[n] = from[n];
+  }
+}
+template <int kWidth, class T>
+__device__ void store_group(const T (&from)[kWidth], T* to) {
+  if constexpr (kWidth == 4) {
+    *reinterpret_cast<FourOf<T>*>(to) = {from[0], from[1], from[2], from[3]};
+  } else {
+#pragma unroll
+    for (int n = 0; n < kWidth; ++n) to[n] = from[n];
   }
 }
 
@@ -224,11 +255,12 @@ class CudaExecutor {
     lane_.ordering.hold_up(lane_.stream);
   }
 
-  /// A copy that is there at the next `synchronize`; `host` is pinned.
+  /// A copy that is there at the next `synchronize`.
   template <class T>
-  void download_later(const T* from, T* host) {
-    check_cuda(cudaMemcpyAsync(host, from, sizeof(T), cudaMemcpyDeviceToHost, stream()),
-               "copying from the device");
+  void download_later(const T* from, T* host, std::size_t size = 1) {
+    check_cuda(
+        cudaMemcpyAsync(host, from, size * sizeof(T), cudaMemcpyDeviceToHost, stream()),
+        "copying from the device");
   }
 
   template <class T>
@@ -363,6 +395,11 @@ class CudaExecutor {
     launch_shared<kKernel>(blocks, 0, arguments...);
   }
   template <auto kKernel, class... Arguments>
+  void launch_blocks(unsigned int blocks, unsigned int block_size, const Arguments&... arguments) {
+    kKernel<<<blocks, block_size, 0, stream()>>>(arguments...);
+    check_cuda(cudaGetLastError(), "launching a kernel");
+  }
+  template <auto kKernel, class... Arguments>
   void launch_shared(unsigned int blocks, std::size_t shared_bytes,
                      const Arguments&... arguments) {
     kKernel<<<blocks, kBlockSize, shared_bytes, stream()>>>(arguments...);
@@ -380,7 +417,7 @@ class CudaExecutor {
       return std::max(blocks, 1);
     }();
     const auto resident =
-        static_cast<std::size_t>(std::min(per_multiprocessor, 4) * lane_.multiprocessor_count());
+        static_cast<std::size_t>(std::min(per_multiprocessor, 8) * lane_.multiprocessor_count());
     return static_cast<unsigned int>(std::clamp<std::size_t>(most, 1, resident));
   }
   template <auto kKernel, class... Arguments>

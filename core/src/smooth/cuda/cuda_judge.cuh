@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cub/block/block_scan.cuh>
+
 #include <memory>
 
 #include "mesh/measure.hpp"
@@ -16,7 +18,7 @@ struct RankedElement {
 
   static constexpr ElementId kNoElement = 0xffffffffU;
 
-  [[nodiscard]] __device__ bool worse_than(const RankedElement& other) const {
+  [[nodiscard]] MESHSMOOTH_HD bool worse_than(const RankedElement& other) const {
     if (other.element == kNoElement) return element != kNoElement;
     if (element == kNoElement) return false;
     return mean_ratio != other.mean_ratio ? mean_ratio < other.mean_ratio
@@ -29,12 +31,12 @@ struct DeviceTally {
   unsigned int bins[kMetricCount][kBinCount];
   unsigned long long min[kMetricCount], max[kMetricCount];  // ordered_bits
   unsigned long long inverted, degenerate, locked, locked_inverted;
+  unsigned int listed;  // worst elements
 };
 
 /// What each block finds in the elements that it is given by the grid alone.
 struct BlockTally {
   ChunkSums sums;
-  RankedElement worst[kWorstCount];
   RankedElement worst_locked;
 };
 
@@ -50,9 +52,6 @@ struct JudgeTask {
   DeviceTally* tally;
   BlockTally* blocks;
 };
-
-/// Elements per thread between two rankings.
-inline constexpr int kJudgedAtOnce = 4;
 
 /// The metrics of a type, the first `count` of them.
 struct MetricsOfType {
@@ -70,27 +69,89 @@ __device__ inline double sum_block(double value, double* shared) {
   return reduce_block(value, shared, [](double a, double b) { return a + b; });
 }
 
-/// The worst of one candidate per thread, for all threads.
-__device__ inline RankedElement worst_of_block(RankedElement own, RankedElement* shared) {
-  return reduce_block(own, shared, [](const RankedElement& a, const RankedElement& b) {
-    return b.worse_than(a) ? b : a;
-  });
+/// An element of a task in double.
+template <class Real>
+__device__ ElementMeasure measure_in(const JudgeTask& task, const ElementShape& shape,
+                                     const Vec3<Real>* positions, std::size_t e) {
+  Vec3d corners[8];
+  for (int n = 0; n < shape.node_count; ++n) {
+    corners[n] = vec3_cast<double>(
+        positions[task.nodes[e * static_cast<std::size_t>(shape.node_count) + n]]);
+  }
+  const Vec3d reference = task.references == nullptr
+                              ? task.reference
+                              : unpack_direction(task.references[task.first + e]);
+  return measure_element(shape, corners, reference);
+}
+__device__ inline RankedElement ranked(const JudgeTask& task, std::size_t e,
+                                       const ElementMeasure& m) {
+  const std::size_t id = task.first + e;
+  return {m.mean_ratio, m.scaled_jacobian,
+          task.names == nullptr ? static_cast<ElementId>(id) : task.names[id]};
+}
+
+/// Lists the elements in the lowest bins of the mean ratio that together hold
+/// kWorstCount; counts on where there is no more room.
+template <class Real>
+__global__ void __launch_bounds__(kBlockSize)
+    list_worst_kernel(JudgeTask task, const Vec3<Real>* positions, RankedElement* list,
+                      unsigned int capacity, unsigned int* size) {
+  using Scan = cub::BlockScan<unsigned int, kBlockSize>;
+  __shared__ typename Scan::TempStorage scan_space;
+  __shared__ unsigned int shared_bin;
+  constexpr unsigned int kEach = kBinCount / kBlockSize;
+  const unsigned int first = threadIdx.x * kEach;
+  unsigned int own = 0, below = 0;
+  for (unsigned int b = first; b < first + kEach; ++b) own += task.tally->bins[0][b];
+  if (threadIdx.x == 0) shared_bin = kBinCount - 1;
+  Scan(scan_space).ExclusiveSum(own, below);
+  __syncthreads();
+  if (below < kWorstCount && below + own >= kWorstCount) {
+    unsigned int bin = first;
+    while ((below += task.tally->bins[0][bin]) < kWorstCount) ++bin;
+    shared_bin = bin;
+  }
+  __syncthreads();
+  const std::size_t highest = shared_bin;
+  const ElementShape& shape = *task.shape;
+  const std::size_t step = std::size_t{gridDim.x} * kBlockSize;
+  for (std::size_t e = std::size_t{blockIdx.x} * kBlockSize + threadIdx.x; e < task.count;
+       e += step) {
+    const ElementMeasure m = measure_in(task, shape, positions, e);
+    const double value = isfinite(m.mean_ratio) ? m.mean_ratio : 0;
+    if (metric_bin(0, value) > highest) continue;
+    const unsigned int place = atomicAdd(size, 1U);
+    if (place < capacity) list[place] = ranked(task, e, m);
+  }
+}
+
+/// The worst of all elements that are better than `after`.
+template <class Real>
+RankedElement find_next_worst(CudaExecutor& executor, const JudgeTask& task,
+                              const Vec3<Real>* positions, RankedElement after) {
+  return executor.reduce(
+      task.count, RankedElement{0, 0, RankedElement::kNoElement},
+      [=] __device__(std::size_t e) -> RankedElement {
+        const RankedElement own = ranked(task, e, measure_in(task, *task.shape, positions, e));
+        const bool later = after.element == RankedElement::kNoElement || after.worse_than(own);
+        return later ? own : RankedElement{0, 0, RankedElement::kNoElement};
+      },
+      [] __device__(const RankedElement& a, const RankedElement& b) -> RankedElement {
+        return b.worse_than(a) ? b : a;
+      });
 }
 
 template <class Real>
-__global__ void __launch_bounds__(kBlockSize)
+__global__ void __launch_bounds__(kBlockSize, 2)
     judge_kernel(JudgeTask task, const Vec3<Real>* positions) {
   extern __shared__ unsigned int bins[];  // [metric of the type][bin]
-  __shared__ RankedElement ranked[kBlockSize * kJudgedAtOnce];
-  __shared__ RankedElement shared[kBlockSize];
-  __shared__ RankedElement worst[kWorstCount];
-  double* const shared_sums = reinterpret_cast<double*>(shared);
+  __shared__ double shared[kBlockSize];
+  __shared__ RankedElement shared_ranked[kBlockSize];
   const ElementShape& shape = *task.shape;
   const MetricsOfType metrics = metrics_of(shape);
   for (int i = static_cast<int>(threadIdx.x); i < metrics.count * int{kBinCount}; i += kBlockSize) {
     bins[i] = 0;
   }
-  if (threadIdx.x < kWorstCount) worst[threadIdx.x].element = RankedElement::kNoElement;
   __syncthreads();
 
   const double infinity = HUGE_VAL;
@@ -99,83 +160,41 @@ __global__ void __launch_bounds__(kBlockSize)
   double max[5] = {-infinity, -infinity, -infinity, -infinity, -infinity};
   unsigned int inverted = 0, degenerate = 0, locked = 0, locked_inverted = 0;
   RankedElement worst_locked{0, 0, RankedElement::kNoElement};
-  constexpr std::size_t kChunk = std::size_t{kBlockSize} * kJudgedAtOnce;
-  for (std::size_t chunk = blockIdx.x * kChunk; chunk < task.count;
-       chunk += std::size_t{gridDim.x} * kChunk) {
-#pragma unroll 1
-    for (int turn = 0; turn < kJudgedAtOnce; ++turn) {
-      const std::size_t at = turn * std::size_t{kBlockSize} + threadIdx.x;
-      const std::size_t e = chunk + at;
-      ranked[at].element = RankedElement::kNoElement;
-      if (e >= task.count) continue;
-      const std::size_t id = task.first + e;
-      Vec3d corners[8];
-      bool all_fixed = true;
-      for (int n = 0; n < shape.node_count; ++n) {
-        const NodeId node = task.nodes[e * static_cast<std::size_t>(shape.node_count) + n];
-        corners[n] = vec3_cast<double>(positions[node]);
-        all_fixed &= task.fixed[node] != 0;
-      }
-      const Vec3d reference = task.references == nullptr
-                                  ? task.reference
-                                  : unpack_direction(task.references[id]);
-      const ElementMeasure m = measure_element(shape, corners, reference);
-      double values[5] = {m.mean_ratio, m.scaled_jacobian, 0, 0, 0};
-      if (metrics.count == 5) {
-        values[2] = m.radius_ratio;
-        values[3] = degrees(m.min_angle_cos);
-        values[4] = degrees(m.max_angle_cos);
-      } else if (metrics.count == 4) {
-        values[2] = degrees(m.min_angle_cos);
-        values[3] = degrees(m.max_angle_cos);
-      }
+  const std::size_t step = std::size_t{gridDim.x} * kBlockSize;
+  for (std::size_t e = std::size_t{blockIdx.x} * kBlockSize + threadIdx.x; e < task.count;
+       e += step) {
+    const ElementMeasure m = measure_in(task, shape, positions, e);
+    double values[5] = {m.mean_ratio, m.scaled_jacobian, 0, 0, 0};
+    if (metrics.count == 5) {
+      values[2] = m.radius_ratio;
+      values[3] = degrees(m.min_angle_cos);
+      values[4] = degrees(m.max_angle_cos);
+    } else if (metrics.count == 4) {
+      values[2] = degrees(m.min_angle_cos);
+      values[3] = degrees(m.max_angle_cos);
+    }
 #pragma unroll
-      for (int v = 0; v < 5; ++v) {
-        if (v >= metrics.count) continue;
-        if (!isfinite(values[v])) values[v] = 0;
-        sums[v] += values[v];
-        min[v] = values[v] < min[v] ? values[v] : min[v];
-        max[v] = values[v] > max[v] ? values[v] : max[v];
-        const std::size_t metric = static_cast<std::size_t>(metrics.metrics[v]);
-        atomicAdd(&bins[v * kBinCount + metric_bin(metric, values[v])], 1U);
-      }
-      volume += std::abs(m.volume);
-      inverted += m.inverted ? 1 : 0;
-      degenerate += m.degenerate ? 1 : 0;
-      const RankedElement own{m.mean_ratio, m.scaled_jacobian,
-                              task.names == nullptr ? static_cast<ElementId>(id)
-                                                    : task.names[id]};
-      ranked[at] = own;
-      if (!all_fixed) continue;
-      ++locked;
-      locked_inverted += m.inverted ? 1 : 0;
-      if (own.worse_than(worst_locked)) worst_locked = own;
+    for (int v = 0; v < 5; ++v) {
+      if (v >= metrics.count) continue;
+      if (!isfinite(values[v])) values[v] = 0;
+      sums[v] += values[v];
+      min[v] = values[v] < min[v] ? values[v] : min[v];
+      max[v] = values[v] > max[v] ? values[v] : max[v];
+      const auto metric = static_cast<std::size_t>(metrics.metrics[v]);
+      atomicAdd(&bins[v * kBinCount + metric_bin(metric, values[v])], 1U);
     }
-    __syncthreads();
-    // As long as the chunk has a worse one than the least bad of the block's
-    // worst, it takes that one's place.
-    for (;;) {
-      RankedElement best{0, 0, RankedElement::kNoElement};
-      int best_at = 0;
-      for (int turn = 0; turn < kJudgedAtOnce; ++turn) {
-        const int at = turn * static_cast<int>(kBlockSize) + static_cast<int>(threadIdx.x);
-        if (ranked[at].worse_than(best)) {
-          best = ranked[at];
-          best_at = at;
-        }
-      }
-      const RankedElement found = worst_of_block(best, shared);
-      int least = 0;
-      for (int w = 1; w < int{kWorstCount}; ++w) {
-        if (worst[least].worse_than(worst[w])) least = w;
-      }
-      const bool taken = found.worse_than(worst[least]);
-      __syncthreads();
-      if (!taken) break;
-      if (best.element == found.element) ranked[best_at].element = RankedElement::kNoElement;
-      if (threadIdx.x == 0) worst[least] = found;
-      __syncthreads();
+    volume += std::abs(m.volume);
+    inverted += m.inverted ? 1 : 0;
+    degenerate += m.degenerate ? 1 : 0;
+    bool all_fixed = true;
+    for (int n = 0; n < shape.node_count; ++n) {
+      all_fixed &= task.fixed[task.nodes[e * static_cast<std::size_t>(shape.node_count) + n]] != 0;
     }
+    if (!all_fixed) continue;
+    ++locked;
+    locked_inverted += m.inverted ? 1 : 0;
+    const RankedElement own = ranked(task, e, m);
+    if (own.worse_than(worst_locked)) worst_locked = own;
   }
 
   BlockTally& own = task.blocks[blockIdx.x];
@@ -183,24 +202,26 @@ __global__ void __launch_bounds__(kBlockSize)
   for (int v = 0; v < 5; ++v) {
     if (v >= metrics.count) continue;
     const int metric = metrics.metrics[v];
-    const double sum = sum_block(sums[v], shared_sums);
-    const double least = reduce_block(min[v], shared_sums,
-                                      [](double a, double b) { return a < b ? a : b; });
-    const double most = reduce_block(max[v], shared_sums,
-                                     [](double a, double b) { return a > b ? a : b; });
+    const double sum = sum_block(sums[v], shared);
+    const double least =
+        reduce_block(min[v], shared, [](double a, double b) { return a < b ? a : b; });
+    const double most =
+        reduce_block(max[v], shared, [](double a, double b) { return a > b ? a : b; });
     if (threadIdx.x == 0) {
       own.sums.values[static_cast<std::size_t>(metric)] = sum;
       atomicMin(&task.tally->min[metric], ordered_bits(least));
       atomicMax(&task.tally->max[metric], ordered_bits(most));
     }
   }
-  volume = sum_block(volume, shared_sums);
-  const RankedElement locked_found = worst_of_block(worst_locked, shared);
+  volume = sum_block(volume, shared);
+  worst_locked = reduce_block(worst_locked, shared_ranked,
+                              [](const RankedElement& a, const RankedElement& b) {
+                                return b.worse_than(a) ? b : a;
+                              });
   if (threadIdx.x == 0) {
     own.sums.volume = volume;
-    own.worst_locked = locked_found;
+    own.worst_locked = worst_locked;
   }
-  if (threadIdx.x < kWorstCount) own.worst[threadIdx.x] = worst[threadIdx.x];
   const auto add = [](unsigned long long& total, unsigned int part) {
     if (part != 0) atomicAdd(&total, static_cast<unsigned long long>(part));
   };
@@ -276,12 +297,10 @@ class CudaJudge {
                "clearing device memory");
     unsigned int blocks_of[kElementTypeCount];
     unsigned int block_total = 0;
-    const auto most = 2 * static_cast<std::size_t>(executor.lane().multiprocessor_count());
+    const auto most = 4 * static_cast<std::size_t>(executor.lane().multiprocessor_count());
     for_each_run(executor, job.elements, [&]<int>(const Elements::Run& run, std::size_t count) {
       const auto r = static_cast<std::size_t>(&run - job.elements.view.runs);
-      const std::size_t chunk = std::size_t{kBlockSize} * kJudgedAtOnce;
-      blocks_of[r] = static_cast<unsigned int>(
-          std::clamp<std::size_t>((count + chunk - 1) / chunk, 1, most));
+      blocks_of[r] = block_count(count, most);
       block_total += blocks_of[r];
     });
     auto blocks = executor.allocate<BlockTally>(block_total);
@@ -295,30 +314,44 @@ class CudaJudge {
     }();
     static_cast<void>(allowed);
     BlockTally* next = blocks.data();
+    std::vector<JudgeTask> tasks;
     for_each_run(executor, job.elements, [&]<int>(const Elements::Run& run, std::size_t count) {
-      const auto r = static_cast<std::size_t>(&run - job.elements.view.runs);
-      const JudgeTask task{run.shape,
-                           run.nodes,
-                           run.first,
-                           count,
-                           job.elements.caller_of.data(),
-                           orientation.references(),
-                           orientation.common(),
-                           job.fixed.data(),
-                           tally,
-                           next};
-      executor.launch_shared<kKernel>(
-          blocks_of[r], 5 * kBinCount * sizeof(unsigned int), task, job.places.data());
-      next += blocks_of[r];
+      const unsigned int grid = blocks_of[tasks.size()];
+      tasks.push_back({run.shape, run.nodes, run.first, count, job.elements.caller_of.data(),
+                       orientation.references(), orientation.common(), job.fixed.data(), tally,
+                       next});
+      executor.launch_shared<kKernel>(grid, 5 * kBinCount * sizeof(unsigned int), tasks.back(),
+                                      job.places.data());
+      next += grid;
     });
+    auto listed = executor.allocate<RankedElement>(kMostListed);
+    for (const JudgeTask& task : tasks) {
+      executor.launch<&list_worst_kernel<Real>>(block_count(task.count, 2 * most), task,
+                                                job.places.data(), listed.data(), kMostListed,
+                                                &tally->listed);
+    }
     auto counted = std::make_unique<DeviceTally>();
     std::vector<BlockTally> found(block_total);
-    check_cuda(cudaMemcpyAsync(counted.get(), tally, sizeof(DeviceTally), cudaMemcpyDeviceToHost,
-                               executor.stream()),
-               "copying from the device");
+    std::vector<RankedElement> worst(kMostListed);
+    executor.download_later(tally, counted.get());
+    executor.download_later(listed.data(), worst.data(), kMostListed);
     executor.download(blocks.data(), block_total, found.data());
     executor.check();
-    return to_stats(*counted, found, job.elements.view);
+    if (counted->listed <= kMostListed) {
+      worst.resize(counted->listed);
+    } else {
+      // Too many alike: one by one.
+      worst.clear();
+      for (const JudgeTask& task : tasks) {
+        RankedElement last{0, 0, RankedElement::kNoElement};
+        for (std::size_t n = 0; n < kWorstCount; ++n) {
+          last = find_next_worst(executor, task, job.places.data(), last);
+          if (last.element == RankedElement::kNoElement) break;
+          worst.push_back(last);
+        }
+      }
+    }
+    return to_stats(*counted, found, worst, job.elements.view);
   }
 
   /// Of the last `quality`.
@@ -348,8 +381,10 @@ class CudaJudge {
   }
 
  private:
+  static constexpr unsigned int kMostListed = 256;
+
   QualityStats to_stats(const DeviceTally& counted, const std::vector<BlockTally>& blocks,
-                        const Elements& elements) {
+                        const std::vector<RankedElement>& worst, const Elements& elements) {
     auto total = std::make_unique<Tally>();
     for (std::size_t m = 0; m < kMetricCount; ++m) {
       std::copy(std::begin(counted.bins[m]), std::end(counted.bins[m]), total->bins[m].begin());
@@ -368,13 +403,11 @@ class CudaJudge {
     for (const BlockTally& block : blocks) {
       for (std::size_t m = 0; m < kMetricCount; ++m) sums.values[m] += block.sums.values[m];
       sums.volume += block.sums.volume;
-      for (const RankedElement& e : block.worst) {
-        if (e.element != RankedElement::kNoElement) total->keep_if_worst(name(e));
-      }
       const RankedElement& e = block.worst_locked;
       if (e.element == RankedElement::kNoElement) continue;
       if (!locked_.worst || worse(name(e), *locked_.worst)) locked_.worst = name(e);
     }
+    for (const RankedElement& e : worst) total->keep_if_worst(name(e));
     return summarize(std::move(*total), sums, static_cast<std::int64_t>(elements.count));
   }
 

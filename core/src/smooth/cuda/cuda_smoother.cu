@@ -3,6 +3,7 @@
 #include <string>
 
 #include "meshsmooth/error.hpp"
+#include "smooth/cuda/cuda_colouring.cuh"
 #include "smooth/cuda/cuda_judge.cuh"
 #include "smooth/cuda/cuda_sweeps.cuh"
 #include "smooth/cuda/cuda_topology.cuh"
@@ -12,6 +13,14 @@ namespace meshsmooth::detail {
 namespace {
 
 void use_device(int device) { check_cuda(cudaSetDevice(device), "choosing a device"); }
+
+/// Bytes on the host: tallies, and of a surface the normals that are judged there.
+std::int64_t estimate_judge_bytes(const MeshSize& size) {
+  constexpr std::int64_t kTallies = std::int64_t{1} << 20;
+  const MeshCounts mesh = count_mesh(size);
+  if (mesh.dimension == 3) return kTallies;
+  return kTallies + mesh.elements * static_cast<std::int64_t>(sizeof(PackedDirection));
+}
 
 class CudaSmoother final : public Smoother {
  public:
@@ -25,9 +34,21 @@ class CudaSmoother final : public Smoother {
 
   [[nodiscard]] std::string_view backend() const override { return name_; }
 
+  [[nodiscard]] DeviceSpace device_space() const override {
+    use_device(lane_.device());
+    std::size_t free = 0, total = 0;
+    check_cuda(cudaMemGetInfo(&free, &total), "asking for a device's memory");
+    std::uint64_t kept = 0;
+    check_cuda(
+        cudaMemPoolGetAttribute(lane_.pool().get(), cudaMemPoolAttrReleaseThreshold, &kept),
+        "asking for a memory pool's threshold");
+    return {static_cast<std::int64_t>(total), static_cast<std::int64_t>(free),
+            static_cast<std::int64_t>(kept)};
+  }
+
   [[nodiscard]] MemoryEstimate estimate(const MeshSize& size,
                                         const SmoothOptions& options) const override {
-    return {0, estimate_device_bytes(size, options)};
+    return {estimate_judge_bytes(size), estimate_device_bytes(size, options)};
   }
 
   using Smoother::smooth;
@@ -62,9 +83,11 @@ class CudaSmoother final : public Smoother {
 
 std::vector<BackendInfo> list_cuda_backends() {
   int count = 0;
-  if (cudaGetDeviceCount(&count) != cudaSuccess) {
+  const cudaError_t asked = cudaGetDeviceCount(&count);
+  if (asked != cudaSuccess || count == 0) {
     static_cast<void>(cudaGetLastError());
-    return {};
+    const char* const problem = cudaGetErrorString(asked != cudaSuccess ? asked : cudaErrorNoDevice);
+    return {{.name = "cuda", .available = false, .device_name = {}, .problem = problem}};
   }
   std::vector<BackendInfo> backends;
   for (int device = 0; device < count; ++device) {
@@ -72,7 +95,11 @@ std::vector<BackendInfo> list_cuda_backends() {
     check_cuda(cudaGetDeviceProperties(&properties, device), "asking for a device's properties");
     const bool usable = properties.major * 10 + properties.minor >= 75 &&
                         properties.cooperativeLaunch != 0 && properties.canMapHostMemory != 0;
-    backends.push_back({"cuda:" + std::to_string(device), usable, properties.name});
+    backends.push_back({.name = "cuda:" + std::to_string(device),
+                        .available = usable,
+                        .device_name = properties.name,
+                        .device_bytes = static_cast<std::int64_t>(properties.totalGlobalMem),
+                        .problem = usable ? "" : "it needs compute capability 7.5 or newer"});
   }
   return backends;
 }

@@ -75,7 +75,6 @@ inline constexpr int kStagedIds = 32 * 24;
 template <class Mean, class Real>
 __device__ SweepStats jacobi_sweep(const Surroundings& around, const Mean& mean, Real factor,
                                    const Vec3<Real>* before, Vec3<Real>* after, NodeId* staged) {
-  constexpr int kWarp = 32;
   const QuietPositions<Real> x{before};
   SweepStats seen;
   const int lane = static_cast<int>(threadIdx.x % kWarp);
@@ -89,10 +88,10 @@ __device__ SweepStats jacobi_sweep(const Surroundings& around, const Mean& mean,
     if constexpr (std::is_same_v<Mean, UniformMean>) {
       const std::int64_t begin = mine ? around.rings.offsets[node] : 0;
       const std::int64_t end = mine ? around.rings.offsets[node + 1] : 0;
-      const std::int64_t first = __shfl_sync(0xffffffffU, begin, 0);
+      const std::int64_t first = __shfl_sync(kAllLanes, begin, 0);
       const int last_lane =
           static_cast<int>(std::min<std::size_t>(kWarp, around.node_count - tile * kWarp)) - 1;
-      const auto count = static_cast<int>(__shfl_sync(0xffffffffU, end, last_lane) - first);
+      const auto count = static_cast<int>(__shfl_sync(kAllLanes, end, last_lane) - first);
       if (count <= kStagedIds) {
         for (int i = lane; i < count; i += kWarp) staged[i] = around.rings.entries[first + i];
         __syncwarp();
@@ -138,15 +137,17 @@ __global__ void __launch_bounds__(kBlockSize)
   report(batch, sweep, shared);
 }
 
-/// Eight threads of a warp that judge one ball.
+/// Threads of one warp that judge one ball.
+template <int kSize>
 struct WarpTeam {
-  static constexpr int size = 8;
+  static constexpr int size = kSize;
   int rank;
   unsigned int mask;
 
   __device__ WarpTeam()
       : rank(static_cast<int>(threadIdx.x % size)),
-        mask(((1U << size) - 1) << (threadIdx.x % 32 / size * size)) {}
+        mask(size == 32 ? 0xffffffffU
+                        : ((1U << (size % 32)) - 1) << (threadIdx.x % 32 / size * size)) {}
 
   [[nodiscard]] __device__ double lowest(double value) const {
     for (int step = size / 2; step > 0; step /= 2) {
@@ -158,19 +159,75 @@ struct WarpTeam {
   [[nodiscard]] __device__ bool all(bool value) const { return __all_sync(mask, value) != 0; }
 };
 
-/// `first[c]` is where colour c begins in `nodes`.
-template <class Mean, class Real>
-__global__ void __launch_bounds__(kBlockSize)
+/// `accept_move` by a warp whose threads hold an element each, so that memory is
+/// read once for all trials.
+template <class P>
+__device__ Vec3<typename P::Real> accept_move(const WarpTeam<kWarp>& team,
+                                              const Surroundings& around, const P& x,
+                                              std::size_t node,
+                                              Vec3<typename P::Real> candidate,
+                                              Acceptance acceptance, bool& held) {
+  using Real = typename P::Real;
+  const std::size_t size = around.balls.size(node);
+  const ElementShape& shape = *around.elements.runs[0].shape;
+  if (size > kWarp || around.elements.run_count > 1 || shape.dimension != 3 ||
+      shape.node_count != 4) {
+    return accept_move<WarpTeam<kWarp>, P>(team, around, x, node, candidate, acceptance, held);
+  }
+  const Vec3<Real> before = x[node];
+  if (candidate == before) return before;
+  const bool mine = static_cast<std::size_t>(team.rank) < size;
+  Vec3d corners[4] = {};
+  int own = 0;
+  if (mine) {
+    const ElementId e = around.balls.begin(node)[team.rank];
+    const NodeId* const nodes = around.elements.runs[0].nodes + std::size_t{e} * 4;
+    NodeId ids[4];
+#pragma unroll
+    for (int n = 0; n < 4; ++n) ids[n] = nodes[n];
+#pragma unroll
+    for (int n = 0; n < 4; ++n) {
+      corners[n] = vec3_cast<double>(x[static_cast<std::size_t>(ids[n])]);
+      if (static_cast<std::size_t>(ids[n]) == node) own = n;
+    }
+  }
+  const auto score_at = [&](Vec3<Real> place) {
+    const Vec3d p = vec3_cast<double>(place);
+    return tetrahedron_score(own == 0 ? p : corners[0], own == 1 ? p : corners[1],
+                             own == 2 ? p : corners[2], own == 3 ? p : corners[3]);
+  };
+  const double score_before = mine ? score_at(before) : 2.0;
+  const double worst = acceptance.smart ? team.lowest(score_before < 2.0 ? score_before : 2.0) : 0.0;
+  Real share = 1;
+  for (int trial = 0; trial < 4; ++trial) {
+    const Vec3<Real> place = trial == 0 ? candidate : before + share * (candidate - before);
+    bool right = true;
+    if (mine) {
+      const double score = score_at(place);
+      right = !(acceptance.smart && score < worst) &&
+              !(acceptance.guard && !(score > 0) && score_before > 0);
+    }
+    if (team.all(right)) return place;
+    held = true;
+    share /= 2;
+  }
+  return before;
+}
+
+/// `first[c]` is where colour c begins in `nodes`. A team of kTeam threads moves a
+/// node.
+template <int kTeam, class Mean, class Real>
+__global__ void __launch_bounds__(kBlockSize, 2)
     gauss_seidel_kernel(Surroundings around, Mean mean, Real factor, Acceptance acceptance,
                         const NodeId* nodes, const std::uint32_t* first, int colour_count,
                         Vec3<Real>* positions, SweepBatch batch) {
   __shared__ alignas(SweepStats) unsigned char bytes[kBlockSize * sizeof(SweepStats)];
   SweepStats* const shared = reinterpret_cast<SweepStats*>(bytes);
   const auto grid = cooperative_groups::this_grid();
-  const WarpTeam team;
+  const WarpTeam<kTeam> team;
   const QuietPositions<Real> x{positions};
-  const std::uint32_t own = (blockIdx.x * kBlockSize + threadIdx.x) / WarpTeam::size;
-  const std::uint32_t teams = gridDim.x * kBlockSize / WarpTeam::size;
+  const std::uint32_t own = (blockIdx.x * kBlockSize + threadIdx.x) / kTeam;
+  const std::uint32_t teams = gridDim.x * kBlockSize / kTeam;
   int sweep = 0;
   for (bool last = false; !last; ++sweep) {
     SweepStats seen;
@@ -227,6 +284,27 @@ void run_batches(CudaExecutor& executor, unsigned int blocks, ConvergenceWatch& 
   }
 }
 
+template <int kTeam, class Real, class Mean>
+void run_coloured_sweeps(CudaExecutor& executor, Sweeper<CudaExecutor, Real>& sweeper,
+                         const Mean& mean, Real factor, ConvergenceWatch& watch) {
+  const Surroundings& around = sweeper.around();
+  const Colouring<CudaExecutor>& colouring = sweeper.colouring();
+  const std::vector<std::uint32_t> first(colouring.first.begin(), colouring.first.end());
+  auto first_on_device = executor.allocate<std::uint32_t>(first.size());
+  executor.upload(first.data(), first.size(), first_on_device.data());
+  constexpr auto kKernel = &gauss_seidel_kernel<kTeam, Mean, Real>;
+  const unsigned int blocks = executor.cooperative_blocks<kKernel>(
+      block_count(around.node_count / std::max<std::size_t>(colouring.count(), 1) * kTeam));
+  run_batches(
+      executor, blocks, watch,
+      [&](const SweepBatch& batch) {
+        executor.launch_cooperative<kKernel>(
+            blocks, around, mean, factor, sweeper.acceptance(), colouring.nodes.data(),
+            first_on_device.data(), static_cast<int>(colouring.count()), sweeper.current(), batch);
+      },
+      [](int) {});
+}
+
 /// The sweeps of one step: without a host in between where the form and the
 /// acceptance let nodes be judged on the spot.
 template <class Real, class Mean>
@@ -235,24 +313,9 @@ void run_sweeps(CudaExecutor& executor, Sweeper<CudaExecutor, Real>& sweeper, co
   const Surroundings& around = sweeper.around();
   const auto f = static_cast<Real>(factor);
   if (sweeper.form() == Form::gauss_seidel) {
-    const Colouring<CudaExecutor>& colouring = sweeper.colouring();
-    const std::vector<std::uint32_t> first(colouring.first.begin(), colouring.first.end());
-    auto first_on_device = executor.allocate<std::uint32_t>(first.size());
-    executor.upload(first.data(), first.size(), first_on_device.data());
-    constexpr auto kKernel = &gauss_seidel_kernel<Mean, Real>;
-    const unsigned int blocks = executor.cooperative_blocks<kKernel>(
-        block_count(around.node_count / std::max<std::size_t>(colouring.count(), 1) *
-                    WarpTeam::size));
-    run_batches(
-        executor, blocks, watch,
-        [&](const SweepBatch& batch) {
-          executor.launch_cooperative<kKernel>(
-              blocks, around, mean, f, sweeper.acceptance(), colouring.nodes.data(),
-              first_on_device.data(), static_cast<int>(colouring.count()), sweeper.current(),
-              batch);
-        },
-        [](int) {});
-    return;
+    // A thread per element of an ordinary ball.
+    return dot(around.reference, around.reference) > 0 || around.references != nullptr ? run_coloured_sweeps<8>(executor, sweeper, mean, f, watch)
+                             : run_coloured_sweeps<32>(executor, sweeper, mean, f, watch);
   }
   if (sweeper.form() == Form::jacobi && !sweeper.acceptance().active()) {
     constexpr auto kKernel = &jacobi_kernel<Mean, Real>;

@@ -110,6 +110,22 @@ Renumbering<CudaExecutor> renumber_nodes(CudaExecutor& executor, const Vec3<Real
 /// what does not fit a byte is given a place from the row's end.
 inline constexpr std::uint8_t kLatePlace = 255;
 
+/// Adds 1 to counter[node]; threads of a warp with the same node do it by one
+/// atomic addition. Neighbouring elements share nodes, and what limits the count
+/// are atomics.
+__device__ inline std::uint32_t add_together(std::uint32_t* counters, NodeId node) {
+  const unsigned int active = __activemask();
+  const unsigned int same = __match_any_sync(active, node);
+  const unsigned int lane = threadIdx.x % kWarp;
+  const int leader = __ffs(static_cast<int>(same)) - 1;
+  std::uint32_t place = 0;
+  if (static_cast<int>(lane) == leader) {
+    place = atomicAdd(&counters[node], static_cast<std::uint32_t>(__popc(same)));
+  }
+  return __shfl_sync(same, place, leader) +
+         static_cast<std::uint32_t>(__popc(same & ((1U << lane) - 1)));
+}
+
 /// Takes the elements of one type into internal numbers, in place, and counts
 /// the balls' entries. A wrong element becomes one that does no harm, and is
 /// reported. Places in a row are given in any order: rows are sorted where order
@@ -121,8 +137,7 @@ void count_entries(CudaExecutor& executor, std::size_t node_count, std::size_t c
   executor.for_each(count, [=] __device__(std::size_t e) {
     NodeId nodes[kWidth];
     bool right = true;
-#pragma unroll
-    for (int n = 0; n < kWidth; ++n) nodes[n] = connectivity[e * kWidth + n];
+    load_group(connectivity + e * kWidth, nodes);
 #pragma unroll
     for (int n = 0; n < kWidth; ++n) {
       right &= nodes[n] >= 0 && static_cast<std::size_t>(nodes[n]) < node_count;
@@ -130,14 +145,16 @@ void count_entries(CudaExecutor& executor, std::size_t node_count, std::size_t c
       for (int earlier = 0; earlier < n; ++earlier) right &= nodes[earlier] != nodes[n];
     }
     if (!right) state->wrong_element = 1;
+    std::uint8_t row_places[kWidth];
+#pragma unroll
+    for (int n = 0; n < kWidth; ++n) nodes[n] = right ? internal_of[nodes[n]] : 0;
 #pragma unroll
     for (int n = 0; n < kWidth; ++n) {
-      const NodeId node = right ? internal_of[nodes[n]] : 0;
-      connectivity[e * kWidth + n] = node;
-      const std::uint32_t place = atomicAdd(&sizes[node], 1U);
-      places[e * kWidth + n] =
-          static_cast<std::uint8_t>(place < kLatePlace ? place : kLatePlace);
+      const std::uint32_t place = add_together(sizes, nodes[n]);
+      row_places[n] = static_cast<std::uint8_t>(place < kLatePlace ? place : kLatePlace);
     }
+    store_group(nodes, connectivity + e * kWidth);
+    store_group(row_places, places + e * kWidth);
   });
 }
 
@@ -146,12 +163,18 @@ void fill_balls(CudaExecutor& executor, std::size_t count, std::size_t first_id,
                 const NodeId* connectivity, const std::uint8_t* places, std::uint32_t* sizes,
                 const std::int64_t* offsets, ElementId* entries) {
   executor.for_each(count, [=] __device__(std::size_t e) {
+    NodeId nodes[kWidth];
+    std::uint8_t row_places[kWidth];
+    load_group(connectivity + e * kWidth, nodes);
+    load_group(places + e * kWidth, row_places);
+    std::int64_t starts[kWidth];
+#pragma unroll
+    for (int n = 0; n < kWidth; ++n) starts[n] = offsets[nodes[n]];
 #pragma unroll
     for (int n = 0; n < kWidth; ++n) {
-      const NodeId node = connectivity[e * kWidth + n];
-      std::uint32_t place = places[e * kWidth + n];
-      if (place == kLatePlace) place = atomicSub(&sizes[node], 1U) - 1;
-      entries[offsets[node] + place] = static_cast<ElementId>(first_id + e);
+      std::uint32_t place = row_places[n];
+      if (place == kLatePlace) place = atomicSub(&sizes[nodes[n]], 1U) - 1;
+      entries[starts[n] + place] = static_cast<ElementId>(first_id + e);
     }
   });
 }
@@ -173,6 +196,9 @@ void with_width(int node_count, const Body& body) {
   }
 }
 
+/// Ids between which runs of elements may begin.
+inline constexpr std::ptrdiff_t kRunAlignment = 4;
+
 /// The caller's elements on the device, grouped by type and inside a type in the
 /// caller's order, still in the caller's numbers. The copies run in the stream of
 /// uploads.
@@ -182,7 +208,7 @@ inline JobElements<CudaExecutor> upload_elements(CudaExecutor& executor,
   elements.dimension = element_shape(topology.blocks.front().type).dimension;
   std::size_t size = 0;
   for (const ElementBlockView& block : topology.blocks) size += block.nodes.size();
-  elements.connectivity = executor.allocate<NodeId>(size);
+  elements.connectivity = executor.allocate<NodeId>(size + kElementTypeCount * kRunAlignment);
   NodeId* next = elements.connectivity.data();
   bool in_order = true;  // the caller's elements already lie type by type
   int last_type = -1;
@@ -213,6 +239,7 @@ inline JobElements<CudaExecutor> upload_elements(CudaExecutor& executor,
       first_caller += count;
     }
     if (elements.view.count == first) continue;
+    next += (begin - next) & (kRunAlignment - 1);
     elements.view.runs[elements.view.run_count++] = {
         executor.lane().shapes() + static_cast<std::size_t>(type), begin, first};
   }
@@ -300,11 +327,11 @@ inline RowBuffer<CudaExecutor, NodeId> find_rows(CudaExecutor& executor, std::si
            elements.view.runs[0].shape == executor.lane().shapes() + static_cast<int>(type);
   };
   if (is_only(ElementType::tetrahedron)) {
-    executor.launch<&row_kernel<4>>(grid, task);
+    executor.launch_blocks<&row_kernel<4>>(grid, kRowsPerBlock, task);
   } else if (is_only(ElementType::triangle)) {
-    executor.launch<&row_kernel<3>>(grid, task);
+    executor.launch_blocks<&row_kernel<3>>(grid, kRowsPerBlock, task);
   } else {
-    executor.launch<&row_kernel<0>>(grid, task);
+    executor.launch_blocks<&row_kernel<0>>(grid, kRowsPerBlock, task);
   }
   return rings;
 }

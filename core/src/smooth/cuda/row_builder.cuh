@@ -33,23 +33,14 @@ struct RowTask {
   PrepareState* state;
 };
 
-inline constexpr int kWarp = 32;
-inline constexpr int kRowsPerBlock = 32;
-inline constexpr int kWarpsPerBlock = kBlockSize / kWarp;
-inline constexpr int kRowCapacity = 64;     // longer rows are found twice
-inline constexpr int kTableSize = 128;      // slots
-inline constexpr unsigned int kFull = 80;   // + one insertion of each lane still fits
-inline constexpr unsigned long long kNoFacet = ~0ULL;
+inline constexpr int kRowsPerBlock = 128;  // as many threads
+inline constexpr int kRowCapacity = 32;    // longer rows are a case for `RowSearch`
+inline constexpr int kTableSize = 128;     // slots
+inline constexpr unsigned int kFull = 80;  // and one more of each lane still fits
 
-/// What one warp works with: sets of at most kFull keys.
-template <bool kThird>
-struct RowTables {
-  int nodes[kTableSize];
-  unsigned long long facets[kTableSize];  // the two nodes after the lowest
-  unsigned int facet_counts[kTableSize];
-  int thirds[kThird ? kTableSize : 1];  // the fourth node of a facet
-  unsigned int node_count, facet_count;
-};
+/// A short row per thread in shared memory: entry k of all threads lies together,
+/// so that no two threads meet in a bank.
+using RowEntries = int[kRowCapacity][kRowsPerBlock];
 
 __device__ inline unsigned int mixed(unsigned int h) {
   h *= 0x9e3779b1U;
@@ -57,10 +48,10 @@ __device__ inline unsigned int mixed(unsigned int h) {
   return h ^ (h >> 13);
 }
 
-/// Sorts by a whole warp, in place. Bitonic merges whose missing entries count as
-/// the highest, so that any count will do. O(count log^2 count / 32).
+/// Sorts a row in place, by a whole warp. Bitonic merges whose missing entries
+/// count as the highest, so that any count will do. O(count log^2 count / 32).
 template <class Id, class Key>
-__device__ void sort_row_by_warp(Id* row, unsigned int count, const Key& key) {
+__device__ void sort_by_warp(Id* row, unsigned int count, const Key& key) {
   const unsigned int lane = threadIdx.x % kWarp;
   const auto order = [&](unsigned int a, unsigned int b) {
     if (b >= count) return;
@@ -86,45 +77,136 @@ __device__ void sort_row_by_warp(Id* row, unsigned int count, const Key& key) {
   }
 }
 
-/// Sorts at most kRowCapacity entries by a whole warp; each counts the lower
-/// ones. `keys` is scratch.
-template <class Id, class Key>
-__device__ void rank_row_by_warp(Id* row, unsigned int count, int* keys, const Key& key) {
-  constexpr int kEach = kRowCapacity / kWarp;
-  const unsigned int lane = threadIdx.x % kWarp;
-  Id own[kEach];
-  int own_key[kEach];
-#pragma unroll
-  for (int n = 0; n < kEach; ++n) {
-    const unsigned int i = lane + n * kWarp;
-    if (i < count) {
-      own[n] = row[i];
-      keys[i] = own_key[n] = static_cast<int>(key(own[n]));
+/// Sorts this thread's row by its keys.
+__device__ inline void sort_own_row(RowEntries& row, RowEntries& keys, int count) {
+  const unsigned int t = threadIdx.x;
+  for (int i = 1; i < count; ++i) {
+    const int entry = row[i][t];
+    const auto key = static_cast<unsigned int>(keys[i][t]);
+    int j = i;
+    for (; j > 0 && static_cast<unsigned int>(keys[j - 1][t]) > key; --j) {
+      row[j][t] = row[j - 1][t];
+      keys[j][t] = keys[j - 1][t];
     }
+    row[j][t] = entry;
+    keys[j][t] = static_cast<int>(key);
   }
-  __syncwarp();
-#pragma unroll
-  for (int n = 0; n < kEach; ++n) {
-    if (lane + n * kWarp >= count) continue;
-    unsigned int lower = 0;
-    for (unsigned int j = 0; j < count; ++j) {
-      lower += static_cast<unsigned int>(keys[j]) < static_cast<unsigned int>(own_key[n]) ? 1 : 0;
-    }
-    row[lower] = own[n];
-  }
-  __syncwarp();
 }
 
-/// One warp's search around one node. The keys are cut into `parts` by a hash;
-/// only those of one part are kept at a time, so that they fit the tables
-/// however many there are.
-/// kNodes: of the only type of element, a simplex; else 0.
+/// Copies between rows of a warp's threads and the stretch of memory in which
+/// they lie one behind the other, in whole lines. `start` is the thread's place
+/// in the stretch; no row is longer than kRowCapacity.
+template <bool kStore, class Id>
+__device__ void copy_rows(RowEntries& rows, RowEntries& scratch, Id* stretch, unsigned int start,
+                          unsigned int count) {
+  const unsigned int lane = threadIdx.x % kWarp;
+  int* const staged = &scratch[0][0] + threadIdx.x / kWarp * (kRowCapacity * kWarp);
+  const unsigned int total = __shfl_sync(kAllLanes, start + count, kWarp - 1);
+  __syncthreads();  // the scratch of all warps is one
+  if constexpr (kStore) {
+    for (unsigned int k = 0; k < count; ++k) staged[start + k] = rows[k][threadIdx.x];
+    __syncwarp();
+    for (unsigned int i = lane; i < total; i += kWarp) stretch[i] = static_cast<Id>(staged[i]);
+  } else {
+    for (unsigned int i = lane; i < total; i += kWarp) staged[i] = static_cast<int>(stretch[i]);
+    __syncwarp();
+    for (unsigned int k = 0; k < count; ++k) rows[k][threadIdx.x] = staged[start + k];
+  }
+  __syncthreads();
+}
+
+/// The pairs i < j of a short row, a bit each.
+inline constexpr int kPairWords = kRowCapacity * (kRowCapacity - 1) / 2 / 32 + 1;
+
+/// Ring and boundary mark of this thread's node; the row is left unsorted in
+/// `row`. Returns the degree, or kTooLong.
+///
+/// A facet at the node is a pair of its neighbours (in a surface one neighbour):
+/// once the neighbours are numbered, a bit for every pair says whether it was
+/// seen, another whether twice. Nothing but node ids is ever compared.
+inline constexpr int kTooLong = -1;
 template <int kNodes>
+__device__ int find_simplex_row(const RowTask& task, int node, RowEntries& row,
+                                RowEntries& pairs) {
+  static_assert(2 * kPairWords <= kRowCapacity);
+  const unsigned int t = threadIdx.x;
+  for (int w = 0; w < 2 * kPairWords; ++w) pairs[w][t] = 0;
+  for (int k = 0; k < kRowCapacity; ++k) row[k][t] = -1;
+  int degree = 0;
+  int overused = 0;
+  const auto count_pair = [&](int index) {
+    const int word = index / 32;
+    const int bit = 1 << (index % 32);
+    const int seen = pairs[word][t], twice = pairs[kPairWords + word][t];
+    pairs[word][t] = seen | bit;
+    pairs[kPairWords + word][t] = twice | (seen & bit);
+    overused |= twice & bit;
+  };
+  const auto pair_index = [](int a, int b) {
+    return a < b ? b * (b - 1) / 2 + a : a * (a - 1) / 2 + b;
+  };
+  constexpr int kOthers = kNodes - 1;
+  const NodeId* const connectivity = task.elements.runs[0].nodes;
+  const std::int64_t end = task.ball_offsets[node + 1];
+  for (std::int64_t e = task.ball_offsets[node]; e < end; ++e) {
+    int ids[kNodes];
+    load_group(connectivity + std::size_t{task.ball_entries[e]} * kNodes, ids);
+    // The other nodes first.
+#pragma unroll
+    for (int n = 0; n < kOthers; ++n) {
+      if (ids[n] == node) ids[n] = ids[kOthers];
+    }
+    int places[kOthers];
+#pragma unroll
+    for (int n = 0; n < kOthers; ++n) places[n] = -1;
+    for (int k = 0; k < degree; k += 4) {  // free places hold -1
+#pragma unroll
+      for (int j = 0; j < 4; ++j) {
+        const int entry = row[k + j][t];
+#pragma unroll
+        for (int n = 0; n < kOthers; ++n) places[n] = entry == ids[n] ? k + j : places[n];
+      }
+    }
+#pragma unroll
+    for (int n = 0; n < kOthers; ++n) {
+      if (places[n] >= 0) continue;
+      if (degree == kRowCapacity) return kTooLong;
+      row[degree][t] = ids[n];
+      places[n] = degree++;
+    }
+    if constexpr (kNodes == 3) {
+      count_pair(places[0]);
+      count_pair(places[1]);
+    } else {
+      count_pair(pair_index(places[0], places[1]));
+      count_pair(pair_index(places[0], places[2]));
+      count_pair(pair_index(places[1], places[2]));
+    }
+  }
+  int open = 0;
+  for (int w = 0; w < kPairWords; ++w) open |= pairs[w][t] & ~pairs[kPairWords + w][t];
+  if (open != 0) task.on_boundary[node] = 1;
+  if (overused != 0) task.state->overused_facet = 1;
+  return degree;
+}
+
+inline constexpr unsigned long long kNoFacet = ~0ULL;
+
+/// Sets of at most kFull keys.
+struct RowTables {
+  int nodes[kTableSize];
+  unsigned long long facets[kTableSize];  // two more nodes of a facet at the node
+  unsigned int facet_counts[kTableSize];
+  int thirds[kTableSize];  // the fourth node of a facet, or -1
+  unsigned int node_count, facet_count;
+};
+
+/// One warp's search around a node of any mesh. The keys are cut into `parts` by
+/// a hash; only those of one part are kept at a time, so that they fit the tables
+/// however many there are.
 class RowSearch {
  public:
-  using Tables = RowTables<kNodes == 0>;
-
-  __device__ RowSearch(const RowTask& task, Tables& tables, int node, unsigned int parts,
+  __device__ RowSearch(const RowTask& task, RowTables& tables, int node, unsigned int parts,
                        unsigned int part)
       : task_(task), tables_(tables), node_(node), parts_(parts), part_(part) {}
 
@@ -137,36 +219,24 @@ class RowSearch {
       tables_.nodes[slot] = -1;
       tables_.facets[slot] = kNoFacet;
       tables_.facet_counts[slot] = 0;
-      if constexpr (kNodes == 0) tables_.thirds[slot] = kUnset;
+      tables_.thirds[slot] = kUnset;
     }
     if (lane == 0) tables_.node_count = tables_.facet_count = 0;
     __syncwarp();
     const std::int64_t end = task_.ball_offsets[node_ + 1];
     for (std::int64_t e = task_.ball_offsets[node_] + lane; e < end; e += kWarp) {
-      if constexpr (kNodes == 0) {
-        add_element(task_.elements[task_.ball_entries[e]], emit);
-      } else {
-        add_simplex(task_.elements.runs[0].nodes + std::size_t{task_.ball_entries[e]} * kNodes,
-                    emit);
-      }
+      add_element(task_.elements[task_.ball_entries[e]], emit);
     }
     __syncwarp();
     return tables_.node_count < kFull && tables_.facet_count < kFull;
   }
 
-  /// Marks the nodes of facets found once.
+  /// Marks the node when it has a facet found once.
   __device__ void mark_boundary() const {
     for (unsigned int slot = threadIdx.x % kWarp; slot < kTableSize; slot += kWarp) {
       const unsigned int count = tables_.facet_counts[slot];
       if (count > 2) task_.state->overused_facet = 1;
-      if (count != 1) continue;
-      const unsigned long long facet = tables_.facets[slot];
-      task_.on_boundary[node_] = 1;
-      task_.on_boundary[facet >> 32] = 1;
-      task_.on_boundary[facet & 0xffffffffU] = 1;
-      if constexpr (kNodes == 0) {
-        if (tables_.thirds[slot] >= 0) task_.on_boundary[tables_.thirds[slot]] = 1;
-      }
+      if (count == 1) task_.on_boundary[node_] = 1;
     }
     __syncwarp();
   }
@@ -175,29 +245,6 @@ class RowSearch {
 
  private:
   static constexpr int kUnset = -2;
-
-  template <class Emit>
-  __device__ void add_simplex(const NodeId* nodes, const Emit& emit) {
-    int higher[4];  // the nodes above this one
-    int count = 0;
-    int others[kNodes == 0 ? 1 : kNodes];
-#pragma unroll
-    for (int n = 0; n < kNodes; ++n) others[n] = nodes[n];
-#pragma unroll
-    for (int n = 0; n < kNodes; ++n) {
-      if (others[n] != node_) add_neighbour(others[n], emit);
-      if (others[n] > node_) higher[count++] = others[n];
-    }
-    if constexpr (kNodes == 3) {
-      for (int n = 0; n < count; ++n) add_facet(higher[n], higher[n], -1);
-    } else {
-      if (count >= 2) add_facet(higher[0], higher[1], -1);
-      if (count == 3) {
-        add_facet(higher[0], higher[2], -1);
-        add_facet(higher[1], higher[2], -1);
-      }
-    }
-  }
 
   template <class Emit>
   __device__ void add_element(const ElementView& element, const Emit& emit) {
@@ -210,11 +257,17 @@ class RowSearch {
     }
     for (int f = 0; f < shape.facet_count; ++f) {
       const FacetKey key = facet_key(element, f);
-      const int skipped = 4 - shape.facets[f].node_count;
-      if (key.nodes[skipped] != node_) continue;
-      const int second = key.nodes[skipped + 1];
-      add_facet(second, skipped < 2 ? key.nodes[skipped + 2] : second,
-                skipped == 0 ? key.nodes[3] : -1);
+      int others[3] = {-1, -1, -1};  // ascending, behind them -1
+      int count = 0;
+      bool here = false;
+      for (int n = 4 - shape.facets[f].node_count; n < 4; ++n) {
+        if (key.nodes[n] == node_) {
+          here = true;
+        } else if (count < 3) {
+          others[count++] = key.nodes[n];
+        }
+      }
+      if (here) add_facet(others[0], others[1], others[2]);
     }
   }
 
@@ -236,12 +289,11 @@ class RowSearch {
     }
   }
 
-  __device__ void add_facet(int a, int b, int third) {
-    const unsigned long long key =
-        (static_cast<unsigned long long>(a < b ? a : b) << 32) |
-        static_cast<unsigned int>(a < b ? b : a);
-    const unsigned int h = mixed(mixed(static_cast<unsigned int>(key >> 32)) ^
-                                 static_cast<unsigned int>(key)) ^
+  __device__ void add_facet(int first, int second, int third) {
+    const unsigned long long key = (static_cast<unsigned long long>(first) << 32) |
+                                   static_cast<unsigned int>(second);
+    const unsigned int h = mixed(mixed(static_cast<unsigned int>(first)) ^
+                                 static_cast<unsigned int>(second)) ^
                            mixed(static_cast<unsigned int>(third + 1));
     if (((h >> 7) & (parts_ - 1)) != part_) return;
     if (*static_cast<volatile unsigned int*>(&tables_.facet_count) >= kFull) return;
@@ -250,25 +302,23 @@ class RowSearch {
       if (seen == kNoFacet) {
         seen = atomicCAS(&tables_.facets[slot], kNoFacet, key);
         if (seen == kNoFacet) {
-          if constexpr (kNodes == 0) static_cast<volatile int*>(tables_.thirds)[slot] = third;
+          static_cast<volatile int*>(tables_.thirds)[slot] = third;
           atomicAdd(&tables_.facet_counts[slot], 1U);
           atomicAdd(&tables_.facet_count, 1U);
           return;
         }
       }
       if (seen != key) continue;
-      if constexpr (kNodes == 0) {
-        int written = kUnset;  // whoever took the slot is about to write it
-        while (written == kUnset) written = static_cast<volatile int*>(tables_.thirds)[slot];
-        if (written != third) continue;
-      }
+      int written = kUnset;  // whoever took the slot is about to write it
+      while (written == kUnset) written = static_cast<volatile int*>(tables_.thirds)[slot];
+      if (written != third) continue;
       atomicAdd(&tables_.facet_counts[slot], 1U);
       return;
     }
   }
 
   const RowTask& task_;
-  Tables& tables_;
+  RowTables& tables_;
   int node_;
   unsigned int parts_, part_;
 };
@@ -306,109 +356,157 @@ __device__ inline unsigned long long look_back(unsigned long long* words, unsign
   return before;
 }
 
-/// A warp a node: neighbours and facets of its ball go into hash tables in shared
-/// memory; each facet is counted at its lowest node. Exact: keys are compared,
-/// never their hashes. Rows are put one behind the other by a look-back over the
-/// blocks, in one pass.
-template <int kNodes>
-__global__ void __launch_bounds__(kBlockSize) row_kernel(RowTask task) {
-  using Search = RowSearch<kNodes>;
-  __shared__ typename Search::Tables all_tables[kWarpsPerBlock];
-  __shared__ int rows[kRowsPerBlock][kRowCapacity];
-  __shared__ unsigned int degrees[kRowsPerBlock];
-  __shared__ unsigned int cuts[kRowsPerBlock];  // parts of a row that does not fit, else 0
-  __shared__ unsigned int block;
-  __shared__ unsigned long long places[kRowsPerBlock];
-  if (threadIdx.x == 0) block = atomicAdd(&task.state->next_block, 1U);
-  __syncthreads();
-  const unsigned int warp = threadIdx.x / kWarp, lane = threadIdx.x % kWarp;
-  const std::size_t first = std::size_t{block} * kRowsPerBlock;
-  typename Search::Tables& tables = all_tables[warp];
-  const NodeId* const caller_of = task.caller_of;
-  const auto node_key = [=](NodeId n) { return static_cast<unsigned int>(caller_of[n]); };
+/// Sorts the balls of a block's nodes by the caller's elements.
+__device__ inline void sort_balls(const RowTask& task, std::size_t first, RowEntries& rows,
+                                  RowEntries& keys) {
+  const std::size_t own = first + threadIdx.x;
+  const bool mine = own < task.node_count;
+  const std::int64_t begin = task.ball_offsets[mine ? own : task.node_count];
+  const auto size =
+      static_cast<unsigned int>(mine ? task.ball_offsets[own + 1] - begin : std::int64_t{0});
+  const std::int64_t stretch = __shfl_sync(kAllLanes, begin, 0);
   const ElementId* const names = task.element_names;
-  const auto element_key = [=](ElementId e) { return names == nullptr ? e : names[e]; };
+  if (__syncthreads_and(size <= kRowCapacity) != 0) {
+    const auto start = static_cast<unsigned int>(begin - stretch);
+    ElementId* const entries = task.ball_entries + stretch;
+    copy_rows<false>(rows, keys, entries, start, size);
+    for (unsigned int k = 0; k < size; ++k) {
+      const int e = rows[k][threadIdx.x];
+      keys[k][threadIdx.x] =
+          names == nullptr ? e : static_cast<int>(names[static_cast<ElementId>(e)]);
+    }
+    sort_own_row(rows, keys, static_cast<int>(size));
+    copy_rows<true>(rows, keys, entries, start, size);
+    return;
+  }
+  for (int r = 0; r < kWarp; ++r) {
+    const std::int64_t row = __shfl_sync(kAllLanes, begin, r);
+    const unsigned int count = __shfl_sync(kAllLanes, size, r);
+    sort_by_warp(task.ball_entries + row, count,
+                 [=](ElementId e) { return names == nullptr ? e : names[e]; });
+  }
+}
 
-  for (unsigned int r = warp; r < kRowsPerBlock; r += kWarpsPerBlock) {
-    const std::size_t node = first + r;
-    unsigned int degree = 0, parts = 1;
-    if (node < task.node_count) {
+/// Rings, boundary and, where they are to be sorted, balls: rows are found in
+/// shared memory and put one behind the other by a look-back over the blocks, in
+/// one pass.
+/// kNodes: of the only type of element, a simplex, whose short rows are found by
+/// a thread each; else 0.
+template <int kNodes>
+__global__ void __launch_bounds__(kRowsPerBlock) row_kernel(RowTask task) {
+  constexpr int kWarps = kRowsPerBlock / kWarp;
+  __shared__ RowEntries rows;
+  __shared__ union {
+    RowEntries entries;
+    RowTables tables[kWarps];
+  } scratch;
+  __shared__ int degrees[kRowsPerBlock];
+  __shared__ unsigned int cuts[kRowsPerBlock];  // parts of a row that is not in `rows`, else 0
+  __shared__ unsigned int warp_totals[kWarps];
+  __shared__ unsigned long long base;
+  __shared__ unsigned int block;
+  const unsigned int t = threadIdx.x, warp = t / kWarp, lane = t % kWarp;
+  if (t == 0) block = atomicAdd(&task.state->next_block, 1U);
+  __syncthreads();
+  if (task.state->wrong_element != 0) return;
+  const std::size_t first = std::size_t{block} * kRowsPerBlock;
+  const std::size_t own = first + t;
+  const bool mine = own < task.node_count;
+
+  int degree = mine ? kTooLong : 0;
+  if constexpr (kNodes != 0) {
+    if (mine) degree = find_simplex_row<kNodes>(task, static_cast<int>(own), rows, scratch.entries);
+  }
+  degrees[t] = degree;
+  cuts[t] = 0;
+  if (__syncthreads_or(degree == kTooLong) != 0) {
+    RowTables& tables = scratch.tables[warp];
+    for (unsigned int r = warp; r < kRowsPerBlock; r += kWarps) {
+      if (degrees[r] != kTooLong) continue;
+      unsigned int found = 0, parts = 1;
       for (bool fits = false; !fits;) {
         fits = true;
-        degree = 0;
+        found = 0;
         for (unsigned int part = 0; part < parts && fits; ++part) {
-          Search search(task, tables, static_cast<int>(node), parts, part);
+          RowSearch search(task, tables, static_cast<int>(first + r), parts, part);
           fits = search.run([&](unsigned int place, int id) {
-            if (place < kRowCapacity) rows[r][place] = id;
+            if (place < kRowCapacity) rows[place][r] = id;
           });
           search.mark_boundary();
-          degree += search.neighbour_count();
+          found += search.neighbour_count();
           __syncwarp();
         }
         if (!fits) parts *= 2;
       }
-      if (parts == 1 && degree <= kRowCapacity) {
-        parts = 0;
-        rank_row_by_warp(rows[r], degree, tables.nodes, node_key);
-      }
-      if (task.sort_balls) {
-        ElementId* const ball = task.ball_entries + task.ball_offsets[node];
-        const auto size =
-            static_cast<unsigned int>(task.ball_offsets[node + 1] - task.ball_offsets[node]);
-        if (size <= kRowCapacity) {
-          rank_row_by_warp(ball, size, tables.nodes, element_key);
-        } else {
-          sort_row_by_warp(ball, size, element_key);
-        }
+      if (lane == 0) {
+        degrees[r] = static_cast<int>(found);
+        cuts[r] = parts > 1 || found > kRowCapacity ? parts : 0;
       }
     }
-    if (lane == 0) {
-      degrees[r] = degree;
-      cuts[r] = parts;
-    }
-    __syncwarp();
+    __syncthreads();
   }
-  __syncthreads();
+  degree = degrees[t];
+  const bool is_short = cuts[t] == 0;
+  if (is_short) {
+    for (int k = 0; k < degree; ++k) scratch.entries[k][t] = task.caller_of[rows[k][t]];
+    sort_own_row(rows, scratch.entries, degree);
+  }
 
-  static_assert(kRowsPerBlock == kWarp);
+  // Where the rows go.
+  unsigned int sum = static_cast<unsigned int>(degree);  // up to and with this row
+  for (int step = 1; step < kWarp; step *= 2) {
+    const unsigned int lower = __shfl_up_sync(kAllLanes, sum, step);
+    if (lane >= static_cast<unsigned int>(step)) sum += lower;
+  }
+  if (lane == kWarp - 1) warp_totals[warp] = sum;
+  __syncthreads();
+  unsigned int before_warp = 0, total = 0;
+  for (unsigned int w = 0; w < kWarps; ++w) {
+    if (w < warp) before_warp += warp_totals[w];
+    total += warp_totals[w];
+  }
   if (warp == 0) {
-    unsigned int sum = degrees[lane];  // up to and with this row
-    for (int step = 1; step < kWarp; step *= 2) {
-      const unsigned int lower = __shfl_up_sync(0xffffffffU, sum, step);
-      if (lane >= step) sum += lower;
-    }
-    const unsigned int total = __shfl_sync(0xffffffffU, sum, kWarp - 1);
     const unsigned long long before = look_back(task.look_back, block, total);
-    const std::size_t node = first + lane;
-    if (node < task.node_count) {
-      task.offsets[node] = static_cast<std::int64_t>(before + sum - degrees[lane]);
-    }
-    if (node + 1 == task.node_count) {
-      task.offsets[node + 1] = static_cast<std::int64_t>(before + sum);
-      task.state->ring_entries = before + sum;
-    }
-    places[lane] = before + sum - degrees[lane];
+    if (lane == 0) base = before;
   }
   __syncthreads();
-
-  for (unsigned int r = warp; r < kRowsPerBlock && first + r < task.node_count;
-       r += kWarpsPerBlock) {
-    const unsigned int degree = degrees[r], parts = cuts[r];
-    if (places[r] + degree > task.capacity) continue;  // the host will see and call again
-    NodeId* const row = task.entries + places[r];
-    if (parts == 0) {
-      for (unsigned int n = lane; n < degree; n += kWarp) row[n] = rows[r][n];
-      continue;
-    }
-    unsigned int found = 0;
-    for (unsigned int part = 0; part < parts; ++part) {
-      Search search(task, tables, static_cast<int>(first + r), parts, part);
-      search.run([&](unsigned int place, int id) { row[found + place] = id; });
-      found += search.neighbour_count();
-      __syncwarp();
-    }
-    sort_row_by_warp(row, degree, node_key);
+  const unsigned int start = sum - static_cast<unsigned int>(degree);  // in the warp's stretch
+  const unsigned long long stretch = base + before_warp;
+  const unsigned long long place = stretch + start;
+  if (mine) task.offsets[own] = static_cast<std::int64_t>(place);
+  if (own + 1 == task.node_count) {
+    task.offsets[own + 1] = static_cast<std::int64_t>(place + degree);
+    task.state->ring_entries = place + degree;
   }
+  const bool room = base + total <= task.capacity;  // else the host will see and call again
+  const bool all_short = __syncthreads_and(is_short) != 0;
+  if (room && all_short) {
+    copy_rows<true>(rows, scratch.entries, task.entries + stretch, start,
+                    static_cast<unsigned int>(degree));
+  } else if (room) {
+    if (is_short) {
+      for (int k = 0; k < degree; ++k) task.entries[place + k] = rows[k][t];
+    }
+    __syncthreads();
+    for (unsigned int r = 0; r < kWarp; ++r) {
+      const unsigned int parts = cuts[warp * kWarp + r];
+      const unsigned long long row_place = __shfl_sync(kAllLanes, place, static_cast<int>(r));
+      if (parts == 0) continue;
+      NodeId* const row = task.entries + row_place;
+      unsigned int found = 0;
+      for (unsigned int part = 0; part < parts; ++part) {
+        RowSearch search(task, scratch.tables[warp], static_cast<int>(first + warp * kWarp + r),
+                         parts, part);
+        search.run([&](unsigned int at, int id) { row[found + at] = id; });
+        found += search.neighbour_count();
+        __syncwarp();
+      }
+      const NodeId* const caller_of = task.caller_of;
+      sort_by_warp(row, found, [=](NodeId n) { return caller_of[n]; });
+    }
+    __syncthreads();
+  }
+  if (task.sort_balls) sort_balls(task, first, rows, scratch.entries);
 }
 
 }  // namespace meshsmooth::detail

@@ -1,0 +1,13 @@
+// In place of the CUDA backend in builds without it.
+#include "meshsmooth/error.hpp"
+#include "smooth/cuda/cuda_smoother.hpp"
+
+namespace meshsmooth::detail {
+
+std::vector<BackendInfo> list_cuda_backends() { return {}; }
+
+std::unique_ptr<Smoother> make_cuda_smoother(int) {
+  throw NotSupported("BACKEND_NOT_AVAILABLE", "this build has no CUDA");
+}
+
+}  // namespace meshsmooth::detail
