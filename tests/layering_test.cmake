@@ -41,6 +41,8 @@ forbid("google/protobuf/" "protobuf stays behind the codec"
   proto/wire/ server/src/rpc/ server/src/server\\.cpp client/src/ tests/)
 forbid("(vtk|gmsh|tetgen)[A-Za-z0-9_]*\\.h" "file formats live on the client's side"
   client/formats/ tests/)
+forbid("vtk[A-Z][A-Za-z0-9]*\\.h" "builds without VTK have the other formats"
+  client/formats/vtk_ client/formats/gmsh_ tests/)
 forbid("(cuda|cub/|thrust/)" "CUDA stays in its backend"
   core/src/smooth/cuda/ tests/)
 forbid("meshsmooth/(server|client|wire)[./]" "core knows nobody outside itself"

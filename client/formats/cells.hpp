@@ -3,7 +3,6 @@
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <string_view>
 
 #include "meshsmooth/element.hpp"
@@ -23,11 +22,8 @@ struct CellKind {
 };
 
 /// Null for a type that cannot travel (higher order, polyhedra …).
-[[nodiscard]] const CellKind* find_vtk_cell(int vtk_type, std::int64_t node_count);
+[[nodiscard]] const CellKind* find_vtk_cell(int vtk_type, std::size_t node_count);
 [[nodiscard]] const CellKind* find_gmsh_cell(int gmsh_type);
 [[nodiscard]] const CellKind& cell_kind(ElementType type);
-
-/// "quadratic tetrahedron (VTK cell type 24)".
-[[nodiscard]] std::string vtk_cell_name(int vtk_type);
 
 }  // namespace meshsmooth::formats

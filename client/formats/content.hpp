@@ -1,10 +1,5 @@
 #pragma once
 
-#include <vtkPointSet.h>
-#include <vtkPoints.h>
-#include <vtkSmartPointer.h>
-#include <vtkUnstructuredGrid.h>
-
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -12,6 +7,7 @@
 #include <vector>
 
 #include "coordinate_fields.hpp"
+#include "dataset.hpp"
 #include "mesh_file.hpp"
 
 namespace meshsmooth::formats {
@@ -32,11 +28,11 @@ inline constexpr const char* kMarkerArray = "tetgen:marker";
 /// coordinates in it.
 class FileContent {
  public:
-  std::string extension;                  // of the format read, ".vtu"
-  vtkSmartPointer<vtkPointSet> dataset;   // all cells in the file's order
-  std::vector<std::int64_t> node_ids;     // empty: they count from 0
-  std::vector<std::int64_t> element_ids;  // of the mesh's elements
-  std::vector<NodeId> nodes_by_id;        // nodes in ascending order of their ids; or empty
+  std::string extension;                   // of the format read, ".vtu"
+  std::shared_ptr<const Dataset> dataset;  // all cells in the file's order
+  std::vector<std::int64_t> node_ids;      // empty: they count from 0
+  std::vector<std::int64_t> element_ids;   // of the mesh's elements
+  std::vector<NodeId> nodes_by_id;         // nodes in ascending order of their ids; or empty
   std::vector<NodeId> passenger_nodes;
   std::int64_t passenger_count = 0;
   std::string text;            // the file, or empty
@@ -54,12 +50,8 @@ class FileContent {
 /// nodes as its file.
 void check_node_count(const MeshFile& file);
 
-/// The mesh's positions as points of the same precision.
-[[nodiscard]] vtkSmartPointer<vtkPoints> make_points(const PositionsView& positions);
-
-/// The file's data set with the mesh's positions.
-[[nodiscard]] vtkSmartPointer<vtkPointSet> moved_dataset(const MeshFile& file);
-/// The same as an unstructured grid.
-[[nodiscard]] vtkSmartPointer<vtkUnstructuredGrid> moved_grid(const MeshFile& file);
+/// The data set of the mesh's file; of the mesh alone where it has no file. Its
+/// positions are those that were read.
+[[nodiscard]] std::shared_ptr<const Dataset> dataset_of(const MeshFile& file);
 
 }  // namespace meshsmooth::formats

@@ -11,10 +11,10 @@
 #include <unordered_map>
 
 #include "cells.hpp"
-#include "content.hpp"
 #include "gmsh_fields.hpp"
 #include "gmsh_session.hpp"
 #include "readers.hpp"
+#include "vtk_content.hpp"
 
 namespace meshsmooth::formats {
 namespace {
@@ -214,7 +214,7 @@ MeshFile read_gmsh(const path& file) {
   for (const Row& row : elements.rows) cell_ids.push_back(row.tag);
   add_views(nodes, places_of(cell_ids), *grid);
   content.node_ids = content.fields.node_ids;
-  content.dataset = grid;
+  content.dataset = std::make_shared<VtkDataset>(grid);
   return make_mesh_file(file, std::move(content), cell_ids);
 }
 

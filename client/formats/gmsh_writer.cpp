@@ -13,10 +13,10 @@
 #include <unordered_map>
 
 #include "cells.hpp"
-#include "content.hpp"
 #include "gmsh_fields.hpp"
 #include "gmsh_session.hpp"
 #include "readers.hpp"
+#include "vtk_content.hpp"
 
 namespace meshsmooth::formats {
 namespace {
@@ -121,10 +121,12 @@ class ModelBuilder {
     const vtkNew<vtkIdList> cell;
     for (vtkIdType id = 0; id < grid_.GetNumberOfCells(); ++id) {
       grid_.GetCellPoints(id, cell);
-      const CellKind* kind = find_vtk_cell(grid_.GetCellType(id), cell->GetNumberOfIds());
+      const CellKind* kind =
+          find_vtk_cell(grid_.GetCellType(id), static_cast<std::size_t>(cell->GetNumberOfIds()));
       if (kind == nullptr) {
         fail("ELEMENT_NOT_SUPPORTED", file_,
-             extension_of(file_) + " files cannot carry a " + vtk_cell_name(grid_.GetCellType(id)));
+             extension_of(file_) + " files cannot carry a " +
+                 VtkDataset::vtk_cell_name(grid_.GetCellType(id)));
       }
       const int physical = value(physicals, id, 0);
       const int entity =

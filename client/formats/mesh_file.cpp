@@ -17,24 +17,50 @@ namespace {
 
 using std::filesystem::path;
 
-/// A format: how it is read and written; a null pointer: not at all.
+/// A format: how it is read and written; a null pointer: not at all. `library`
+/// is what this build would need to know it, where it does not.
 struct Format {
   std::string_view extension;
   MeshFile (*read)(const path&);
   void (*write)(const path&, const MeshFile&);
+  std::string_view library = {};
 };
 
-// A new format is one more row.
-constexpr auto kFormats = std::to_array<Format>({
-  {".vtu", read_vtk, write_vtk}, {".vtk", read_vtk, write_vtk}, {".vtp", read_vtk, write_vtk},
-      {".ply", read_ply, write_ply}, {".stl", read_vtk, write_vtk}, {".obj", read_obj, write_obj},
-#if defined(MESHSMOOTH_WITH_GMSH)
-      {".msh", read_gmsh, write_gmsh}, {".mesh", read_gmsh, write_gmsh},
-      {".unv", read_gmsh, write_gmsh}, {".bdf", read_gmsh, write_gmsh},
-      {".nas", read_gmsh, write_gmsh}, {".inp", nullptr, write_gmsh},
+#if defined(MESHSMOOTH_WITH_VTK)
+constexpr Format vtk_format(std::string_view extension) { return {extension, read_vtk, write_vtk}; }
+#else
+constexpr Format vtk_format(std::string_view extension) {
+  return {extension, nullptr, nullptr, "VTK"};
+}
 #endif
-      {".node", read_tetgen, write_tetgen}, {".ele", read_tetgen, write_tetgen},
-});
+
+#if defined(MESHSMOOTH_WITH_GMSH)
+constexpr Format gmsh_format(std::string_view extension) {
+  return {extension, read_gmsh, write_gmsh};
+}
+constexpr Format kAbaqus = {".inp", nullptr, write_gmsh};
+#else
+constexpr Format gmsh_format(std::string_view extension) {
+  return {extension, nullptr, nullptr, "Gmsh"};
+}
+constexpr Format kAbaqus = gmsh_format(".inp");
+#endif
+
+// A new format is one more row.
+constexpr auto kFormats = std::to_array<Format>({vtk_format(".vtu"),
+                                                 vtk_format(".vtk"),
+                                                 vtk_format(".vtp"),
+                                                 {".ply", read_ply, write_ply},
+                                                 vtk_format(".stl"),
+                                                 {".obj", read_obj, write_obj},
+                                                 gmsh_format(".msh"),
+                                                 gmsh_format(".mesh"),
+                                                 gmsh_format(".unv"),
+                                                 gmsh_format(".bdf"),
+                                                 gmsh_format(".nas"),
+                                                 kAbaqus,
+                                                 {".node", read_tetgen, write_tetgen},
+                                                 {".ele", read_tetgen, write_tetgen}});
 
 template <class Has>
 std::string extensions(Has has) {
@@ -55,11 +81,20 @@ const Format* find_format(const path& file) {
   return found == kFormats.end() ? nullptr : found;
 }
 
+[[noreturn]] void fail_unknown(const path& file, const Format* format, const std::string& what,
+                               const std::string& known) {
+  const std::string missing = format == nullptr || format->library.empty()
+                                  ? ""
+                                  : ": this build is without " + std::string(format->library);
+  fail("FORMAT_UNKNOWN", file,
+       "cannot " + what + " \"" + extension_of(file) + "\" files" + missing + "; known are " +
+           known);
+}
+
 const Format& writable_format(const path& file) {
   const Format* format = find_format(file);
   if (format == nullptr || format->write == nullptr) {
-    fail("FORMAT_UNKNOWN", file,
-         "cannot write \"" + extension_of(file) + "\" files; known are " + writable_extensions());
+    fail_unknown(file, format, "write", writable_extensions());
   }
   return *format;
 }
@@ -131,8 +166,7 @@ MeshFile read_mesh_file(const path& file) {
     fail("FILE_NOT_READABLE", file, "this is a folder");
   const Format* format = find_format(file);
   if (format == nullptr || format->read == nullptr) {
-    fail("FORMAT_UNKNOWN", file,
-         "cannot read \"" + extension_of(file) + "\" files; known are " + readable_extensions());
+    fail_unknown(file, format, "read", readable_extensions());
   }
   if (::access(file.c_str(), R_OK) != 0) fail("FILE_NOT_READABLE", file, std::strerror(errno));
   if (std::filesystem::file_size(file, error) == 0)

@@ -61,7 +61,7 @@ class MeshFile {
 ///   .vtu         VTK      f32, f64   point, cell and field data, passengers
 ///   .vtk         VTK      f32, f64   the same; binary is written
 ///   .vtp         VTK      f32, f64   the same, surfaces only
-///   .ply         own      f32, f64   all other bytes; surfaces only (new ones by VTK, f32)
+///   .ply         own      f32, f64   all other bytes; surfaces only
 ///   .obj         own      f64        all other bytes; surfaces only
 ///   .stl         VTK      f32        nothing; triangles only
 ///   .msh         Gmsh     f64        all other bytes; versions 2 and 4.1

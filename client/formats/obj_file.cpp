@@ -1,6 +1,3 @@
-#include <vtkCellType.h>
-#include <vtkIdList.h>
-
 #include <charconv>
 
 #include "cells.hpp"
@@ -16,7 +13,7 @@ namespace {
 // kept, and nodes and faces picked from them.
 
 /// "7/1/3" or "-1//2" to a node; negative numbers count back from the last.
-vtkIdType parse_corner(const Scanner& scanner, std::string_view word, std::size_t node_count) {
+std::int64_t parse_corner(const Scanner& scanner, std::string_view word, std::size_t node_count) {
   const auto number = scanner.parse<std::int64_t>(word.substr(0, word.find('/')));
   const auto count = static_cast<std::int64_t>(node_count);
   const std::int64_t node = number < 0 ? count + number : number - 1;
@@ -25,17 +22,17 @@ vtkIdType parse_corner(const Scanner& scanner, std::string_view word, std::size_
 }
 
 void read_cell(Scanner& scanner, std::string_view keyword, std::size_t node_count,
-               vtkUnstructuredGrid& grid) {
-  const vtkNew<vtkIdList> cell;
+               PlainDataset& dataset) {
+  std::vector<std::int64_t> nodes;
   for (auto word = scanner.token_on_line(); !word.empty(); word = scanner.token_on_line()) {
-    cell->InsertNextId(parse_corner(scanner, word, node_count));
+    nodes.push_back(parse_corner(scanner, word, node_count));
   }
-  int type = VTK_POLYGON;
-  if (keyword == "p") type = VTK_POLY_VERTEX;
-  if (keyword == "l") type = VTK_POLY_LINE;
-  if (keyword == "f" && cell->GetNumberOfIds() < 3) scanner.refuse("three nodes or more", "fewer");
-  if (const CellKind* kind = find_vtk_cell(type, cell->GetNumberOfIds())) type = kind->vtk_type;
-  grid.InsertNextCell(type, cell);
+  int type = kPolygonCell;
+  if (keyword == "p") type = kPolyVertexCell;
+  if (keyword == "l") type = kPolyLineCell;
+  if (keyword == "f" && nodes.size() < 3) scanner.refuse("three nodes or more", "fewer");
+  if (const CellKind* kind = find_vtk_cell(type, nodes.size())) type = kind->vtk_type;
+  dataset.add_cell(type, nodes);
 }
 
 void append(std::string& text, double number) {
@@ -77,7 +74,7 @@ MeshFile read_obj(const std::filesystem::path& path) {
   content.text = read_bytes(path);
   if (content.text.find('\0') != std::string::npos) fail("FORMAT_ERROR", path, "this is no text");
 
-  const auto grid = vtkSmartPointer<vtkUnstructuredGrid>::New();
+  const auto dataset = std::make_shared<PlainDataset>();
   Scanner scanner(path, content.text, '#');
   std::int64_t node_id = 0;
   while (!scanner.at_end()) {
@@ -88,13 +85,13 @@ MeshFile read_obj(const std::filesystem::path& path) {
       const std::string_view z = scanner.token_on_line();
       content.fields.add(++node_id, {x, y, z}, scanner);
     } else if (keyword == "f" || keyword == "l" || keyword == "p") {
-      read_cell(scanner, keyword, content.fields.positions.size(), *grid);
+      read_cell(scanner, keyword, content.fields.positions.size(), *dataset);
     }
     scanner.line();
   }
-  grid->SetPoints(make_points(std::span<const Vec3d>(content.fields.positions)));
+  dataset->set_positions(content.fields.positions);
   content.node_ids = content.fields.node_ids;
-  content.dataset = grid;
+  content.dataset = dataset;
   return make_mesh_file(path, std::move(content), {});
 }
 

@@ -1,8 +1,3 @@
-#include <vtkCellType.h>
-#include <vtkDoubleArray.h>
-#include <vtkIdList.h>
-#include <vtkPointData.h>
-
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -20,7 +15,7 @@ namespace meshsmooth::formats {
 namespace {
 
 // VTK's reader crashes on damaged files, and keeps neither float64 nor any
-// property that it does not know.
+// property that it does not know; its writer knows no float64 either.
 
 enum class Kind { integer, natural, real };
 
@@ -124,9 +119,10 @@ double decode(std::string_view word, Type type, bool big_endian) {
 /// Reads the rows that the header announces.
 class PlyReader {
  public:
-  PlyReader(const std::filesystem::path& path, FileContent& content)
+  PlyReader(const std::filesystem::path& path, FileContent& content, PlainDataset& dataset)
       : path_(path),
         content_(content),
+        dataset_(dataset),
         scanner_(path, content.text),
         header_(read_header(scanner_)) {
     content_.fields.style = header_.text         ? NumberStyle::shortest
@@ -169,17 +165,15 @@ class PlyReader {
 
   void read_vertices(const Section& section) {
     static constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"};
-    std::vector<vtkSmartPointer<vtkDoubleArray>> arrays;
+    std::vector<std::optional<Column>> columns;
     std::array<bool, 3> has{};
     bool single = true;
     for (const Property& property : section.properties) {
       if (property.count) fail("FORMAT_ERROR", path_, "a vertex has a list, " + property.name);
       const auto axis = std::find(kAxes.begin(), kAxes.end(), property.name);
-      arrays.push_back(nullptr);
+      columns.emplace_back();
       if (axis == kAxes.end()) {
-        arrays.back() = vtkSmartPointer<vtkDoubleArray>::New();
-        arrays.back()->SetName(property.name.c_str());
-        content_.dataset->GetPointData()->AddArray(arrays.back());
+        columns.back() = Column{property.name, false, {}};
       } else {
         has[static_cast<std::size_t>(axis - kAxes.begin())] = true;
         single = single && property.type.bytes == 4 && property.type.kind == Kind::real;
@@ -195,8 +189,8 @@ class PlyReader {
       for (std::size_t place = 0; place < section.properties.size(); ++place) {
         const Property& property = section.properties[place];
         const Value value = read_value(property.type);
-        if (arrays[place]) {
-          arrays[place]->InsertNextValue(value.number);
+        if (columns[place]) {
+          columns[place]->values.push_back(value.number);
         } else {
           words[static_cast<std::size_t>(property.name[0] - 'x')] = value.word;
         }
@@ -204,11 +198,14 @@ class PlyReader {
       content_.fields.add(static_cast<std::int64_t>(row), words, scanner_);
     }
     store_points(single);
+    for (std::optional<Column>& column : columns) {
+      if (column) dataset_.add_node_column(std::move(*column));
+    }
   }
 
   void store_points(bool single) {
     if (!single) {
-      content_.dataset->SetPoints(make_points(std::span<const Vec3d>(content_.fields.positions)));
+      dataset_.set_positions(content_.fields.positions);
       return;
     }
     std::vector<Vec3f> nodes;
@@ -216,37 +213,74 @@ class PlyReader {
       nodes.push_back(vec3_cast<float>(position));
       position = vec3_cast<double>(nodes.back());
     }
-    content_.dataset->SetPoints(make_points(std::span<const Vec3f>(nodes)));
+    dataset_.set_positions(std::move(nodes));
   }
 
   void read_others(const Section& section) {
-    const vtkNew<vtkIdList> cell;
+    std::vector<std::int64_t> face;
     for (std::size_t row = 0; row < section.row_count; ++row) {
       for (const Property& property : section.properties) {
         const std::size_t count = property.count ? read_list_length(*property.count) : 1;
         const bool is_face = section.name == "face" && property.count &&
                              (property.name == "vertex_indices" || property.name == "vertex_index");
-        cell->Reset();
+        face.clear();
         for (std::size_t value = 0; value < count; ++value) {
           const double number = read_value(property.type).number;
-          if (is_face) cell->InsertNextId(static_cast<vtkIdType>(number));
+          if (is_face) face.push_back(static_cast<std::int64_t>(number));
         }
-        if (is_face) insert_face(cell);
+        if (is_face) insert_face(face);
       }
     }
   }
 
-  void insert_face(vtkIdList* cell) {
-    const CellKind* kind = find_vtk_cell(VTK_POLYGON, cell->GetNumberOfIds());
-    const int type = kind == nullptr ? VTK_POLYGON : kind->vtk_type;
-    vtkUnstructuredGrid::SafeDownCast(content_.dataset)->InsertNextCell(type, cell);
+  void insert_face(const std::vector<std::int64_t>& face) {
+    const CellKind* kind = find_vtk_cell(kPolygonCell, face.size());
+    dataset_.add_cell(kind == nullptr ? kPolygonCell : kind->vtk_type, face);
   }
 
   const std::filesystem::path& path_;
   FileContent& content_;
+  PlainDataset& dataset_;
   Scanner scanner_;
   Header header_;
 };
+
+template <class T>
+void append_bytes(std::string& bytes, T value) {
+  static_assert(std::endian::native == std::endian::little);
+  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+/// Nodes and faces, binary, in the mesh's own precision.
+std::string make_ply(const MeshFile& file) {
+  const std::shared_ptr<const Dataset> dataset = dataset_of(file);
+  std::string faces;
+  std::size_t face_count = 0;
+  Cell cell;
+  for (std::int64_t id = 0; id < dataset->cell_count(); ++id) {
+    dataset->get_cell(id, cell);
+    const CellKind* kind = find_vtk_cell(cell.type, cell.nodes.size());
+    if (kind == nullptr || kind->dimension != 2) continue;
+    append_bytes(faces, static_cast<std::uint8_t>(cell.nodes.size()));
+    for (const std::int64_t node : cell.nodes) append_bytes(faces, static_cast<std::int32_t>(node));
+    ++face_count;
+  }
+  return std::visit(
+      [&](const auto& nodes) {
+        using Real = decltype(nodes[0].x);
+        const std::string real = sizeof(Real) == 4 ? "float" : "double";
+        std::string bytes = "ply\nformat binary_little_endian 1.0\nelement vertex " +
+                            std::to_string(nodes.size()) + '\n';
+        for (const char* axis : {"x", "y", "z"}) bytes += "property " + real + ' ' + axis + '\n';
+        bytes += "element face " + std::to_string(face_count) +
+                 "\nproperty list uchar int vertex_indices\nend_header\n";
+        for (const auto& node : nodes) {
+          for (const auto value : {node.x, node.y, node.z}) append_bytes(bytes, value);
+        }
+        return bytes + faces;
+      },
+      file.mesh.positions);
+}
 
 }  // namespace
 
@@ -254,8 +288,9 @@ MeshFile read_ply(const std::filesystem::path& path) {
   FileContent content;
   content.extension = ".ply";
   content.text = read_bytes(path);
-  content.dataset = vtkSmartPointer<vtkUnstructuredGrid>::New();
-  PlyReader(path, content).read();
+  const auto dataset = std::make_shared<PlainDataset>();
+  PlyReader(path, content, *dataset).read();
+  content.dataset = dataset;
   return make_mesh_file(path, std::move(content), {});
 }
 
@@ -263,9 +298,15 @@ void write_ply(const std::filesystem::path& path, const MeshFile& file) {
   if (file.content() && file.content()->extension == ".ply") {
     write_bytes(path, replace_coordinates(file.content()->text, file.content()->fields,
                                           file.mesh.positions_view()));
-  } else {
-    write_vtk(path, file);
+    return;
   }
+  for (const ElementBlock& block : file.mesh.blocks) {
+    if (element_shape(block.type).dimension == 3) {
+      fail("ELEMENT_NOT_SUPPORTED", path,
+           ".ply files cannot carry a " + std::string(element_shape(block.type).name));
+    }
+  }
+  write_bytes(path, make_ply(file));
 }
 
 }  // namespace meshsmooth::formats

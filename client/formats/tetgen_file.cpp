@@ -1,12 +1,6 @@
-#include <vtkCellData.h>
-#include <vtkCellType.h>
-#include <vtkDataArray.h>
-#include <vtkDoubleArray.h>
-#include <vtkIntArray.h>
-#include <vtkPointData.h>
-
 #include <array>
 #include <charconv>
+#include <optional>
 #include <unordered_map>
 
 #include "content.hpp"
@@ -20,37 +14,24 @@ using std::filesystem::path;
 
 path with_extension(path file, const char* extension) { return file.replace_extension(extension); }
 
-vtkSmartPointer<vtkDoubleArray> make_attribute(std::size_t index) {
-  auto array = vtkSmartPointer<vtkDoubleArray>::New();
-  array->SetName(("tetgen:attribute_" + std::to_string(index)).c_str());
-  return array;
-}
-
 /// Columns of attributes, and a column of markers, of nodes or tetrahedra.
 struct Columns {
-  std::vector<vtkSmartPointer<vtkDoubleArray>> attributes;
-  vtkSmartPointer<vtkIntArray> markers;
+  std::vector<Column> all;
 
   Columns(std::size_t attribute_count, bool has_markers) {
     for (std::size_t index = 0; index < attribute_count; ++index) {
-      attributes.push_back(make_attribute(index));
+      all.push_back({"tetgen:attribute_" + std::to_string(index), false, {}});
     }
-    if (has_markers) {
-      markers = vtkSmartPointer<vtkIntArray>::New();
-      markers->SetName(kMarkerArray);
-    }
+    if (has_markers) all.push_back({kMarkerArray, true, {}});
   }
   void read_row(Scanner& scanner) {
-    for (const auto& array : attributes) array->InsertNextValue(scanner.number<double>());
-    if (markers) markers->InsertNextValue(scanner.number<int>());
-  }
-  void store(vtkFieldData* data) const {
-    for (const auto& array : attributes) data->AddArray(array);
-    if (markers) data->AddArray(markers);
+    for (Column& column : all) {
+      column.values.push_back(column.whole ? scanner.number<int>() : scanner.number<double>());
+    }
   }
 };
 
-void read_nodes(const path& file, FileContent& content) {
+void read_nodes(const path& file, FileContent& content, PlainDataset& dataset) {
   content.text = read_bytes(file);
   Scanner scanner(file, content.text, '#');
   const std::size_t count = scanner.count();
@@ -67,11 +48,12 @@ void read_nodes(const path& file, FileContent& content) {
     columns.read_row(scanner);
   }
   content.node_ids = content.fields.node_ids;
-  content.dataset->SetPoints(make_points(std::span<const Vec3d>(content.fields.positions)));
-  columns.store(content.dataset->GetPointData());
+  dataset.set_positions(content.fields.positions);
+  for (Column& column : columns.all) dataset.add_node_column(std::move(column));
 }
 
-std::vector<std::int64_t> read_tetrahedra(const path& file, FileContent& content) {
+std::vector<std::int64_t> read_tetrahedra(const path& file, FileContent& content,
+                                          PlainDataset& dataset) {
   content.companion_text = read_bytes(file);
   Scanner scanner(file, content.companion_text, '#');
   const std::size_t count = scanner.count();
@@ -82,27 +64,26 @@ std::vector<std::int64_t> read_tetrahedra(const path& file, FileContent& content
              " nodes; only linear tetrahedra (4 nodes) can be smoothed");
   }
   Columns columns(scanner.count(), false);
-  std::unordered_map<std::int64_t, vtkIdType> nodes;
+  std::unordered_map<std::int64_t, std::int64_t> nodes;
   nodes.reserve(content.node_ids.size());
   for (const std::int64_t id : content.node_ids) {
-    nodes.emplace(id, static_cast<vtkIdType>(nodes.size()));
+    nodes.emplace(id, static_cast<std::int64_t>(nodes.size()));
   }
 
-  auto* grid = vtkUnstructuredGrid::SafeDownCast(content.dataset);
   std::vector<std::int64_t> ids;
   for (std::size_t row = 0; row < count; ++row) {
     ids.push_back(scanner.number<std::int64_t>());
-    std::array<vtkIdType, 4> cell{};
-    for (vtkIdType& corner : cell) {
+    std::array<std::int64_t, 4> cell{};
+    for (std::int64_t& corner : cell) {
       const std::string_view word = scanner.token();
       const auto found = nodes.find(scanner.parse<std::int64_t>(word));
       if (found == nodes.end()) scanner.refuse("the number of a node in the .node file", word);
       corner = found->second;
     }
-    grid->InsertNextCell(VTK_TETRA, 4, cell.data());
+    dataset.add_cell(kTetrahedronCell, cell);
     columns.read_row(scanner);
   }
-  columns.store(grid->GetCellData());
+  for (Column& column : columns.all) dataset.add_cell_column(std::move(column));
   return ids;
 }
 
@@ -113,55 +94,57 @@ void append(std::string& text, double number) {
   text.append(digits.data(), end);
 }
 
-/// Arrays of one number each become attributes, the marker array the marker.
+/// Columns become attributes, that of the markers the marker.
 struct OutputColumns {
-  std::vector<vtkDataArray*> attributes;
-  vtkDataArray* markers;
+  std::vector<Column> attributes;
+  std::optional<Column> markers;
 
-  explicit OutputColumns(vtkFieldData* data) : markers(data->GetArray(kMarkerArray)) {
-    for (int index = 0; index < data->GetNumberOfArrays(); ++index) {
-      vtkDataArray* array = data->GetArray(index);
-      if (array == nullptr || array == markers || array->GetNumberOfComponents() != 1) continue;
-      const std::string name = array->GetName() == nullptr ? "" : array->GetName();
-      if (name != kNodeIdArray && name != kElementIdArray) attributes.push_back(array);
+  explicit OutputColumns(std::vector<Column> columns) {
+    for (Column& column : columns) {
+      if (column.name == kMarkerArray) {
+        markers = std::move(column);
+      } else if (column.name != kNodeIdArray && column.name != kElementIdArray) {
+        attributes.push_back(std::move(column));
+      }
     }
   }
-  void append_row(std::string& text, vtkIdType row) const {
-    for (vtkDataArray* array : attributes) append(text, array->GetTuple1(row));
-    if (markers != nullptr) append(text, markers->GetTuple1(row));
+  void append_row(std::string& text, std::size_t row) const {
+    for (const Column& column : attributes) append(text, column.values[row]);
+    if (markers) append(text, markers->values[row]);
   }
 };
 
-std::string make_node_text(vtkUnstructuredGrid& grid) {
-  const OutputColumns columns(grid.GetPointData());
-  std::string text = std::to_string(grid.GetNumberOfPoints()) + " 3 " +
+std::string make_node_text(const Dataset& dataset, const Mesh& mesh) {
+  const OutputColumns columns(dataset.node_columns());
+  std::string text = std::to_string(mesh.node_count()) + " 3 " +
                      std::to_string(columns.attributes.size()) +
-                     (columns.markers == nullptr ? " 0\n" : " 1\n");
-  for (vtkIdType node = 0; node < grid.GetNumberOfPoints(); ++node) {
-    std::array<double, 3> place{};
-    grid.GetPoint(node, place.data());
-    text += std::to_string(node);
-    for (const double value : place) append(text, value);
-    columns.append_row(text, node);
-    text += '\n';
-  }
+                     (columns.markers ? " 1\n" : " 0\n");
+  std::visit(
+      [&](const auto& nodes) {
+        for (std::size_t node = 0; node < nodes.size(); ++node) {
+          text += std::to_string(node);
+          const Vec3d place = vec3_cast<double>(nodes[node]);
+          for (const double value : {place.x, place.y, place.z}) append(text, value);
+          columns.append_row(text, node);
+          text += '\n';
+        }
+      },
+      mesh.positions);
   return text;
 }
 
-std::string make_element_text(vtkUnstructuredGrid& grid) {
-  OutputColumns columns(grid.GetCellData());
-  columns.markers = nullptr;  // .ele files have none
+std::string make_element_text(const Dataset& dataset) {
+  OutputColumns columns(dataset.cell_columns());
+  columns.markers.reset();  // .ele files have none
   std::string rows;
   std::size_t count = 0;
-  const vtkNew<vtkIdList> cell;
-  for (vtkIdType id = 0; id < grid.GetNumberOfCells(); ++id) {
-    if (grid.GetCellType(id) != VTK_TETRA) continue;
-    grid.GetCellPoints(id, cell);
+  Cell cell;
+  for (std::int64_t id = 0; id < dataset.cell_count(); ++id) {
+    dataset.get_cell(id, cell);
+    if (cell.type != kTetrahedronCell) continue;
     rows += std::to_string(count++);
-    for (vtkIdType corner = 0; corner < 4; ++corner) {
-      rows += ' ' + std::to_string(cell->GetId(corner));
-    }
-    columns.append_row(rows, id);
+    for (const std::int64_t node : cell.nodes) rows += ' ' + std::to_string(node);
+    columns.append_row(rows, static_cast<std::size_t>(id));
     rows += '\n';
   }
   return std::to_string(count) + " 4 " + std::to_string(columns.attributes.size()) + '\n' + rows;
@@ -179,9 +162,10 @@ std::vector<std::pair<path, path>> written_files(const path& partial, const path
 MeshFile read_tetgen(const path& file) {
   FileContent content;
   content.extension = ".node";
-  content.dataset = vtkSmartPointer<vtkUnstructuredGrid>::New();
-  read_nodes(with_extension(file, ".node"), content);
-  const auto ids = read_tetrahedra(with_extension(file, ".ele"), content);
+  const auto dataset = std::make_shared<PlainDataset>();
+  read_nodes(with_extension(file, ".node"), content, *dataset);
+  const auto ids = read_tetrahedra(with_extension(file, ".ele"), content, *dataset);
+  content.dataset = dataset;
   return make_mesh_file(file, std::move(content), ids);
 }
 
@@ -201,9 +185,9 @@ void write_tetgen(const path& file, const MeshFile& mesh_file) {
            "TetGen files cannot carry a " + std::string(element_shape(block.type).name));
     }
   }
-  const auto grid = moved_grid(mesh_file);
-  write_bytes(node_file, make_node_text(*grid));
-  write_bytes(element_file, make_element_text(*grid));
+  const std::shared_ptr<const Dataset> dataset = dataset_of(mesh_file);
+  write_bytes(node_file, make_node_text(*dataset, mesh_file.mesh));
+  write_bytes(element_file, make_element_text(*dataset));
 }
 
 }  // namespace meshsmooth::formats

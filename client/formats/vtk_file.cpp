@@ -3,7 +3,6 @@
 #include <vtkLogger.h>
 #include <vtkObjectFactory.h>
 #include <vtkOutputWindow.h>
-#include <vtkPLYWriter.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
 #include <vtkPolyDataWriter.h>
@@ -20,9 +19,9 @@
 #include <string_view>
 
 #include "cells.hpp"
-#include "content.hpp"
 #include "readers.hpp"
 #include "text.hpp"
+#include "vtk_content.hpp"
 
 namespace meshsmooth::formats {
 namespace {
@@ -211,7 +210,8 @@ vtkSmartPointer<vtkPolyData> moved_surface(const std::filesystem::path& path, co
   for (vtkIdType id = 0; id < grid->GetNumberOfCells(); ++id) {
     grid->GetCellPoints(id, cell);
     surface->InsertNextCell(grid->GetCellType(id), cell);
-    const CellKind* kind = find_vtk_cell(grid->GetCellType(id), cell->GetNumberOfIds());
+    const CellKind* kind =
+        find_vtk_cell(grid->GetCellType(id), static_cast<std::size_t>(cell->GetNumberOfIds()));
     const int dimension = kind == nullptr ? 0 : kind->dimension;
     same_order = same_order && dimension >= last_dimension;
     last_dimension = dimension;
@@ -234,13 +234,6 @@ bool write_legacy(const std::filesystem::path& path, const MeshFile& file) {
   return run_writer(writer.Get(), vtkUnstructuredGrid::SafeDownCast(dataset), path);
 }
 
-bool write_new_ply(const std::filesystem::path& path, const MeshFile& file) {
-  const auto surface = moved_surface(path, file, false);
-  const vtkNew<vtkPLYWriter> writer;
-  writer->SetFileTypeToBinary();
-  return run_writer(writer.Get(), surface.Get(), path);
-}
-
 bool write_stl(const std::filesystem::path& path, const MeshFile& file) {
   const vtkNew<vtkSTLWriter> writer;
   writer->SetFileTypeToBinary();
@@ -255,7 +248,6 @@ bool write_by_extension(const std::filesystem::path& path, const MeshFile& file)
   if (extension == ".vtp") {
     return write_xml<vtkXMLPolyDataWriter>(moved_surface(path, file, false).Get(), path);
   }
-  if (extension == ".ply") return write_new_ply(path, file);
   if (extension == ".stl") return write_stl(path, file);
   return write_legacy(path, file);
 }
@@ -264,8 +256,7 @@ bool write_by_extension(const std::filesystem::path& path, const MeshFile& file)
 
 MeshFile read_vtk(const std::filesystem::path& path) {
   check_signature(path);
-  FileContent content;
-  content.extension = extension_of(path);
+  vtkSmartPointer<vtkPointSet> dataset;
   {
     const Complaints complaints;
     const auto data = run_reader_of(path);
@@ -273,7 +264,7 @@ MeshFile read_vtk(const std::filesystem::path& path) {
       fail("FORMAT_ERROR", path, "VTK cannot read it: " + what);
     }
     if (!data) fail("FORMAT_ERROR", path, "VTK finds no data set in it");
-    content.dataset = vtkPointSet::SafeDownCast(data);
+    dataset = vtkPointSet::SafeDownCast(data);
     const bool known = vtkUnstructuredGrid::SafeDownCast(data) != nullptr ||
                        vtkPolyData::SafeDownCast(data) != nullptr;
     if (!known) {
@@ -282,7 +273,10 @@ MeshFile read_vtk(const std::filesystem::path& path) {
                "; only unstructured grids and polygon data can be smoothed");
     }
   }
-  if (content.dataset->GetPoints() != nullptr) check_arrays(path, *content.dataset);
+  if (dataset->GetPoints() != nullptr) check_arrays(path, *dataset);
+  FileContent content;
+  content.extension = extension_of(path);
+  content.dataset = std::make_shared<VtkDataset>(dataset);
   return make_mesh_file(path, std::move(content), {});
 }
 

@@ -1,0 +1,45 @@
+#include "dataset.hpp"
+
+#include "cells.hpp"
+
+namespace meshsmooth::formats {
+
+PlainDataset::PlainDataset(const Mesh& mesh) : positions_(mesh.positions) {
+  for (const ElementBlock& block : mesh.blocks) {
+    const CellKind& kind = cell_kind(block.type);
+    const auto corners = static_cast<std::size_t>(kind.node_count);
+    std::vector<std::int64_t> cell(corners);
+    for (std::size_t first = 0; first < block.nodes.size(); first += corners) {
+      for (std::size_t corner = 0; corner < corners; ++corner) {
+        cell[corner] = block.nodes[first + corner];
+      }
+      add_cell(kind.vtk_type, cell);
+    }
+  }
+}
+
+void PlainDataset::add_cell(int type, std::span<const std::int64_t> nodes) {
+  types_.push_back(type);
+  nodes_.insert(nodes_.end(), nodes.begin(), nodes.end());
+  first_.push_back(nodes_.size());
+}
+
+std::int64_t PlainDataset::node_count() const {
+  return std::visit([](const auto& nodes) { return static_cast<std::int64_t>(nodes.size()); },
+                    positions_);
+}
+
+std::int64_t PlainDataset::cell_count() const { return static_cast<std::int64_t>(types_.size()); }
+
+void PlainDataset::get_cell(std::int64_t id, Cell& cell) const {
+  const auto place = static_cast<std::size_t>(id);
+  cell.type = types_[place];
+  cell.nodes.assign(nodes_.begin() + static_cast<std::ptrdiff_t>(first_[place]),
+                    nodes_.begin() + static_cast<std::ptrdiff_t>(first_[place + 1]));
+}
+
+std::string PlainDataset::cell_name(int type) const {
+  return "VTK cell type " + std::to_string(type);
+}
+
+}  // namespace meshsmooth::formats

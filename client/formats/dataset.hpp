@@ -1,0 +1,88 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "meshsmooth/mesh.hpp"
+
+namespace meshsmooth::formats {
+
+/// Cell types by VTK's numbers, which stand for them all through the formats.
+enum CellType : int {
+  kVertexCell = 1,
+  kPolyVertexCell = 2,
+  kLineCell = 3,
+  kPolyLineCell = 4,
+  kTriangleCell = 5,
+  kPolygonCell = 7,
+  kQuadCell = 9,
+  kTetrahedronCell = 10,
+  kHexahedronCell = 12,
+  kWedgeCell = 13,
+  kPyramidCell = 14,
+};
+
+struct Cell {
+  int type = 0;
+  std::vector<std::int64_t> nodes;  // as the file has them; they need not exist
+};
+
+/// One number per node or cell.
+struct Column {
+  std::string name;
+  bool whole;  // integers
+  std::vector<double> values;
+};
+
+using Positions = decltype(Mesh::positions);
+
+/// All nodes and cells of a file in its own order, with what hangs on them, in
+/// whatever form its reader has them.
+class Dataset {
+ public:
+  virtual ~Dataset() = default;
+  [[nodiscard]] virtual std::int64_t node_count() const = 0;
+  [[nodiscard]] virtual std::int64_t cell_count() const = 0;
+  /// Into `cell`, so that its memory serves again.
+  virtual void get_cell(std::int64_t id, Cell& cell) const = 0;
+  [[nodiscard]] virtual Positions positions() const = 0;
+  [[nodiscard]] virtual std::vector<Column> node_columns() const = 0;
+  [[nodiscard]] virtual std::vector<Column> cell_columns() const = 0;
+  /// "quadratic tetrahedron (VTK cell type 24)".
+  [[nodiscard]] virtual std::string cell_name(int type) const = 0;
+};
+
+/// What the readers fill that stand on no library.
+class PlainDataset final : public Dataset {
+ public:
+  PlainDataset() = default;
+  /// The mesh's nodes and elements, nothing else.
+  explicit PlainDataset(const Mesh& mesh);
+
+  void add_cell(int type, std::span<const std::int64_t> nodes);
+  void set_positions(Positions positions) { positions_ = std::move(positions); }
+  void add_node_column(Column column) { node_columns_.push_back(std::move(column)); }
+  void add_cell_column(Column column) { cell_columns_.push_back(std::move(column)); }
+
+  [[nodiscard]] std::int64_t node_count() const override;
+  [[nodiscard]] std::int64_t cell_count() const override;
+  void get_cell(std::int64_t id, Cell& cell) const override;
+  [[nodiscard]] Positions positions() const override { return positions_; }
+  [[nodiscard]] std::vector<Column> node_columns() const override { return node_columns_; }
+  [[nodiscard]] std::vector<Column> cell_columns() const override { return cell_columns_; }
+  [[nodiscard]] std::string cell_name(int type) const override;
+
+ private:
+  Positions positions_;
+  std::vector<int> types_;
+  std::vector<std::size_t> first_ = {0};  // of each cell in `nodes_`, and the end
+  std::vector<std::int64_t> nodes_;
+  std::vector<Column> node_columns_;
+  std::vector<Column> cell_columns_;
+};
+
+}  // namespace meshsmooth::formats

@@ -1,0 +1,174 @@
+#include "vtk_content.hpp"
+
+#include <vtkCellData.h>
+#include <vtkCellTypes.h>
+#include <vtkDoubleArray.h>
+#include <vtkFieldData.h>
+#include <vtkIdList.h>
+#include <vtkIntArray.h>
+#include <vtkPointData.h>
+
+#include <array>
+#include <cctype>
+
+namespace meshsmooth::formats {
+namespace {
+
+template <class Real>
+std::vector<Vec3<Real>> copy_positions(vtkPoints* points) {
+  std::vector<Vec3<Real>> positions(static_cast<std::size_t>(points->GetNumberOfPoints()));
+  for (std::size_t node = 0; node < positions.size(); ++node) {
+    std::array<double, 3> place{};
+    points->GetPoint(static_cast<vtkIdType>(node), place.data());
+    positions[node] = vec3_cast<Real>(Vec3d{place[0], place[1], place[2]});
+  }
+  return positions;
+}
+
+/// The arrays of one number each.
+std::vector<Column> columns_of(vtkFieldData* data) {
+  std::vector<Column> columns;
+  for (int index = 0; index < data->GetNumberOfArrays(); ++index) {
+    vtkDataArray* array = data->GetArray(index);
+    if (array == nullptr || array->GetNumberOfComponents() != 1) continue;
+    Column column{array->GetName() == nullptr ? "" : array->GetName(),
+                  array->GetDataType() != VTK_FLOAT && array->GetDataType() != VTK_DOUBLE,
+                  {}};
+    for (vtkIdType row = 0; row < array->GetNumberOfTuples(); ++row) {
+      column.values.push_back(array->GetTuple1(row));
+    }
+    columns.push_back(std::move(column));
+  }
+  return columns;
+}
+
+template <class Array>
+void add_array(vtkFieldData* data, const Column& column) {
+  const vtkNew<Array> array;
+  array->SetName(column.name.c_str());
+  for (const double value : column.values) {
+    array->InsertNextValue(static_cast<typename Array::ValueType>(value));
+  }
+  data->AddArray(array);
+}
+
+void add_arrays(vtkFieldData* data, const std::vector<Column>& columns) {
+  for (const Column& column : columns) {
+    if (column.whole) {
+      add_array<vtkIntArray>(data, column);
+    } else {
+      add_array<vtkDoubleArray>(data, column);
+    }
+  }
+}
+
+vtkSmartPointer<vtkUnstructuredGrid> grid_of_cells(vtkPointSet* source) {
+  auto grid = vtkSmartPointer<vtkUnstructuredGrid>::New();
+  grid->Allocate(source->GetNumberOfCells());
+  const vtkNew<vtkIdList> cell;
+  for (vtkIdType id = 0; id < source->GetNumberOfCells(); ++id) {
+    source->GetCellPoints(id, cell);
+    grid->InsertNextCell(source->GetCellType(id), cell);
+  }
+  grid->GetPointData()->ShallowCopy(source->GetPointData());
+  grid->GetCellData()->ShallowCopy(source->GetCellData());
+  grid->GetFieldData()->ShallowCopy(source->GetFieldData());
+  return grid;
+}
+
+/// Without points.
+vtkSmartPointer<vtkUnstructuredGrid> grid_of(const Dataset& dataset) {
+  auto grid = vtkSmartPointer<vtkUnstructuredGrid>::New();
+  grid->Allocate(dataset.cell_count());
+  Cell cell;
+  const vtkNew<vtkIdList> nodes;
+  for (std::int64_t id = 0; id < dataset.cell_count(); ++id) {
+    dataset.get_cell(id, cell);
+    nodes->Reset();
+    for (const std::int64_t node : cell.nodes) nodes->InsertNextId(node);
+    grid->InsertNextCell(cell.type, nodes);
+  }
+  add_arrays(grid->GetPointData(), dataset.node_columns());
+  add_arrays(grid->GetCellData(), dataset.cell_columns());
+  return grid;
+}
+
+const VtkDataset* vtk_dataset_of(const MeshFile& file) {
+  return file.content() ? dynamic_cast<const VtkDataset*>(file.content()->dataset.get()) : nullptr;
+}
+
+}  // namespace
+
+std::int64_t VtkDataset::node_count() const { return data_->GetNumberOfPoints(); }
+
+std::int64_t VtkDataset::cell_count() const { return data_->GetNumberOfCells(); }
+
+void VtkDataset::get_cell(std::int64_t id, Cell& cell) const {
+  data_->GetCellPoints(id, nodes_);
+  cell.type = data_->GetCellType(id);
+  cell.nodes.assign(nodes_->begin(), nodes_->end());
+}
+
+Positions VtkDataset::positions() const {
+  if (data_->GetPoints()->GetDataType() == VTK_FLOAT) {
+    return copy_positions<float>(data_->GetPoints());
+  }
+  return copy_positions<double>(data_->GetPoints());
+}
+
+std::vector<Column> VtkDataset::node_columns() const { return columns_of(data_->GetPointData()); }
+
+std::vector<Column> VtkDataset::cell_columns() const { return columns_of(data_->GetCellData()); }
+
+std::string VtkDataset::vtk_cell_name(int type) {
+  const std::string class_name = vtkCellTypes::GetClassNameFromTypeId(type);
+  const std::string number = "VTK cell type " + std::to_string(type);
+  if (class_name == "UnknownClass") return number;
+  std::string words;  // "vtkQuadraticTetra" -> "quadratic tetra"
+  for (const char letter : class_name.substr(class_name.starts_with("vtk") ? 3 : 0)) {
+    const auto code = static_cast<unsigned char>(letter);
+    if (std::isupper(code) && !words.empty()) words += ' ';
+    words += static_cast<char>(std::tolower(code));
+  }
+  return words + " (" + number + ")";
+}
+
+vtkSmartPointer<vtkPoints> make_points(const PositionsView& positions) {
+  auto points = vtkSmartPointer<vtkPoints>::New();
+  points->SetDataType(std::holds_alternative<std::span<const Vec3f>>(positions) ? VTK_FLOAT
+                                                                                : VTK_DOUBLE);
+  points->SetNumberOfPoints(static_cast<vtkIdType>(position_count(positions)));
+  std::visit(
+      [&](const auto& nodes) {
+        for (std::size_t node = 0; node < nodes.size(); ++node) {
+          const auto place = vec3_cast<double>(nodes[node]);
+          points->SetPoint(static_cast<vtkIdType>(node), place.x, place.y, place.z);
+        }
+      },
+      positions);
+  return points;
+}
+
+vtkSmartPointer<vtkPointSet> moved_dataset(const MeshFile& file) {
+  const VtkDataset* own = vtk_dataset_of(file);
+  if (own == nullptr) return moved_grid(file);
+  auto dataset = vtkSmartPointer<vtkPointSet>::Take(own->data()->NewInstance());
+  dataset->ShallowCopy(own->data());
+  dataset->SetPoints(make_points(file.mesh.positions_view()));
+  return dataset;
+}
+
+vtkSmartPointer<vtkUnstructuredGrid> moved_grid(const MeshFile& file) {
+  vtkSmartPointer<vtkUnstructuredGrid> grid;
+  if (vtk_dataset_of(file) == nullptr) {
+    grid = grid_of(*dataset_of(file));
+  } else {
+    const auto dataset = moved_dataset(file);
+    grid = vtkUnstructuredGrid::SafeDownCast(dataset);
+    if (!grid) grid = grid_of_cells(dataset);
+  }
+  grid->SetPoints(make_points(file.mesh.positions_view()));
+  return grid;
+}
+
+}  // namespace meshsmooth::formats

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <vtkIdList.h>
+#include <vtkNew.h>
+#include <vtkPointSet.h>
+#include <vtkPoints.h>
+#include <vtkSmartPointer.h>
+#include <vtkUnstructuredGrid.h>
+
+#include "content.hpp"
+
+namespace meshsmooth::formats {
+
+/// A file as VTK's classes hold it, with all its data. One thread at a time.
+class VtkDataset final : public Dataset {
+ public:
+  explicit VtkDataset(vtkSmartPointer<vtkPointSet> data) : data_(std::move(data)) {}
+
+  [[nodiscard]] vtkPointSet* data() const { return data_; }
+
+  [[nodiscard]] std::int64_t node_count() const override;
+  [[nodiscard]] std::int64_t cell_count() const override;
+  void get_cell(std::int64_t id, Cell& cell) const override;
+  [[nodiscard]] Positions positions() const override;
+  [[nodiscard]] std::vector<Column> node_columns() const override;
+  [[nodiscard]] std::vector<Column> cell_columns() const override;
+  [[nodiscard]] std::string cell_name(int type) const override { return vtk_cell_name(type); }
+
+  /// "quadratic tetrahedron (VTK cell type 24)".
+  [[nodiscard]] static std::string vtk_cell_name(int type);
+
+ private:
+  vtkSmartPointer<vtkPointSet> data_;
+  vtkNew<vtkIdList> nodes_;  // of the cell just asked for: making a list costs more
+};
+
+/// The positions as points of the same precision.
+[[nodiscard]] vtkSmartPointer<vtkPoints> make_points(const PositionsView& positions);
+
+/// The file's data set with the mesh's positions.
+[[nodiscard]] vtkSmartPointer<vtkPointSet> moved_dataset(const MeshFile& file);
+/// The same as an unstructured grid.
+[[nodiscard]] vtkSmartPointer<vtkUnstructuredGrid> moved_grid(const MeshFile& file);
+
+}  // namespace meshsmooth::formats
