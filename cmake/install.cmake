@@ -15,6 +15,13 @@ foreach(library mesh smooth messages stubs wire client)
   install(TARGETS meshsmooth_${library} EXPORT meshsmooth COMPONENT libraries
     INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 endforeach()
+if(MESHSMOOTH_HAVE_CUDA)
+  # CUDA's static runtime goes along, so that users of the package need no CUDA.
+  install(FILES ${CUDA_cudart_static_LIBRARY} TYPE LIB COMPONENT libraries)
+  target_link_libraries(meshsmooth_smooth PRIVATE
+    $<INSTALL_INTERFACE:$<INSTALL_PREFIX>/${CMAKE_INSTALL_LIBDIR}/libcudart_static.a>
+    $<INSTALL_INTERFACE:${CMAKE_DL_LIBS}> $<INSTALL_INTERFACE:rt> $<INSTALL_INTERFACE:Threads::Threads>)
+endif()
 foreach(program meshsmooth-server meshsmooth)
   if(TARGET ${program})
     install(TARGETS ${program} COMPONENT programs)
