@@ -1,23 +1,12 @@
 #include "meshsmooth/smoother.hpp"
 
-#include <charconv>
-
 #include "meshsmooth/error.hpp"
 #include "smooth/cpu/cpu_smoother.hpp"
 #include "smooth/cuda/cuda_smoother.hpp"
+#include "smooth/cuda/device_name.hpp"
 
 namespace meshsmooth {
 namespace {
-
-/// N of "cuda:N", 0 of "cuda", else -1.
-int cuda_device(std::string_view backend) {
-  if (backend == "cuda") return 0;
-  int device = -1;
-  if (!backend.starts_with("cuda:")) return -1;
-  const char* const end = backend.data() + backend.size();
-  const auto [rest, error] = std::from_chars(backend.data() + 5, end, device);
-  return error == std::errc() && rest == end ? device : -1;
-}
 
 [[noreturn]] void throw_not_available(std::string_view backend) {
   std::string names, problems;
@@ -54,7 +43,7 @@ std::unique_ptr<Smoother> make_smoother(std::string_view backend, int thread_cou
     }
   }
   if (name == "cpu") return detail::make_cpu_smoother(thread_count);
-  const int device = cuda_device(name);
+  const int device = detail::cuda_device(name);
   for (const BackendInfo& info : detail::list_cuda_backends()) {
     if (info.available && info.name == "cuda:" + std::to_string(device)) {
       return detail::make_cuda_smoother(device);

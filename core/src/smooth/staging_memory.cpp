@@ -1,0 +1,108 @@
+#include "meshsmooth/staging_memory.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <iterator>
+
+#include "smooth/cuda/page_lock.hpp"
+
+namespace meshsmooth {
+namespace {
+
+constexpr std::size_t kPageBytes = 4096;
+
+// Smaller ones are copied about as fast without a lock.
+constexpr std::size_t kMinBlockBytes = 8 * kPageBytes;
+
+}  // namespace
+
+StagingMemory::StagingMemory(PageLock pages, std::size_t max_idle_bytes,
+                             std::pmr::memory_resource* upstream)
+    : pages_(std::move(pages)), max_idle_bytes_(max_idle_bytes), upstream_(upstream) {}
+
+StagingMemory::~StagingMemory() {
+  for (const auto& [age, block] : by_age_) release(block);
+}
+
+// Eight sizes between a power of two and the next: whole pages from the smallest
+// block on.
+std::size_t StagingMemory::block_bytes(std::size_t bytes) {
+  if (bytes < kMinBlockBytes) return bytes;
+  const std::size_t step = std::bit_floor(bytes) / 8;
+  return (bytes + step - 1) / step * step;
+}
+
+std::size_t StagingMemory::idle_bytes() const {
+  const std::lock_guard lock(mutex_);
+  return idle_bytes_;
+}
+
+void* StagingMemory::do_allocate(std::size_t bytes, std::size_t alignment) {
+  if (bytes < kMinBlockBytes) return upstream_->allocate(bytes, alignment);
+  const std::size_t size = block_bytes(bytes);
+  if (void* const data = take_idle(size)) return data;
+  void* const data = upstream_->allocate(size, std::max(alignment, kPageBytes));
+  if (!pages_.lock(data, size)) {
+    const std::lock_guard lock(mutex_);
+    unlocked_.insert(data);
+  }
+  return data;
+}
+
+void StagingMemory::do_deallocate(void* data, std::size_t bytes, std::size_t alignment) {
+  if (bytes < kMinBlockBytes) return upstream_->deallocate(data, bytes, alignment);
+  const Block block{data, block_bytes(bytes)};
+  std::vector<Block> surplus;
+  {
+    std::unique_lock lock(mutex_);
+    if (unlocked_.erase(data) != 0) {
+      lock.unlock();
+      return upstream_->deallocate(data, block.bytes, kPageBytes);
+    }
+    by_age_.emplace(next_age_, block);
+    by_size_.emplace(std::pair(block.bytes, next_age_), data);
+    ++next_age_;
+    idle_bytes_ += block.bytes;
+    while (idle_bytes_ > max_idle_bytes_) {
+      const auto oldest = by_age_.begin();
+      surplus.push_back(oldest->second);
+      idle_bytes_ -= oldest->second.bytes;
+      by_size_.erase({oldest->second.bytes, oldest->first});
+      by_age_.erase(oldest);
+    }
+  }
+  for (const Block& old : surplus) release(old);
+}
+
+bool StagingMemory::do_is_equal(const memory_resource& other) const noexcept {
+  return this == &other;
+}
+
+// The one used last: its pages are likeliest in the caches.
+void* StagingMemory::take_idle(std::size_t bytes) {
+  const std::lock_guard lock(mutex_);
+  const auto after = by_size_.lower_bound({bytes + 1, 0});
+  if (after == by_size_.begin()) return nullptr;
+  const auto newest = std::prev(after);
+  if (newest->first.first != bytes) return nullptr;
+  void* const data = newest->second;
+  by_age_.erase(newest->first.second);
+  by_size_.erase(newest);
+  idle_bytes_ -= bytes;
+  return data;
+}
+
+void StagingMemory::release(const Block& block) {
+  pages_.unlock(block.data);
+  upstream_->deallocate(block.data, block.bytes, kPageBytes);
+}
+
+std::unique_ptr<StagingMemory> make_staging_memory(std::string_view backend,
+                                                   std::size_t max_idle_bytes,
+                                                   std::pmr::memory_resource* upstream) {
+  StagingMemory::PageLock pages = detail::cuda_page_lock(backend);
+  if (!pages.lock) return nullptr;
+  return std::make_unique<StagingMemory>(std::move(pages), max_idle_bytes, upstream);
+}
+
+}  // namespace meshsmooth
