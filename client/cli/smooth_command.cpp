@@ -100,7 +100,8 @@ client::SmoothReport call_server(formats::MeshFile& file, const SmoothCommand& c
                           {options.max_iterations, options.tolerance.value * unit});
   client::RequestOptions request;
   request.request_id = command.request_id;
-  request.backend = command.backend;
+  // The server inside runs nothing but the backend it was started with.
+  request.backend = command.server ? command.backend : "auto";
   request.stop = interrupt.token();
   if (command.timeout_seconds) {
     request.timeout = std::chrono::duration_cast<std::chrono::nanoseconds>(
@@ -124,6 +125,13 @@ client::SmoothReport call_server(formats::MeshFile& file, const SmoothCommand& c
 ExitCode run(const SmoothCommand& command) {
   const auto start = std::chrono::steady_clock::now();
   const SmoothOptions options = to_smooth_options(command.smoothing);
+  if (command.server && command.backend.starts_with("cuda:")) {
+    throw InvalidOption("OPTION_MISPLACED",
+                        "--backend " + command.backend +
+                            " names a device of this machine, but --server computes elsewhere; "
+                            "use --backend cuda",
+                        {{"field", "--backend"}});
+  }
   const Interrupt interrupt;
   check_outputs(command);
 
@@ -158,8 +166,13 @@ void add_smooth_command(CLI::App& app, Action& action) {
   add_smooth_flags(*sub, command->smoothing);
   sub->add_option("--fixed-nodes", command->fixed_nodes,
                   "File of nodes to hold: a node index (from 0) a line, # comments");
-  sub->add_option("--backend", command->backend, "What computes")
-      ->check(CLI::IsMember({"auto", "cpu", "cuda"}))
+  sub->add_option("--backend", command->backend,
+                  "What computes: auto, cpu, cuda; without --server also cuda:N")
+      ->check([](const std::string& name) {
+        return name == "auto" || name == "cpu" || name == "cuda" || name.starts_with("cuda:")
+                   ? std::string()
+                   : name + " is none of auto, cpu, cuda, cuda:N";
+      })
       ->capture_default_str();
   sub->add_option("--precision", command->precision,
                   "Of coordinates on the way, in computing and in the output [the file's]")

@@ -31,12 +31,21 @@ void add_options(CLI::App& app, ServerConfig& config) {
 
   add("--listen", config.listen, "HOST:PORT or unix:PATH to serve on; port 0 picks one");
   add("--backend", config.backend, "auto, cpu, cuda or cuda:N");
-  add("--lanes", config.lanes, "Jobs that run at the same time")->check(CLI::Range(1, 1024));
+  add("--lanes", config.lanes, "Jobs that run at the same time; 0: 4 on CUDA, 1 on the CPU")
+      ->check(CLI::Range(0, 1024));
   add("--threads-per-lane", config.threads_per_lane, "0: all cores shared by the lanes")
       ->check(CLI::Range(0, 4096));
 
   add("--host-memory-limit-bytes", config.host_memory_limit_bytes,
       "Memory for all jobs, 8GiB is understood; 0: 80 % of what machine and cgroup allow")
+      ->transform(size)
+      ->check(any_bytes);
+  add("--device-bytes", config.device_bytes,
+      "Device memory for all jobs, at most; 0: what is free at the start, less a margin")
+      ->transform(size)
+      ->check(any_bytes);
+  add("--idle-pinned-bytes", config.idle_pinned_bytes,
+      "Page-locked memory kept for the next jobs; 0: 1/16 of the host memory limit, at most 1 GiB")
       ->transform(size)
       ->check(any_bytes);
   add("--max-job-bytes", config.max_job_bytes, "Memory for one job; 0: the host memory limit")

@@ -5,6 +5,7 @@
 #include <thread>
 #include <utility>
 
+#include "host_memory.hpp"
 #include "log.hpp"
 #include "memory_limit.hpp"
 #include "meshsmooth/error.hpp"
@@ -12,17 +13,71 @@
 namespace meshsmooth::server {
 namespace {
 
-ServerConfig filled_in(ServerConfig config) {
-  if (config.threads_per_lane == 0) {
-    const int cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-    config.threads_per_lane = std::max(1, cores / config.lanes);
-  }
+// So that one lane computes while others copy.
+constexpr int kCudaLanes = 4;
+
+int lane_count(const ServerConfig& config, std::string_view backend) {
+  if (config.lanes != 0) return config.lanes;
+  return backend.starts_with("cuda") ? kCudaLanes : 1;
+}
+
+int threads_per_lane(const ServerConfig& config, std::string_view backend) {
+  if (config.threads_per_lane != 0) return config.threads_per_lane;
+  const int cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  return std::max(1, cores / lane_count(config, backend));
+}
+
+void fill_in_host_bytes(ServerConfig& config) {
   if (config.host_memory_limit_bytes == 0) {
     config.host_memory_limit_bytes = available_host_bytes() / 10 * 8;
   }
   if (config.max_job_bytes == 0) config.max_job_bytes = config.host_memory_limit_bytes;
   if (config.max_queued_bytes == 0) config.max_queued_bytes = config.host_memory_limit_bytes;
-  return config;
+  if (config.idle_pinned_bytes == 0) {
+    config.idle_pinned_bytes = std::min(std::int64_t{1} << 30, config.host_memory_limit_bytes / 16);
+  }
+}
+
+// What jobs may take together: all that is free once every lane is there, less what
+// the lanes beside a job's own may hold at rest, less a margin for what the driver
+// takes later (code of the kernels, fragments).
+void fill_in_device_bytes(ServerConfig& config, const DeviceSpace& space) {
+  if (space.total_bytes == 0) {
+    config.device_bytes = 0;
+    return;
+  }
+  const std::int64_t margin = std::max(std::int64_t{256} << 20, space.total_bytes / 32);
+  const std::int64_t usable = space.free_bytes - (config.lanes - 1) * space.kept_bytes - margin;
+  if (usable <= 0) {
+    throw InvalidOption("OPTION_OUT_OF_RANGE",
+                        "lanes: " + std::to_string(config.lanes) + " lanes may keep " +
+                            std::to_string(space.kept_bytes) + " bytes of device memory each, " +
+                            std::to_string(space.free_bytes) + " are free; use fewer lanes",
+                        {{"field", "lanes"}});
+  }
+  config.device_bytes = config.device_bytes == 0 ? usable : std::min(config.device_bytes, usable);
+}
+
+// Of the backends that "auto" means, the first that works; `passed_over` says why
+// better ones do not.
+std::unique_ptr<Smoother> make_best_smoother(const ServerConfig& config, std::string& passed_over) {
+  const auto pass_over = [&](const BackendInfo& info, const std::string& why) {
+    passed_over += (passed_over.empty() ? "" : "; ") + info.name + ": " + why;
+  };
+  const std::vector<BackendInfo> backends = list_backends();
+  for (const BackendInfo& info : backends) {
+    if (!info.available) {
+      pass_over(info, info.problem);
+      continue;
+    }
+    try {
+      return make_smoother(info.name, threads_per_lane(config, info.name));
+    } catch (const Error& error) {
+      if (info.name == backends.back().name) throw;
+      pass_over(info, error.what());
+    }
+  }
+  throw NotSupported("BACKEND_NOT_AVAILABLE", "no backend is available: " + passed_over);
 }
 
 std::string random_instance() {
@@ -49,19 +104,42 @@ std::exception_ptr draining_error() {
       Error("DRAINING", "this server is shutting down; send the job to another one"));
 }
 
+Engine::Equipment Engine::equip(ServerConfig config, const SmootherFactory& factory) {
+  Equipment result;
+  const auto make = [&](const std::string& backend) {
+    return factory ? factory() : make_smoother(backend, threads_per_lane(config, backend));
+  };
+  result.smoothers.push_back(!factory && config.backend == "auto"
+                                 ? make_best_smoother(config, result.passed_over)
+                                 : make(config.backend));
+  const std::string backend(result.smoothers.front()->backend());
+  config.threads_per_lane = threads_per_lane(config, backend);
+  config.lanes = lane_count(config, backend);
+  while (result.smoothers.size() < static_cast<std::size_t>(config.lanes)) {
+    result.smoothers.push_back(make(backend));
+  }
+  fill_in_host_bytes(config);
+  fill_in_device_bytes(config, result.smoothers.front()->device_space());
+  result.staging = make_staging_memory(backend, static_cast<std::size_t>(config.idle_pinned_bytes),
+                                       host_memory());
+  result.config = std::move(config);
+  return result;
+}
+
 Engine::Engine(ServerConfig config, const SmootherFactory& factory,
-               std::function<void()> on_lane_broken)
-    : config_(filled_in(std::move(config))),
+               const std::function<void()>& on_lane_broken)
+    : Engine(equip(std::move(config), factory), on_lane_broken) {}
+
+Engine::Engine(Equipment equipment, const std::function<void()>& on_lane_broken)
+    : config_(std::move(equipment.config)),
+      passed_over_(std::move(equipment.passed_over)),
+      staging_(std::move(equipment.staging)),
       instance_(random_instance()),
-      ledger_({.host_bytes = config_.host_memory_limit_bytes, .device_bytes = INT64_MAX}),
+      ledger_({.host_bytes = config_.host_memory_limit_bytes,
+               .device_bytes = config_.device_bytes == 0 ? INT64_MAX : config_.device_bytes}),
       queue_(config_.max_queued_jobs, config_.max_queued_bytes),
       store_(static_cast<std::size_t>(config_.max_kept_jobs)) {
-  std::vector<std::unique_ptr<Smoother>> smoothers;
-  for (int lane = 0; lane < config_.lanes; ++lane) {
-    smoothers.push_back(factory ? factory()
-                                : make_smoother(config_.backend, config_.threads_per_lane));
-  }
-  for (auto& smoother : smoothers) {
+  for (auto& smoother : equipment.smoothers) {
     lanes_.push_back(std::make_unique<Lane>(std::move(smoother), queue_, on_lane_broken));
   }
 }
@@ -82,7 +160,7 @@ MemoryEstimate Engine::estimate(const JobRequest& request) const {
   const MemoryEstimate own =
       lanes_.front()->smoother().estimate(request.layout.size(), request.options);
   const MemoryEstimate need{
-      .host_bytes = request.layout.total_bytes() + own.host_bytes + stream_bytes(config_),
+      .host_bytes = array_bytes(request.layout) + own.host_bytes + stream_bytes(config_),
       .device_bytes = own.device_bytes};
   ledger_.check_fits(need);
   if (need.host_bytes > config_.max_job_bytes) {
@@ -96,6 +174,16 @@ MemoryEstimate Engine::estimate(const JobRequest& request) const {
   return need;
 }
 
+std::int64_t Engine::array_bytes(const wire::MeshLayout& layout) const {
+  if (!staging_) return layout.total_bytes();
+  std::int64_t sum = 0;
+  for (const std::int64_t bytes :
+       {layout.elements_bytes, layout.fixed_mask_bytes, layout.coordinates_bytes}) {
+    sum += static_cast<std::int64_t>(StagingMemory::block_bytes(static_cast<std::size_t>(bytes)));
+  }
+  return sum;
+}
+
 std::shared_ptr<Job> Engine::admit(JobRequest request, Job::Observer observer) {
   if (draining()) std::rethrow_exception(draining_error());
   Reservation reservation = ledger_.reserve(estimate(request));
@@ -103,8 +191,8 @@ std::shared_ptr<Job> Engine::admit(JobRequest request, Job::Observer observer) {
   const std::int64_t sequence = next_sequence_++;
   auto job = std::make_shared<Job>(
       "jobs/" + instance_ + "-" + std::to_string(sequence), sequence, std::move(request),
-      std::move(reservation), std::move(place), [this](const Job& ended) { retire(ended); },
-      std::move(observer));
+      std::move(reservation), std::move(place), staging_ ? staging_.get() : host_memory(),
+      [this](const Job& ended) { retire(ended); }, std::move(observer));
   store_.add(job);
   // A drain that began meanwhile may have looked at the store before this job
   // was in it.

@@ -17,6 +17,7 @@
 #include "ledger.hpp"
 #include "meshsmooth/server.hpp"
 #include "meshsmooth/server_config.hpp"
+#include "meshsmooth/staging_memory.hpp"
 
 namespace meshsmooth::server {
 
@@ -25,10 +26,11 @@ namespace meshsmooth::server {
 class Engine {
  public:
   /// Starts the lanes. `on_lane_broken` is called by a lane's own thread.
-  /// Throws what `factory` throws.
+  /// Throws what `factory` or `make_smoother` throws, and InvalidOption
+  /// (OPTION_OUT_OF_RANGE) when so many lanes leave a job no device memory.
   Engine(
       ServerConfig config, const SmootherFactory& factory,
-      std::function<void()> on_lane_broken = [] {});
+      const std::function<void()>& on_lane_broken = [] {});
   /// Stops every job and waits for the lanes.
   ~Engine();
   Engine(const Engine&) = delete;
@@ -64,6 +66,8 @@ class Engine {
   [[nodiscard]] const Ledger& ledger() const { return ledger_; }
   [[nodiscard]] const std::vector<std::unique_ptr<Lane>>& lanes() const { return lanes_; }
   [[nodiscard]] std::string_view backend() const { return lanes_.front()->smoother().backend(); }
+  /// Why backends that "auto" prefers do not run; empty when the best one does.
+  [[nodiscard]] const std::string& passed_over() const { return passed_over_; }
 
   // The steps of a drain.
   [[nodiscard]] bool draining() const { return draining_; }
@@ -80,9 +84,23 @@ class Engine {
   void wake();
 
  private:
+  /// What the settings come to on this machine.
+  struct Equipment {
+    ServerConfig config;
+    std::vector<std::unique_ptr<Smoother>> smoothers;  // one per lane
+    std::string passed_over;
+    std::unique_ptr<StagingMemory> staging;  // where the smoothers gain by it
+  };
+
+  Engine(Equipment equipment, const std::function<void()>& on_lane_broken);
+  [[nodiscard]] static Equipment equip(ServerConfig config, const SmootherFactory& factory);
+  /// Of the mesh's arrays, as they are allocated.
+  [[nodiscard]] std::int64_t array_bytes(const wire::MeshLayout& layout) const;
   void retire(const Job& job);
 
   const ServerConfig config_;
+  const std::string passed_over_;
+  const std::unique_ptr<StagingMemory> staging_;
   const std::string instance_;  // makes job names differ between runs
   Ledger ledger_;
   JobQueue queue_;

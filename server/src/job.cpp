@@ -2,7 +2,6 @@
 
 #include <utility>
 
-#include "host_memory.hpp"
 #include "meshsmooth/error.hpp"
 
 namespace meshsmooth::server {
@@ -45,7 +44,8 @@ const char* state_name(JobState state) {
 }
 
 Job::Job(std::string name, std::int64_t sequence, JobRequest request, Reservation reservation,
-         QueuePlace place, EndObserver end_observer, Observer observer)
+         QueuePlace place, std::pmr::memory_resource* memory, EndObserver end_observer,
+         Observer observer)
     : name_(std::move(name)),
       sequence_(sequence),
       request_(std::move(request)),
@@ -54,7 +54,7 @@ Job::Job(std::string name, std::int64_t sequence, JobRequest request, Reservatio
       observer_(std::move(observer)),
       reservation_(std::move(reservation)),
       place_(std::move(place)),
-      mesh_(std::make_unique<wire::MeshAssembler>(request_.layout, host_memory())) {
+      mesh_(std::make_unique<wire::MeshAssembler>(request_.layout, memory)) {
   now_.times.created = std::chrono::system_clock::now();
   now_.times.admitted = Clock::now();
 }

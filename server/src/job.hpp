@@ -6,6 +6,7 @@
 #include <exception>
 #include <functional>
 #include <memory>
+#include <memory_resource>
 #include <mutex>
 #include <optional>
 #include <stop_token>
@@ -85,8 +86,10 @@ class Job {
   /// Called once, the same way, when all memory is given back.
   using EndObserver = std::function<void(const Job&)>;
 
+  /// The mesh's arrays come from `memory`, which must outlive the job's end.
   Job(std::string name, std::int64_t sequence, JobRequest request, Reservation reservation,
-      QueuePlace place, EndObserver end_observer, Observer observer);
+      QueuePlace place, std::pmr::memory_resource* memory, EndObserver end_observer,
+      Observer observer);
 
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] std::int64_t sequence() const { return sequence_; }

@@ -48,8 +48,12 @@ ErrorText error_text(const std::exception_ptr& error) {
 
 void set_log_level(const std::string& level) { logger().set_level(spdlog::level::from_str(level)); }
 
-void log_start(const ServerConfig& config, const std::string& backend, int port) {
-  logger().info("event=start running_backend={} port={} {}", backend, port, describe(config, ' '));
+void log_start(const ServerConfig& config, const std::string& backend, int port,
+               const std::string& passed_over) {
+  std::string line = fmt::format("event=start running_backend={} port={} ", backend, port);
+  if (!passed_over.empty()) line += fmt::format("message=\"jobs run on {}; {}\" ", backend, passed_over);
+  line += describe(config, ' ');
+  logger().log(passed_over.empty() ? spdlog::level::info : spdlog::level::warn, line);
 }
 
 void log_job_end(const Job& job) {

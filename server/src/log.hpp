@@ -12,7 +12,9 @@ struct ServerConfig;
 /// `level` is debug, info, warn, error or off; off until set.
 void set_log_level(const std::string& level);
 
-void log_start(const ServerConfig& config, const std::string& backend, int port);
+/// `passed_over`: why better backends do not run; a warning unless empty.
+void log_start(const ServerConfig& config, const std::string& backend, int port,
+               const std::string& passed_over);
 /// The one line of a job.
 void log_job_end(const Job& job);
 /// Work was refused before it became a job.

@@ -19,6 +19,7 @@ namespace {
 using namespace meshsmooth;
 
 constexpr int kExitUsage = 2;
+constexpr int kExitDeviceLost = 69;  // EX_UNAVAILABLE
 constexpr int kExitNotDrained = 75;  // EX_TEMPFAIL
 constexpr auto kWatchdogSlack = std::chrono::seconds(2);
 
@@ -42,10 +43,12 @@ sigset_t block_exit_signals() {
 }
 
 // SIGTERM drains, a second one hurries; if even that does not end, the process
-// does.
+// does. A lost device does not come back within this process: it drains without
+// waiting and ends by a code of its own, so that whoever supervises starts another.
 void serve(server::Server& server, const server::ServerConfig& config, const sigset_t& signals) {
   int signal = 0;
   sigwait(&signals, &signal);
+  if (server.device_lost()) server.hurry();
 
   std::thread([&] {
     int again = 0;
@@ -61,7 +64,8 @@ void serve(server::Server& server, const server::ServerConfig& config, const sig
   }).detach();
   server.drain();
   std::fflush(nullptr);
-  _exit(0);  // the two threads above have no end of their own
+  // The two threads above have no end of their own.
+  _exit(server.device_lost() ? kExitDeviceLost : 0);
 }
 
 }  // namespace
@@ -91,7 +95,7 @@ int main(int argc, char** argv) {
   const sigset_t signals = block_exit_signals();
   server::Server server(config);
   try {
-    server.start();
+    server.start([] { kill(getpid(), SIGTERM); });
   } catch (const Error& error) {
     std::fprintf(stderr, "meshsmooth-server: %s\n", error.what());
     return kExitUsage;

@@ -72,6 +72,7 @@ struct Server::Impl {
   std::unique_ptr<grpc::Server> server;
   int port = 0;
 
+  std::atomic<bool> device_lost = false;
   std::once_flag drained;
   std::atomic<bool> hurried = false;
 };
@@ -84,17 +85,20 @@ Server::~Server() {
   drain();
 }
 
-void Server::start() {
+void Server::start(std::function<void()> on_device_lost) {
   set_log_level(impl_->config.log_level);
   // Both apply to servers built from now on.
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
 
   Impl& impl = *impl_;
-  auto engine = std::make_unique<Engine>(impl.config, impl.factory, [&impl] {
-    log_error("lane_broken", "a lane lost its device; restart the server");
-    impl.set_serving(false);
-  });
+  auto engine = std::make_unique<Engine>(
+      impl.config, impl.factory, [&impl, lost = std::move(on_device_lost)] {
+        log_error("lane_broken", "a lane lost its device; restart the server");
+        impl.device_lost = true;
+        impl.set_serving(false);
+        lost();
+      });
   impl.service = std::make_unique<SmoothingService>(*engine);
   grpc::ServerBuilder builder;
   configure(builder, engine->config());
@@ -111,8 +115,11 @@ void Server::start() {
                         {{"field", "listen"}});
   }
   impl.set_serving(true);
-  log_start(impl.engine->config(), std::string(impl.engine->backend()), impl.port);
+  log_start(impl.engine->config(), std::string(impl.engine->backend()), impl.port,
+            impl.engine->passed_over());
 }
+
+bool Server::device_lost() const { return impl_->device_lost; }
 
 int Server::port() const { return impl_->port; }
 

@@ -35,6 +35,16 @@ TEST(Config, ReadsFlags) {
   EXPECT_EQ(config.drain_grace_seconds, 1.5);
 }
 
+TEST(Config, ReadsTheDevicesMemory) {
+  setenv("MESHSMOOTH_DEVICE_BYTES", "3GiB", 1);
+  const ServerConfig config = parse({"--backend", "cuda:1", "--idle-pinned-bytes", "64MiB"});
+  unsetenv("MESHSMOOTH_DEVICE_BYTES");
+
+  EXPECT_EQ(config.backend, "cuda:1");
+  EXPECT_EQ(config.device_bytes, std::int64_t{3} << 30);
+  EXPECT_EQ(config.idle_pinned_bytes, std::int64_t{64} << 20);
+}
+
 TEST(Config, ReadsTheEnvironmentButPrefersFlags) {
   setenv("MESHSMOOTH_LANES", "5", 1);
   setenv("MESHSMOOTH_MAX_QUEUED_JOBS", "7", 1);
@@ -48,7 +58,7 @@ TEST(Config, ReadsTheEnvironmentButPrefersFlags) {
 
 TEST(Config, NamesTheFlagThatIsOutOfRange) {
   try {
-    parse({"--lanes", "0"});
+    parse({"--lanes", "-1"});
     FAIL();
   } catch (const CLI::ValidationError& error) {
     EXPECT_THAT(error.what(), ::testing::HasSubstr("--lanes"));

@@ -113,6 +113,117 @@ TEST_F(EngineTest, FillsInTheDefaultsThatDependOnTheMachine) {
   EXPECT_EQ(engine.config().max_job_bytes, engine.config().host_memory_limit_bytes);
 }
 
+TEST_F(EngineTest, RunsOneLaneUnlessToldOtherwise) {
+  ServerConfig config = testing::quiet_config();
+  const Engine engine(config, [this] { return std::make_unique<FakeSmoother>(fake_); });
+
+  EXPECT_EQ(engine.config().lanes, 1);
+  EXPECT_EQ(engine.lanes().size(), 1U);
+}
+
+TEST_F(EngineTest, StartsOnWhateverBackendThereIs) {
+  ServerConfig config = testing::quiet_config();
+  config.backend = "auto";
+  const Engine engine(config, {});
+
+  EXPECT_EQ(engine.backend(), make_smoother("auto")->backend());
+  // A better one that is not available is named.
+  const BackendInfo best = list_backends().front();
+  EXPECT_EQ(engine.passed_over().empty(), best.available) << engine.passed_over();
+  EXPECT_NE(engine.passed_over().find(best.problem), std::string::npos);  // empty of a good one
+}
+
+TEST_F(EngineTest, NamesWhatThereIsInsteadOfABackendThatIsNot) {
+  ServerConfig config = testing::quiet_config();
+  config.backend = "cuda:99";
+  try {
+    const Engine engine(config, {});
+    FAIL() << "nothing thrown";
+  } catch (const NotSupported& error) {
+    EXPECT_EQ(error.reason(), "BACKEND_NOT_AVAILABLE");
+    EXPECT_NE(std::string(error.what()).find("cpu"), std::string::npos) << error.what();
+  }
+}
+
+// --- the device's memory ----------------------------------------------------------
+
+class DeviceBytes : public EngineTest {
+ protected:
+  static constexpr std::int64_t kGiB = std::int64_t{1} << 30;
+
+  /// With 64 GiB of which 60 are free; a lane keeps up to 2.
+  std::unique_ptr<Engine> start(int lanes, std::int64_t device_bytes = 0) {
+    fake_->set_device_space(
+        {.total_bytes = 64 * kGiB, .free_bytes = 60 * kGiB, .kept_bytes = 2 * kGiB});
+    ServerConfig config = testing::quiet_config();
+    config.lanes = lanes;
+    config.device_bytes = device_bytes;
+    return std::make_unique<Engine>(config,
+                                    [this] { return std::make_unique<FakeSmoother>(fake_); });
+  }
+
+  /// How a job that needs so much is refused; empty when it is not.
+  std::string refusal(Engine& engine, std::int64_t need, ErrorDetails* details = nullptr) {
+    fake_->set_estimate({.host_bytes = 0, .device_bytes = need});
+    JobRequest request;
+    request.layout.node_count = 4;
+    request.layout.blocks = {{ElementType::tetrahedron, 1}};
+    request.layout.elements_bytes = 16;
+    request.layout.coordinates_bytes = 96;
+    try {
+      jobs_.push_back(engine.admit(std::move(request), [] {}));
+    } catch (const OutOfMemory& error) {
+      if (details != nullptr) *details = error.details();
+      return error.reason();
+    }
+    return "";
+  }
+
+  std::vector<std::shared_ptr<Job>> jobs_;
+};
+
+TEST_F(DeviceBytes, AreWhatIsFreeLessWhatOtherLanesKeepAndAMargin) {
+  EXPECT_EQ(start(1)->config().device_bytes, 58 * kGiB);
+  EXPECT_EQ(start(4)->config().device_bytes, 52 * kGiB);
+}
+
+TEST_F(DeviceBytes, CanBeSetLowerButNotHigher) {
+  EXPECT_EQ(start(1, kGiB)->config().device_bytes, kGiB);
+  EXPECT_EQ(start(1, 100 * kGiB)->config().device_bytes, 58 * kGiB);
+}
+
+TEST_F(DeviceBytes, RefuseWhatNeverFitsByNeedAndLimit) {
+  const auto engine = start(1, kGiB);
+  ErrorDetails details;
+
+  EXPECT_EQ(refusal(*engine, kGiB + 1, &details), "MESH_TOO_LARGE");
+
+  EXPECT_EQ(details, (ErrorDetails{{"need_bytes", std::to_string(kGiB + 1)},
+                                   {"limit_bytes", std::to_string(kGiB)},
+                                   {"space", "device"}}));
+}
+
+TEST_F(DeviceBytes, RefuseWhatDoesNotFitNow) {
+  const auto engine = start(1, kGiB);
+  EXPECT_EQ(refusal(*engine, kGiB), "");
+
+  EXPECT_EQ(refusal(*engine, 1), "DEVICE_MEMORY_BUSY");
+
+  jobs_.front()->end();
+  EXPECT_EQ(refusal(*engine, 1), "");
+  jobs_.back()->end();
+  EXPECT_EQ(engine->ledger().reserved().device_bytes, 0);
+}
+
+TEST_F(DeviceBytes, DoNotSufficeForAnyNumberOfLanes) {
+  try {
+    start(40);
+    FAIL() << "nothing thrown";
+  } catch (const InvalidOption& error) {
+    EXPECT_EQ(error.details(), (ErrorDetails{{"field", "lanes"}}));
+  }
+}
+
 TEST_F(EngineTest, RunsJobsOfManyCallersAndGivesAllMemoryBack) {
   std::vector<std::thread> threads;
   for (int t = 0; t < 4; ++t) {

@@ -15,7 +15,8 @@ class JobTest : public ::testing::Test {
     request.layout.coordinates_bytes = 24;
     job_ = std::make_shared<Job>(
         "jobs/1", 1, std::move(request), ledger_.reserve({100, 0}), queue_.admit(24),
-        [this](const Job&) { ++end_count_; }, [this] { ++change_count_; });
+        std::pmr::new_delete_resource(), [this](const Job&) { ++end_count_; },
+        [this] { ++change_count_; });
   }
 
   static std::exception_ptr cancelled() { return std::make_exception_ptr(Cancelled("WHY", "")); }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <future>
 #include <stdexcept>
 
 #include "server/raw_call.hpp"
@@ -308,6 +309,23 @@ TEST_F(Refusal, AfterALostDeviceTurnsHealthRed) {
 
   EXPECT_EQ(watch.read(), "\x08\x02");  // NOT_SERVING
   EXPECT_FALSE(server_info(stub_).backends(0).healthy());
+  EXPECT_TRUE(server_.server().device_lost());
+}
+
+TEST_F(Refusal, AfterALostDeviceCallsForAnotherProcess) {
+  const auto fake = std::make_shared<FakeControl>();
+  fake->fail_with([] { throw DeviceError("DEVICE_LOST", "the device fell off the bus", true); });
+  std::promise<void> called;
+  server::Server server(quiet_config(), [=] { return std::make_unique<FakeSmoother>(fake); });
+  server.start([&] { called.set_value(); });
+  EXPECT_FALSE(server.device_lost());
+  Stub stub(server.in_process_channel());
+  SmoothCall call(stub);
+  call.send_all(mesh_);
+  call.finish();
+
+  EXPECT_EQ(called.get_future().wait_for(10s), std::future_status::ready);
+  EXPECT_TRUE(server.device_lost());
 }
 
 }  // namespace

@@ -42,6 +42,10 @@ class FakeControl {
     const std::lock_guard lock(mutex_);
     estimate_ = estimate;
   }
+  void set_device_space(DeviceSpace space) {
+    const std::lock_guard lock(mutex_);
+    device_space_ = space;
+  }
 
   /// Waits until `count` jobs have started in all.
   void wait_started(int count) {
@@ -61,6 +65,7 @@ class FakeControl {
   int started_ = 0;
   std::function<void()> thrower_;
   MemoryEstimate estimate_;
+  DeviceSpace device_space_;
   std::atomic<int> progress_count_ = 0;
 };
 
@@ -70,6 +75,11 @@ class FakeSmoother final : public Smoother {
   explicit FakeSmoother(std::shared_ptr<FakeControl> control) : control_(std::move(control)) {}
 
   [[nodiscard]] std::string_view backend() const override { return "cpu"; }
+
+  [[nodiscard]] DeviceSpace device_space() const override {
+    const std::lock_guard lock(control_->mutex_);
+    return control_->device_space_;
+  }
 
   [[nodiscard]] MemoryEstimate estimate(const MeshSize&, const SmoothOptions&) const override {
     const std::lock_guard lock(control_->mutex_);

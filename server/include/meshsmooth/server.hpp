@@ -29,9 +29,15 @@ class Server {
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
 
-  /// Builds the lanes, then serves. Throws NotSupported (BACKEND_NOT_AVAILABLE)
-  /// or InvalidOption (OPTION_OUT_OF_RANGE: `listen` cannot be bound). Once.
-  void start();
+  /// Builds the lanes, then serves. `on_device_lost` is called by another thread
+  /// when a lane has lost its device: the server no longer says SERVING; drain it
+  /// and start another process. Throws NotSupported (BACKEND_NOT_AVAILABLE),
+  /// DeviceError, or InvalidOption (OPTION_OUT_OF_RANGE: `listen` cannot be bound,
+  /// too many `lanes` for the device). Once.
+  void start(std::function<void()> on_device_lost = [] {});
+
+  /// A lane has lost its device.
+  [[nodiscard]] bool device_lost() const;
 
   /// The bound port; 0 when it listens on none.
   [[nodiscard]] int port() const;

@@ -10,11 +10,15 @@ namespace meshsmooth::server {
 struct ServerConfig {
   std::string listen = "127.0.0.1:50051";  // HOST:PORT, unix:PATH; empty: in-process only
   std::string backend = "auto";
-  int lanes = 1;             // jobs that run at the same time
+  int lanes = 0;             // jobs that run at the same time; 0: 4 on CUDA, 1 on the CPU
   int threads_per_lane = 0;  // 0: all cores shared by the lanes
 
   std::int64_t host_memory_limit_bytes = 0;  // 0: 80 % of what machine and cgroup allow
-  std::int64_t max_job_bytes = 0;            // all that one job needs; 0: the host memory limit
+  std::int64_t device_bytes = 0;  // of the device, for all jobs; 0: what is free, less a margin
+  /// Page-locked memory that waits for the next jobs' meshes; 0: a 16th of the
+  /// host memory limit, at most 1 GiB. CUDA only, beside the host memory limit.
+  std::int64_t idle_pinned_bytes = 0;
+  std::int64_t max_job_bytes = 0;  // all that one job needs; 0: the host memory limit
   std::int64_t max_node_count = INT32_MAX;
   std::int64_t max_element_count = INT32_MAX;
   int max_queued_jobs = 100;          // admitted, not yet running

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <string_view>
 #include <variant>
 
@@ -55,6 +56,16 @@ static_assert(static_cast<int>(Priority::batch) + 1 == v1::PRIORITY_BATCH &&
 
 v1::BackendKind backend_kind(std::string_view backend) {
   return backend.starts_with("cuda") ? v1::BACKEND_KIND_CUDA : v1::BACKEND_KIND_CPU;
+}
+
+// N of "cuda:N".
+int device_index(std::string_view backend) {
+  int index = 0;
+  const std::size_t colon = backend.find(':');
+  if (colon != std::string_view::npos) {
+    std::from_chars(backend.data() + colon + 1, backend.data() + backend.size(), index);
+  }
+  return index;
 }
 
 void check_backend(v1::BackendKind wanted, std::string_view backend) {
@@ -228,8 +239,12 @@ v1::GetServerInfoResponse encode_server_info(const Engine& engine) {
   const std::string name(engine.backend());
   backend->set_kind(backend_kind(name));
   backend->set_name(name);
-  backend->set_total_bytes(engine.ledger().limit().host_bytes);
-  backend->set_reserved_bytes(engine.ledger().reserved().host_bytes);
+  // Of the memory that the backend computes in.
+  const bool on_device = backend->kind() == v1::BACKEND_KIND_CUDA;
+  const auto bytes = on_device ? &MemoryEstimate::device_bytes : &MemoryEstimate::host_bytes;
+  backend->set_total_bytes(engine.ledger().limit().*bytes);
+  backend->set_reserved_bytes(engine.ledger().reserved().*bytes);
+  if (on_device) backend->set_device_index(device_index(name));
   backend->set_lane_count(static_cast<int>(engine.lanes().size()));
   bool healthy = true;
   int busy = 0;
