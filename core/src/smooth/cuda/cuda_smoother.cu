@@ -86,7 +86,11 @@ std::vector<BackendInfo> list_cuda_backends() {
   const cudaError_t asked = cudaGetDeviceCount(&count);
   if (asked != cudaSuccess || count == 0) {
     static_cast<void>(cudaGetLastError());
-    const char* const problem = cudaGetErrorString(asked != cudaSuccess ? asked : cudaErrorNoDevice);
+    int driver = 0;
+    static_cast<void>(cudaDriverGetVersion(&driver));
+    const char* const problem =
+        driver == 0 ? "there is no driver"
+                    : cudaGetErrorString(asked != cudaSuccess ? asked : cudaErrorNoDevice);
     return {{.name = "cuda", .available = false, .device_name = {}, .problem = problem}};
   }
   std::vector<BackendInfo> backends;
