@@ -94,7 +94,9 @@ install_cuda() {
   mv -- "$folder.partial/nvidia/cu13" "$folder"
   mv -- "$folder.partial"/*.dist-info "$folder" # with the licences
   rm -rf -- "$folder.partial"
+  # Names by which CMake looks for them.
   ln -s lib "$folder/lib64"
+  ln -s libcudart.so.13 "$folder/lib/libcudart.so"
   "$folder/bin/nvcc" --version >>"$log"
 }
 
