@@ -51,7 +51,8 @@ void set_log_level(const std::string& level) { logger().set_level(spdlog::level:
 void log_start(const ServerConfig& config, const std::string& backend, int port,
                const std::string& passed_over) {
   std::string line = fmt::format("event=start running_backend={} port={} ", backend, port);
-  if (!passed_over.empty()) line += fmt::format("message=\"jobs run on {}; {}\" ", backend, passed_over);
+  if (!passed_over.empty())
+    line += fmt::format("message=\"jobs run on {}; {}\" ", backend, passed_over);
   line += describe(config, ' ');
   logger().log(passed_over.empty() ? spdlog::level::info : spdlog::level::warn, line);
 }
