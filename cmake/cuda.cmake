@@ -34,6 +34,10 @@ if(MESHSMOOTH_CUDA)
     set(CMAKE_CUDA_STANDARD_REQUIRED ON)
     set(CMAKE_CUDA_EXTENSIONS OFF)
     set(MESHSMOOTH_HAVE_CUDA ON)
+    # CMake 3.25 deprecates this target without asking whether there is one: CUDA 13 has none.
+    if(NOT TARGET CUDA::nvToolsExt)
+      add_library(CUDA::nvToolsExt INTERFACE IMPORTED)
+    endif()
     find_package(CUDAToolkit REQUIRED)
   elseif(MESHSMOOTH_CUDA STREQUAL "ON")
     message(FATAL_ERROR "MESHSMOOTH_CUDA is ON, but there is no nvcc of CUDA 13: run scripts/setup --cuda, "
