@@ -61,7 +61,7 @@ struct Way {
   Form form;
 };
 
-inline std::string way_name(const testing::TestParamInfo<Way>& way) { return way.param.name; }
+inline std::string way_name(const ::testing::TestParamInfo<Way>& way) { return way.param.name; }
 
 /// Every method in every form that it has.
 inline std::vector<Way> ways(bool with_racing) {

@@ -37,7 +37,7 @@ inline bool cuda_required() {
     GTEST_SKIP() << "no CUDA device here; run scripts/bundle and its gpu-test there"; \
   } while (false)
 
-class CudaTest : public testing::Test {
+class CudaTest : public ::testing::Test {
  protected:
   void SetUp() override { MESHSMOOTH_NEED_CUDA(); }
 };
