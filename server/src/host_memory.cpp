@@ -1,5 +1,6 @@
 #include "host_memory.hpp"
 
+#include <malloc.h>
 #include <sys/mman.h>
 
 #include <cstddef>
@@ -40,6 +41,12 @@ class HostMemory final : public std::pmr::memory_resource {
 std::pmr::memory_resource* host_memory() {
   static HostMemory memory;
   return &memory;
+}
+
+void keep_heap_warm() {
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);  // the largest that glibc takes
+  mallopt(M_TRIM_THRESHOLD, 512 << 20);
+  mallopt(M_TOP_PAD, 16 << 20);
 }
 
 }  // namespace meshsmooth::server
