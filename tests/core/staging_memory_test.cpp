@@ -151,6 +151,15 @@ TEST_F(StagingMemoryTest, IsOrdinaryMemoryWhereLockingFails) {
   EXPECT_EQ(memory.idle_bytes(), kMiB);
 }
 
+TEST_F(StagingMemoryTest, DoesNotLockWhatItCouldNotKeep) {
+  StagingMemory memory(counting_.pages(), 4 * kMiB, &counting_);
+
+  memory.deallocate(memory.allocate(5 * kMiB, 64), 5 * kMiB, 64);
+
+  EXPECT_EQ(counting_.lock_count, 0);
+  EXPECT_EQ(memory.idle_bytes(), 0U);
+}
+
 TEST_F(StagingMemoryTest, ServesManyThreads) {
   StagingMemory memory(counting_.pages(), 4 * kMiB, &counting_);
   std::vector<std::thread> threads;

@@ -17,7 +17,8 @@ namespace meshsmooth {
 /// Host memory that a device copies from and to at full speed, beside its kernels:
 /// its pages are locked. Locking costs far more than using them, so blocks that
 /// come back stay locked for the next caller, up to a bound; then the one that was
-/// not used for longest goes. Where locking fails the memory is ordinary.
+/// not used for longest goes. What is larger than the bound is not locked, so that
+/// an allocation takes milliseconds at most; where locking fails neither.
 /// Thread-safe.
 class StagingMemory final : public std::pmr::memory_resource {
  public:

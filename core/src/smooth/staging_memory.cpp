@@ -42,7 +42,7 @@ void* StagingMemory::do_allocate(std::size_t bytes, std::size_t alignment) {
   const std::size_t size = block_bytes(bytes);
   if (void* const data = take_idle(size)) return data;
   void* const data = upstream_->allocate(size, std::max(alignment, kPageBytes));
-  if (!pages_.lock(data, size)) {
+  if (size > max_idle_bytes_ || !pages_.lock(data, size)) {
     const std::lock_guard lock(mutex_);
     unlocked_.insert(data);
   }

@@ -16,7 +16,8 @@ struct ServerConfig {
   std::int64_t host_memory_limit_bytes = 0;  // 0: 80 % of what machine and cgroup allow
   std::int64_t device_bytes = 0;  // of the device, for all jobs; 0: what is free, less a margin
   /// Page-locked memory that waits for the next jobs' meshes; 0: a 16th of the
-  /// host memory limit, at most 1 GiB. CUDA only, beside the host memory limit.
+  /// host memory limit, at most 1 GiB. Larger arrays are not locked. CUDA only,
+  /// beside the host memory limit.
   std::int64_t idle_pinned_bytes = 0;
   std::int64_t max_job_bytes = 0;  // all that one job needs; 0: the host memory limit
   std::int64_t max_node_count = INT32_MAX;
