@@ -38,6 +38,19 @@ if(MESHSMOOTH_BUILD_BENCHMARKS)
   find_package(benchmark 1.7 REQUIRED)
 endif()
 
+# A third of every program that speaks gRPC is its TLS and xDS.
+option(MESHSMOOTH_GRPC_TLS "Link the gRPC that can do TLS, which nothing here asks of it yet" ON)
+if(NOT MESHSMOOTH_GRPC_TLS)
+  # The imported target takes the place of the other: the reflection library names that.
+  get_target_property(configurations gRPC::grpc++_unsecure IMPORTED_CONFIGURATIONS)
+  set_target_properties(gRPC::grpc++ PROPERTIES IMPORTED_CONFIGURATIONS "${configurations}")
+  list(TRANSFORM configurations PREPEND IMPORTED_LOCATION_ OUTPUT_VARIABLE properties)
+  foreach(property IN LISTS properties ITEMS INTERFACE_LINK_LIBRARIES)
+    get_target_property(value gRPC::grpc++_unsecure ${property})
+    set_target_properties(gRPC::grpc++ PROPERTIES ${property} "${value}")
+  endforeach()
+endif()
+
 option(MESHSMOOTH_STATIC_GRPC "Link gRPC, protobuf and what they need from their archives" ON)
 # The sanitizers' suppressions name the shared libraries.
 if(MESHSMOOTH_STATIC_GRPC AND NOT CMAKE_CXX_FLAGS MATCHES "-fsanitize")

@@ -1,4 +1,4 @@
-// server_bench: jobs per second through the whole service, gRPC on loopback included.
+// Jobs per second through the whole service, gRPC on loopback included.
 // Server and clients share one process, each client with a connection of its own.
 
 #include <grpcpp/create_channel.h>
@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "client_access.hpp"
+#include "gpu/commands.hpp"
 #include "gpu/report.hpp"
 #include "host_memory.hpp"
 #include "meshsmooth/client.hpp"
@@ -280,36 +281,38 @@ void run(const Settings& settings) {
 }
 
 }  // namespace
-}  // namespace meshsmooth::bench
 
-int main(int argc, char** argv) {
-  meshsmooth::bench::Settings settings;
-  CLI::App app("Measures jobs per second through the service on this machine.", "server_bench");
-  app.add_option("--backend", settings.backend, "auto, cpu, cuda or cuda:N")->capture_default_str();
-  app.add_option("--lanes", settings.lane_counts, "Numbers of lanes; the first is the reference")
+void add_server_command(CLI::App& app, Action& action) {
+  // Shared by the options, which fill it, and the action, which runs later.
+  const auto settings = std::make_shared<Settings>();
+  CLI::App* const sub =
+      app.add_subcommand("server", "Jobs per second through the service, gRPC on loopback");
+  sub->add_option("--backend", settings->backend, "auto, cpu, cuda or cuda:N")
+      ->capture_default_str();
+  sub->add_option("--lanes", settings->lane_counts, "Numbers of lanes; the first is the reference")
       ->delimiter(',')
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
-  app.add_option("--clients", settings.client_count, "Clients that call at the same time")
+  sub->add_option("--clients", settings->client_count, "Clients that call at the same time")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
-  app.add_option("--nodes", settings.node_count, "About so many nodes; a cube's number is taken")
+  sub->add_option("--nodes", settings->node_count, "About so many nodes; a cube's number is taken")
       ->check(CLI::Range(8, 10'000'000))
       ->capture_default_str();
-  app.add_option("--tolerance", settings.tolerance, "Relative to the cube's diagonal")
+  sub->add_option("--tolerance", settings->tolerance, "Relative to the cube's diagonal")
       ->capture_default_str();
-  app.add_option("--seconds", settings.seconds, "Of measuring, for each number of lanes")
+  sub->add_option("--seconds", settings->seconds, "Of measuring, for each number of lanes")
       ->check(CLI::Range(0.5, 3600.0))
       ->capture_default_str();
-  app.add_flag("--float64", settings.float64, "Positions in double");
-  app.add_option("--json", settings.json, "Write the figures to this file too");
-  CLI11_PARSE(app, argc, argv);
-  meshsmooth::server::keep_heap_warm();
-  try {
-    meshsmooth::bench::run(settings);
-    return 0;
-  } catch (const std::exception& error) {
-    std::cerr << "server_bench: " << error.what() << '\n';
-    return 1;
-  }
+  sub->add_flag("--float64", settings->float64, "Positions in double");
+  sub->add_option("--json", settings->json, "Write the figures to this file too");
+  sub->callback([&action, settings] {
+    action = [settings] {
+      server::keep_heap_warm();
+      run(*settings);
+      return 0;
+    };
+  });
 }
+
+}  // namespace meshsmooth::bench
