@@ -11,20 +11,18 @@
 
 namespace meshsmooth::formats {
 
-/// Cell types by VTK's numbers, which stand for them all through the formats.
-enum CellType : int {
-  kVertexCell = 1,
-  kPolyVertexCell = 2,
-  kLineCell = 3,
-  kPolyLineCell = 4,
-  kTriangleCell = 5,
-  kPolygonCell = 7,
-  kQuadCell = 9,
-  kTetrahedronCell = 10,
-  kHexahedronCell = 12,
-  kWedgeCell = 13,
-  kPyramidCell = 14,
-};
+// Cell types by VTK's numbers, which stand for them all through the formats.
+inline constexpr int kVertexCell = 1;
+inline constexpr int kPolyVertexCell = 2;
+inline constexpr int kLineCell = 3;
+inline constexpr int kPolyLineCell = 4;
+inline constexpr int kTriangleCell = 5;
+inline constexpr int kPolygonCell = 7;
+inline constexpr int kQuadCell = 9;
+inline constexpr int kTetrahedronCell = 10;
+inline constexpr int kHexahedronCell = 12;
+inline constexpr int kWedgeCell = 13;
+inline constexpr int kPyramidCell = 14;
 
 struct Cell {
   int type = 0;

@@ -149,14 +149,14 @@ class Promptly : public test::CudaTest {
  protected:
   void SetUp() override {
     test::CudaTest::SetUp();
-    if (!IsSkipped() && !HasFailure()) smoother_ = make_smoother("cuda");
+    if (!IsSkipped() && !HasFailure()) smoother = make_smoother("cuda");
   }
 
-  std::unique_ptr<Smoother> smoother_;
+  std::unique_ptr<Smoother> smoother;
 };
 
 TEST_F(Promptly, HandsOverWhatItHasWhenToldToFinishEarly) {
-  RunningJob job(*smoother_, large_mesh(), endless(kEndlessJacobi));
+  RunningJob job(*smoother, large_mesh(), endless(kEndlessJacobi));
   job.wait_for_sweeps();
   job.finish_early();
   job.end();
@@ -169,11 +169,11 @@ TEST_F(Promptly, HandsOverWhatItHasWhenToldToFinishEarly) {
 
 TEST_F(Promptly, EndsWhenTheDeadlineHasPassed) {
   Mesh warm_up = large_mesh();
-  smoother_->smooth(warm_up, test::sweeps(1, Laplacian{}));
+  smoother->smooth(warm_up, test::sweeps(1, Laplacian{}));
   const Clock::time_point deadline = Clock::now() + milliseconds(700);
   JobControl control;
   control.deadline = deadline;
-  RunningJob job(*smoother_, large_mesh(), endless(kEndlessJacobi), control);
+  RunningJob job(*smoother, large_mesh(), endless(kEndlessJacobi), control);
   job.wait_for_sweeps();
   const Clock::time_point sweeping = Clock::now();
 
@@ -191,7 +191,7 @@ TEST_F(Promptly, KeepsToItsComputeBudget) {
   options.compute_budget = milliseconds(200);
   Mesh mesh = large_mesh();
 
-  const SmoothSummary summary = smoother_->smooth(mesh, options);
+  const SmoothSummary summary = smoother->smooth(mesh, options);
 
   EXPECT_EQ(summary.stop_reason, StopReason::compute_budget);
   EXPECT_GT(summary.convergence.iteration_count, 0);
@@ -209,7 +209,7 @@ TEST_F(Promptly, DoesNothingWhenCancelledBefore) {
   control.on_progress = [&](const Progress&) { worked = true; };
   Mesh mesh = large_mesh();
 
-  EXPECT_THROW(smoother_->smooth(mesh, endless(kEndlessJacobi), control), Cancelled);
+  EXPECT_THROW(smoother->smooth(mesh, endless(kEndlessJacobi), control), Cancelled);
 
   EXPECT_FALSE(worked);
   EXPECT_TRUE(same_bits(mesh, large_mesh()));
@@ -228,11 +228,11 @@ TEST_F(Promptly, SmoothsTheNextJobAfterACancelledOne) {
       if (progress.stage == stage) source.request_stop();
     };
     Mesh cancelled = mesh;
-    EXPECT_THROW(smoother_->smooth(cancelled, endless(kEndlessJacobi), control), Cancelled);
+    EXPECT_THROW(smoother->smooth(cancelled, endless(kEndlessJacobi), control), Cancelled);
     EXPECT_TRUE(same_bits(cancelled, mesh)) << "positions were touched";
     Mesh next = mesh;
 
-    smoother_->smooth(next, options);
+    smoother->smooth(next, options);
 
     EXPECT_LT(test::difference(next, test::oracle::to_points(expected.mesh)), 1e-12);
   }
@@ -252,7 +252,7 @@ TEST_F(Promptly, ReportsProgressStageByStage) {
   SmoothOptions options = endless(kEndlessJacobi);
   options.max_iterations = 300;
 
-  smoother_->smooth(mesh, options, control);
+  smoother->smooth(mesh, options, control);
 
   EXPECT_THAT(stages, testing::ElementsAre(Stage::find_neighbours, Stage::find_boundary,
                                            Stage::judge, Stage::iterate, Stage::judge));
