@@ -40,6 +40,10 @@ inline std::vector<NamedMesh> tiny_meshes() {
       {"sphere", noisy(sphere(2), 0.02, 4)},
       {"mixed_stack", noisy(mixed_stack(4), 0.1, 1)},
       {"disconnected_pieces", disconnected_pieces()},
+      // Balls and rings beyond what the kernels are made for.
+      {"spokes_128", noisy(spokes(2), 0.02, 4)},
+      {"spokes_512", noisy(spokes(3), 0.02, 4)},
+      {"spokes_2048", noisy(spokes(4), 0.005, 4)},
       {"isolated_node", with_isolated_node(noisy(lattice(ElementType::wedge, 3), 0.1, 5))},
       {"masked", with_mask(noisy(lattice(ElementType::hexahedron, 4), 0.1, 6))},
       {"tangled", noisy(lattice(ElementType::tetrahedron, 4), 0.45, 7)},

@@ -133,6 +133,22 @@ inline Mesh sphere(int levels) {
   return mesh;
 }
 
+/// Tetrahedra between a sphere and its centre, which has them all around it.
+inline Mesh spokes(int levels) {
+  Mesh mesh = sphere(levels);
+  auto& positions = std::get<std::vector<Vec3d>>(mesh.positions);
+  const auto centre = static_cast<NodeId>(positions.size());
+  positions.push_back({0, 0, 0});
+  const std::vector<NodeId> triangles = std::move(mesh.blocks[0].nodes);
+  mesh.blocks = {{ElementType::tetrahedron, {}}};
+  for (std::size_t n = 0; n < triangles.size(); n += 3) {
+    for (const NodeId node : {centre, triangles[n], triangles[n + 1], triangles[n + 2]}) {
+      mesh.blocks[0].nodes.push_back(node);
+    }
+  }
+  return mesh;
+}
+
 /// A regular lattice of n^3 cubes (n^2 squares for surface elements), each cut
 /// into elements of one type: 6 tetrahedra, 6 pyramids, 2 wedges, 2 triangles.
 /// Every free node lies in the middle of its ring.

@@ -141,12 +141,7 @@ class Sweeper {
         colouring_(colouring),
         form_(form),
         acceptance_(acceptance),
-        current_(positions) {
-    if (form == Form::gauss_seidel || (form == Form::racing && !acceptance.active())) return;
-    other_ = executor.template allocate<Vec3<Real>>(around.node_count);
-    spare_ = other_.data();
-    copy(current_, spare_);
-  }
+        current_(positions) {}
 
   template <class Mean>
   SweepStats step(const Mean& mean, double factor) {
@@ -155,8 +150,10 @@ class Sweeper {
       return sweep_gauss_seidel(executor_, around_, colouring_, mean, f, acceptance_, current_);
     }
     if (form_ == Form::racing) {
+      if (acceptance_.active()) need_spare();
       return sweep_racing(executor_, around_, mean, f, acceptance_, spare_, current_);
     }
+    need_spare();
     const SweepStats stats =
         sweep_jacobi(executor_, around_, mean, f, acceptance_, current_, spare_);
     std::swap(current_, spare_);
@@ -164,6 +161,7 @@ class Sweeper {
   }
 
   SweepStats step_hc(const HcLaplacian& hc, const Vec3<Real>* original, Vec3<Real>* differences) {
+    need_spare();
     const SweepStats stats =
         sweep_hc(executor_, around_, static_cast<Real>(hc.alpha), static_cast<Real>(hc.beta),
                  acceptance_, original, current_, spare_, differences);
@@ -178,10 +176,6 @@ class Sweeper {
   }
 
   [[nodiscard]] Vec3<Real>* current() { return current_; }
-  /// The second array, where there is one.
-  [[nodiscard]] Vec3<Real>* spare() { return spare_; }
-  /// After an odd number of steps done elsewhere from one array to the other.
-  void swap() { std::swap(current_, spare_); }
 
   [[nodiscard]] const Surroundings& around() const { return around_; }
   [[nodiscard]] const Colouring<E>& colouring() const { return colouring_; }
@@ -189,6 +183,13 @@ class Sweeper {
   [[nodiscard]] Acceptance acceptance() const { return acceptance_; }
 
  private:
+  void need_spare() {
+    if (spare_ != nullptr) return;
+    other_ = executor_.template allocate<Vec3<Real>>(around_.node_count);
+    spare_ = other_.data();
+    copy(current_, spare_);
+  }
+
   E& executor_;
   const Surroundings& around_;
   const Colouring<E>& colouring_;

@@ -116,10 +116,13 @@ struct MeshCounts {
   const std::int64_t renumbering = n * (12 + 8);               // keys, ids, the sort's own
   const std::int64_t counting = n * 8 + mesh.entries + n / 4;  // numbers, sizes, places
   std::int64_t iterating = sweep_bytes(mesh, size.float64, options);
+  const bool planes = resolve_form(options) == Form::jacobi && !acceptance_of(options).active() &&
+                      std::holds_alternative<Laplacian>(options.method);
+  if (planes) iterating += n * position;
   if (mesh.dimension == 2) {
     iterating += mesh.elements * static_cast<std::int64_t>(sizeof(PackedDirection));
   }
-  const std::int64_t colouring = resolve_form(options) == Form::gauss_seidel ? n * 32 : 0;
+  const std::int64_t colouring = resolve_form(options) == Form::gauss_seidel ? n * 25 : 0;
   const std::int64_t held_balls = needs_balls(options) ? balls : 0;
   const std::int64_t peak =
       kept + std::max({renumbering, counting + balls, balls + rings + n / 4 + colouring,

@@ -41,7 +41,7 @@ MESHSMOOTH_HD Vec3<typename P::Real> mean_of(const P& x, const NodeId* begin, co
   using Real = typename P::Real;
   if (begin == end) return x[node];
   Vec3<Real> sum{0, 0, 0};
-  MESHSMOOTH_UNROLL(4)
+  MESHSMOOTH_UNROLL(8)
   for (const NodeId* n = begin; n != end; ++n) sum += x[static_cast<std::size_t>(*n)];
   const auto count = static_cast<Real>(end - begin);
   return {sum.x / count, sum.y / count, sum.z / count};

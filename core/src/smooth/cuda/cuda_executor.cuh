@@ -28,8 +28,8 @@ inline constexpr unsigned int kAllLanes = 0xffffffffU;
 /// Blocks of kBlockSize that give every one of `count` items a thread, at most
 /// `most`.
 [[nodiscard]] inline unsigned int block_count(std::size_t count, std::size_t most = 1U << 20) {
-  return static_cast<unsigned int>(std::clamp<std::size_t>((count + kBlockSize - 1) / kBlockSize,
-                                                           1, most));
+  return static_cast<unsigned int>(
+      std::clamp<std::size_t>((count + kBlockSize - 1) / kBlockSize, 1, most));
 }
 
 template <class Body>
@@ -91,6 +91,12 @@ __global__ void __launch_bounds__(kBlockSize)
   }
 }
 
+/// The blocks of a cooperative kernel.
+struct GridShape {
+  unsigned int threads = kBlockSize;
+  std::size_t shared_bytes = 0;  // beside what the kernel names itself
+};
+
 template <class T>
 struct alignas(4 * sizeof(T)) FourOf {
   T values[4];
@@ -126,9 +132,9 @@ class CudaLane {
       : device_(device),
         pool_(device, release_threshold()),
         shapes_(kElementTypeCount, {stream, pool_, resident_}) {
-    check_cuda(cudaDeviceGetAttribute(&multiprocessor_count_, cudaDevAttrMultiProcessorCount,
-                                      device),
-               "asking for a device's properties");
+    check_cuda(
+        cudaDeviceGetAttribute(&multiprocessor_count_, cudaDevAttrMultiProcessorCount, device),
+        "asking for a device's properties");
     check_cuda(cudaMemcpyAsync(shapes_.data(), element_table().data(),
                                kElementTypeCount * sizeof(ElementShape), cudaMemcpyHostToDevice,
                                stream.get()),
@@ -246,21 +252,23 @@ class CudaExecutor {
   template <class T>
   void upload_early(const T* host, std::size_t size, T* to) {
     if (size == 0) return;
-    check_cuda(cudaMemcpyAsync(to, host, size * sizeof(T), cudaMemcpyHostToDevice,
-                               lane_.uploads.get()),
-               "copying to the device");
+    check_cuda(
+        cudaMemcpyAsync(to, host, size * sizeof(T), cudaMemcpyHostToDevice, lane_.uploads.get()),
+        "copying to the device");
   }
   void await_uploads() {
     lane_.ordering.record(lane_.uploads);
     lane_.ordering.hold_up(lane_.stream);
   }
 
+  /// What comes later waits for a mark in another stream.
+  void await(std::size_t mark) { lane_.events[mark].hold_up(lane_.stream); }
+
   /// A copy that is there at the next `synchronize`.
   template <class T>
   void download_later(const T* from, T* host, std::size_t size = 1) {
-    check_cuda(
-        cudaMemcpyAsync(host, from, size * sizeof(T), cudaMemcpyDeviceToHost, stream()),
-        "copying from the device");
+    check_cuda(cudaMemcpyAsync(host, from, size * sizeof(T), cudaMemcpyDeviceToHost, stream()),
+               "copying from the device");
   }
 
   template <class T>
@@ -317,8 +325,8 @@ class CudaExecutor {
         return cub::DeviceRadixSort::SortKeys(space, bytes, keys, sorted.data(), count, 0,
                                               8 * sizeof(Key), stream());
       });
-      check_cuda(cudaMemcpyAsync(keys, sorted.data(), count * sizeof(Key),
-                                 cudaMemcpyDeviceToDevice, stream()),
+      check_cuda(cudaMemcpyAsync(keys, sorted.data(), count * sizeof(Key), cudaMemcpyDeviceToDevice,
+                                 stream()),
                  "copying");
     } else {
       with_workspace([&](void* space, std::size_t& bytes) {
@@ -400,31 +408,34 @@ class CudaExecutor {
     check_cuda(cudaGetLastError(), "launching a kernel");
   }
   template <auto kKernel, class... Arguments>
-  void launch_shared(unsigned int blocks, std::size_t shared_bytes,
-                     const Arguments&... arguments) {
+  void launch_shared(unsigned int blocks, std::size_t shared_bytes, const Arguments&... arguments) {
     kKernel<<<blocks, kBlockSize, shared_bytes, stream()>>>(arguments...);
     check_cuda(cudaGetLastError(), "launching a kernel");
   }
 
-  /// A kernel whose blocks wait for each other: as many as the device holds at
-  /// the same time, at most `most`. Returns the grid it would run with.
+  /// Blocks for a kernel whose blocks wait for each other: `most`, or as many as the
+  /// device holds at the same time.
   template <auto kKernel>
-  [[nodiscard]] unsigned int cooperative_blocks(std::size_t most) {
-    static const int per_multiprocessor = [] {
+  [[nodiscard]] unsigned int cooperative_blocks(std::size_t most, GridShape shape) {
+    static const int per_multiprocessor = [shape] {
+      check_cuda(cudaFuncSetAttribute(kKernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
+                                      static_cast<int>(shape.shared_bytes)),
+                 "asking for shared memory");
       int blocks = 0;
-      check_cuda(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, kKernel, kBlockSize, 0),
+      check_cuda(cudaOccupancyMaxActiveBlocksPerMultiprocessor(
+                     &blocks, kKernel, static_cast<int>(shape.threads), shape.shared_bytes),
                  "asking for a kernel's occupancy");
       return std::max(blocks, 1);
     }();
     const auto resident =
-        static_cast<std::size_t>(std::min(per_multiprocessor, 8) * lane_.multiprocessor_count());
+        static_cast<std::size_t>(per_multiprocessor * lane_.multiprocessor_count());
     return static_cast<unsigned int>(std::clamp<std::size_t>(most, 1, resident));
   }
   template <auto kKernel, class... Arguments>
-  void launch_cooperative(unsigned int blocks, Arguments... arguments) {
+  void launch_cooperative(unsigned int blocks, GridShape shape, Arguments... arguments) {
     void* pointers[] = {&arguments...};
-    check_cuda(cudaLaunchCooperativeKernel(kKernel, dim3(blocks), dim3(kBlockSize), pointers, 0,
-                                           stream()),
+    check_cuda(cudaLaunchCooperativeKernel(kKernel, dim3(blocks), dim3(shape.threads), pointers,
+                                           shape.shared_bytes, stream()),
                "launching a cooperative kernel");
   }
 
@@ -473,7 +484,6 @@ class CudaExecutor {
                                kSweepsOffset = 2 * kResultBytes;
 
  private:
-
   struct Stretch {
     std::size_t begin, end;  // events
     double* seconds;

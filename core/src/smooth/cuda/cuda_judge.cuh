@@ -21,8 +21,7 @@ struct RankedElement {
   [[nodiscard]] MESHSMOOTH_HD bool worse_than(const RankedElement& other) const {
     if (other.element == kNoElement) return element != kNoElement;
     if (element == kNoElement) return false;
-    return mean_ratio != other.mean_ratio ? mean_ratio < other.mean_ratio
-                                          : element < other.element;
+    return mean_ratio != other.mean_ratio ? mean_ratio < other.mean_ratio : element < other.element;
   }
 };
 
@@ -45,7 +44,7 @@ struct JudgeTask {
   const ElementShape* shape;
   const NodeId* nodes;
   std::size_t first, count;
-  const ElementId* names;        // of all elements, or null
+  const ElementId* names;             // of all elements, or null
   const PackedDirection* references;  // of all elements, or null: all have `reference`
   Vec3d reference;
   const std::uint8_t* fixed;
@@ -214,10 +213,9 @@ __global__ void __launch_bounds__(kBlockSize, 2)
     }
   }
   volume = sum_block(volume, shared);
-  worst_locked = reduce_block(worst_locked, shared_ranked,
-                              [](const RankedElement& a, const RankedElement& b) {
-                                return b.worse_than(a) ? b : a;
-                              });
+  worst_locked = reduce_block(
+      worst_locked, shared_ranked,
+      [](const RankedElement& a, const RankedElement& b) { return b.worse_than(a) ? b : a; });
   if (threadIdx.x == 0) {
     own.sums.volume = volume;
     own.worst_locked = worst_locked;

@@ -39,9 +39,8 @@ class CudaSmoother final : public Smoother {
     std::size_t free = 0, total = 0;
     check_cuda(cudaMemGetInfo(&free, &total), "asking for a device's memory");
     std::uint64_t kept = 0;
-    check_cuda(
-        cudaMemPoolGetAttribute(lane_.pool().get(), cudaMemPoolAttrReleaseThreshold, &kept),
-        "asking for a memory pool's threshold");
+    check_cuda(cudaMemPoolGetAttribute(lane_.pool().get(), cudaMemPoolAttrReleaseThreshold, &kept),
+               "asking for a memory pool's threshold");
     return {static_cast<std::int64_t>(total), static_cast<std::int64_t>(free),
             static_cast<std::int64_t>(kept)};
   }
@@ -63,8 +62,7 @@ class CudaSmoother final : public Smoother {
           CudaExecutor executor(lane_, interrupt);
           executor.check();
           CudaJudge judge(executor, topology, as_view(positions));
-          SmoothSummary summary =
-              run_pipeline(executor, topology, span, options, control, judge);
+          SmoothSummary summary = run_pipeline(executor, topology, span, options, control, judge);
           summary.backend = backend();
           summary.device_name = device_name_;
           summary.device_peak_bytes = static_cast<std::int64_t>(executor.bytes().peak());

@@ -17,8 +17,7 @@ __device__ inline unsigned long long ordered_bits(double value) {
   return (bits >> 63) != 0 ? ~bits : bits | (1ULL << 63);
 }
 MESHSMOOTH_HD inline double from_ordered_bits(unsigned long long ordered) {
-  const unsigned long long bits =
-      (ordered >> 63) != 0 ? ordered & ~(1ULL << 63) : ~ordered;
+  const unsigned long long bits = (ordered >> 63) != 0 ? ordered & ~(1ULL << 63) : ~ordered;
 #ifdef __CUDA_ARCH__
   return __longlong_as_double(static_cast<long long>(bits));
 #else
@@ -39,8 +38,8 @@ template <class Real>
 __global__ void __launch_bounds__(kBlockSize)
     box_kernel(std::size_t count, const Vec3<Real>* positions, PrepareState* state) {
   __shared__ Vec3<Real> shared[kBlockSize];
-  const Real infinity = std::is_same_v<Real, float> ? static_cast<Real>(HUGE_VALF)
-                                                    : static_cast<Real>(HUGE_VAL);
+  const Real infinity =
+      std::is_same_v<Real, float> ? static_cast<Real>(HUGE_VALF) : static_cast<Real>(HUGE_VAL);
   Vec3<Real> low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
   const auto lower = [](Real a, Real b) { return a < b ? a : b; };
   const auto higher = [](Real a, Real b) { return a > b ? a : b; };
@@ -199,11 +198,23 @@ void with_width(int node_count, const Body& body) {
 /// Ids between which runs of elements may begin.
 inline constexpr std::ptrdiff_t kRunAlignment = 4;
 
+/// A stretch of the connectivity that goes up at one go.
+struct UploadedPiece {
+  NodeId* nodes;
+  std::size_t element_count;
+  int width;
+  std::size_t arrival;  // a mark in the stream of uploads
+};
+/// Elements of a piece: enough to keep the bus busy, few enough that the first
+/// are counted while the last are still on their way.
+inline constexpr std::size_t kPieceSize = std::size_t{1} << 18;
+
 /// The caller's elements on the device, grouped by type and inside a type in the
 /// caller's order, still in the caller's numbers. The copies run in the stream of
-/// uploads.
+/// uploads, piece by piece.
 inline JobElements<CudaExecutor> upload_elements(CudaExecutor& executor,
-                                                 const TopologyView& topology) {
+                                                 const TopologyView& topology,
+                                                 std::vector<UploadedPiece>& pieces) {
   JobElements<CudaExecutor> elements;
   elements.dimension = element_shape(topology.blocks.front().type).dimension;
   std::size_t size = 0;
@@ -226,7 +237,14 @@ inline JobElements<CudaExecutor> upload_elements(CudaExecutor& executor,
     for (const ElementBlockView& block : topology.blocks) {
       const std::size_t count = block.element_count();
       if (block.type == type && count > 0) {
-        executor.upload_early(block.nodes.data(), block.nodes.size(), next);
+        const int width = element_shape(type).node_count;
+        for (std::size_t done = 0; done < count; done += kPieceSize) {
+          const std::size_t piece = std::min(kPieceSize, count - done);
+          NodeId* const to = next + done * static_cast<std::size_t>(width);
+          executor.upload_early(&block.nodes[done * static_cast<std::size_t>(width)],
+                                piece * static_cast<std::size_t>(width), to);
+          pieces.push_back({to, piece, width, executor.mark(executor.lane().uploads)});
+        }
         if (!in_order) {
           ElementId* const caller_of = elements.caller_of.data() + elements.view.count;
           executor.for_each(count, [=] __device__(std::size_t e) {
@@ -252,31 +270,32 @@ void for_each_run(CudaExecutor& executor, const JobElements<CudaExecutor>& eleme
                   const Body& body) {
   for (int r = 0; r < elements.view.run_count; ++r) {
     const Elements::Run& run = elements.view.runs[r];
-    const std::size_t end = r + 1 < elements.view.run_count ? elements.view.runs[r + 1].first
-                                                            : elements.view.count;
+    const std::size_t end =
+        r + 1 < elements.view.run_count ? elements.view.runs[r + 1].first : elements.view.count;
     const auto type = static_cast<std::size_t>(run.shape - executor.lane().shapes());
-    with_width(element_table()[type].node_count, [&]<int kWidth>() {
-      body.template operator()<kWidth>(run, end - run.first);
-    });
+    with_width(element_table()[type].node_count,
+               [&]<int kWidth>() { body.template operator()<kWidth>(run, end - run.first); });
   }
 }
 
-/// The balls, and the elements in internal numbers.
-inline RowBuffer<CudaExecutor, ElementId> find_balls(CudaExecutor& executor,
-                                                     std::size_t node_count,
+/// The balls, and the elements in internal numbers. `sizes` has a 0 for every node
+/// and one more.
+inline RowBuffer<CudaExecutor, ElementId> find_balls(CudaExecutor& executor, std::size_t node_count,
                                                      JobElements<CudaExecutor>& elements,
                                                      const NodeId* internal_of,
+                                                     DeviceBuffer<std::uint32_t> sizes,
+                                                     const std::vector<UploadedPiece>& pieces,
                                                      PrepareState* state) {
   const std::size_t entry_count = elements.connectivity.size();
   NodeId* const connectivity = elements.connectivity.data();
-  auto sizes = executor.allocate<std::uint32_t>(node_count + 1);
   auto places = executor.allocate<std::uint8_t>(entry_count);
-  executor.clear(sizes.data(), node_count + 1);
-  for_each_run(executor, elements, [&]<int kWidth>(const Elements::Run& run, std::size_t count) {
-    const std::size_t first = static_cast<std::size_t>(run.nodes - connectivity);
-    count_entries<kWidth>(executor, node_count, count, connectivity + first, internal_of,
-                          sizes.data(), places.data() + first, state);
-  });
+  for (const UploadedPiece& piece : pieces) {
+    executor.await(piece.arrival);
+    with_width(piece.width, [&]<int kWidth>() {
+      count_entries<kWidth>(executor, node_count, piece.element_count, piece.nodes, internal_of,
+                            sizes.data(), places.data() + (piece.nodes - connectivity), state);
+    });
+  }
 
   RowBuffer<CudaExecutor, ElementId> balls;
   balls.offsets = executor.allocate<std::int64_t>(node_count + 1);
@@ -307,7 +326,6 @@ inline RowBuffer<CudaExecutor, NodeId> find_rows(CudaExecutor& executor, std::si
   rings.entries = executor.allocate<NodeId>(capacity);
   auto words = executor.allocate<unsigned long long>(blocks);
   executor.clear(words.data(), blocks);
-  executor.clear(&state->next_block, 1);
   const RowTask task{node_count,
                      elements.view,
                      balls.offsets.data(),
@@ -363,8 +381,9 @@ JobMesh<CudaExecutor, Real> prepare_job(CudaExecutor& executor, const TopologyVi
   const std::size_t uploads_begin = executor.mark(lane.uploads);
   executor.upload_early(positions.data(), node_count, job.given.data());
   executor.await_uploads();
-  job.elements = upload_elements(executor, topology);
   executor.upload_early(topology.fixed.data(), topology.fixed.size(), mask.data());
+  std::vector<UploadedPiece> pieces;
+  job.elements = upload_elements(executor, topology, pieces);
   const std::size_t uploads_end = executor.mark(lane.uploads);
   executor.add_stretch(uploads_begin, uploads_end, times.upload_seconds);
 
@@ -378,15 +397,19 @@ JobMesh<CudaExecutor, Real> prepare_job(CudaExecutor& executor, const TopologyVi
   NodeId* const internal_of = renumbering.internal_of.data();
   Vec3<Real>* const places = job.places.data();
   std::uint8_t* const fixed = job.fixed.data();
+  auto ball_sizes = executor.allocate<std::uint32_t>(node_count + 1);
+  std::uint32_t* const sizes = ball_sizes.data();
   executor.for_each(node_count, [=] __device__(std::size_t node) {
+    sizes[node] = 0;
+    if (node == 0) sizes[node_count] = 0;
     const NodeId caller = caller_of[node];
     internal_of[caller] = static_cast<NodeId>(node);
     places[node] = given[caller];
     fixed[node] = 0;
   });
 
-  executor.await_uploads();
-  job.balls = find_balls(executor, node_count, job.elements, internal_of, state);
+  job.balls = find_balls(executor, node_count, job.elements, internal_of, std::move(ball_sizes),
+                         pieces, state);
   renumbering.internal_of = {};
   PrepareState* const seen = lane.template mapped<PrepareState>(CudaExecutor::kStateOffset);
   const bool boundary_fixed = options.boundary == BoundaryPolicy::fixed;
@@ -410,6 +433,7 @@ JobMesh<CudaExecutor, Real> prepare_job(CudaExecutor& executor, const TopologyVi
     if (seen->overused_facet != 0) throw_overused_facet(topology);
     if (seen->ring_entries <= capacity) break;
     executor.clear(fixed, node_count);
+    executor.clear(&state->next_block, 1);
   }
   executor.add_stretch(uploads_end, rows_end, times.find_neighbours_seconds);
   executor.add_stretch(rows_end, executor.mark(lane.stream), times.find_boundary_seconds);

@@ -22,7 +22,7 @@ struct RowTask {
   Elements elements;
   std::int64_t* ball_offsets;
   ElementId* ball_entries;
-  const NodeId* caller_of;        // of nodes
+  const NodeId* caller_of;         // of nodes
   const ElementId* element_names;  // caller's element of an element; null: the same
   bool sort_balls;
   std::int64_t* offsets;
@@ -35,8 +35,6 @@ struct RowTask {
 
 inline constexpr int kRowsPerBlock = 128;  // as many threads
 inline constexpr int kRowCapacity = 32;    // longer rows are a case for `RowSearch`
-inline constexpr int kTableSize = 128;     // slots
-inline constexpr unsigned int kFull = 80;  // and one more of each lane still fits
 
 /// A short row per thread in shared memory: entry k of all threads lies together,
 /// so that no two threads meet in a bank.
@@ -126,8 +124,7 @@ inline constexpr int kPairWords = kRowCapacity * (kRowCapacity - 1) / 2 / 32 + 1
 /// seen, another whether twice. Nothing but node ids is ever compared.
 inline constexpr int kTooLong = -1;
 template <int kNodes>
-__device__ int find_simplex_row(const RowTask& task, int node, RowEntries& row,
-                                RowEntries& pairs) {
+__device__ int find_simplex_row(const RowTask& task, int node, RowEntries& row, RowEntries& pairs) {
   static_assert(2 * kPairWords <= kRowCapacity);
   const unsigned int t = threadIdx.x;
   for (int w = 0; w < 2 * kPairWords; ++w) pairs[w][t] = 0;
@@ -192,30 +189,35 @@ __device__ int find_simplex_row(const RowTask& task, int node, RowEntries& row,
 
 inline constexpr unsigned long long kNoFacet = ~0ULL;
 
-/// Sets of at most kFull keys.
+/// Sets of keys, by hash.
+template <unsigned int kSlots>
 struct RowTables {
-  int nodes[kTableSize];
-  unsigned long long facets[kTableSize];  // two more nodes of a facet at the node
-  unsigned int facet_counts[kTableSize];
-  int thirds[kTableSize];  // the fourth node of a facet, or -1
+  int nodes[kSlots];
+  unsigned long long facets[kSlots];  // two more nodes of a facet at the node
+  unsigned int facet_counts[kSlots];
+  int thirds[kSlots];  // the fourth node of a facet, or -1
   unsigned int node_count, facet_count;
 };
 
 /// One warp's search around a node of any mesh. The keys are cut into `parts` by
 /// a hash; only those of one part are kept at a time, so that they fit the tables
 /// however many there are.
+/// kNodes: of the only type of element, a simplex; else 0.
+template <int kNodes, unsigned int kSlots>
 class RowSearch {
  public:
-  __device__ RowSearch(const RowTask& task, RowTables& tables, int node, unsigned int parts,
+  using Tables = RowTables<kSlots>;
+
+  __device__ RowSearch(const RowTask& task, Tables& tables, int node, unsigned int parts,
                        unsigned int part)
       : task_(task), tables_(tables), node_(node), parts_(parts), part_(part) {}
 
   /// Fills the tables from the node's ball; `emit(place, neighbour)` is called
   /// once for every neighbour, place counting from 0. False: more keys than fit.
-  template <class Emit>
+  template <bool kFacets, class Emit>
   __device__ bool run(const Emit& emit) {
     const unsigned int lane = threadIdx.x % kWarp;
-    for (unsigned int slot = lane; slot < kTableSize; slot += kWarp) {
+    for (unsigned int slot = lane; slot < kSlots; slot += kWarp) {
       tables_.nodes[slot] = -1;
       tables_.facets[slot] = kNoFacet;
       tables_.facet_counts[slot] = 0;
@@ -225,7 +227,11 @@ class RowSearch {
     __syncwarp();
     const std::int64_t end = task_.ball_offsets[node_ + 1];
     for (std::int64_t e = task_.ball_offsets[node_] + lane; e < end; e += kWarp) {
-      add_element(task_.elements[task_.ball_entries[e]], emit);
+      if constexpr (kNodes == 0) {
+        add_element<kFacets>(task_.elements[task_.ball_entries[e]], emit);
+      } else {
+        add_simplex<kFacets>(task_.ball_entries[e], emit);
+      }
     }
     __syncwarp();
     return tables_.node_count < kFull && tables_.facet_count < kFull;
@@ -233,7 +239,7 @@ class RowSearch {
 
   /// Marks the node when it has a facet found once.
   __device__ void mark_boundary() const {
-    for (unsigned int slot = threadIdx.x % kWarp; slot < kTableSize; slot += kWarp) {
+    for (unsigned int slot = threadIdx.x % kWarp; slot < kSlots; slot += kWarp) {
       const unsigned int count = tables_.facet_counts[slot];
       if (count > 2) task_.state->overused_facet = 1;
       if (count == 1) task_.on_boundary[node_] = 1;
@@ -246,7 +252,30 @@ class RowSearch {
  private:
   static constexpr int kUnset = -2;
 
-  template <class Emit>
+  /// Keys that are certain to fit, and one more of each lane.
+  static constexpr unsigned int kFull = kSlots - kSlots / 8 - kWarp;
+
+  template <bool kFacets, class Emit>
+  __device__ void add_simplex(ElementId e, const Emit& emit) {
+    constexpr int kOthers = kNodes == 0 ? 1 : kNodes - 1;
+    int ids[kNodes == 0 ? 1 : kNodes];
+    load_group(task_.elements.runs[0].nodes + std::size_t{e} * kNodes, ids);
+#pragma unroll
+    for (int n = 0; n < kOthers; ++n) {
+      if (ids[n] == node_) ids[n] = ids[kOthers];
+    }
+#pragma unroll
+    for (int n = 0; n < kOthers; ++n) add_neighbour(ids[n], emit);
+    if constexpr (kFacets) {
+#pragma unroll
+      for (int n = 0; n < kOthers; ++n) {
+        const int a = ids[n], b = kNodes == 3 ? ids[n] : ids[(n + 1) % kOthers];
+        add_facet(min(a, b), max(a, b), -1);
+      }
+    }
+  }
+
+  template <bool kFacets, class Emit>
   __device__ void add_element(const ElementView& element, const Emit& emit) {
     const ElementShape& shape = *element.shape;
     for (int e = 0; e < shape.edge_count; ++e) {
@@ -255,7 +284,7 @@ class RowSearch {
       if (a == node_) add_neighbour(b, emit);
       if (b == node_) add_neighbour(a, emit);
     }
-    for (int f = 0; f < shape.facet_count; ++f) {
+    for (int f = 0; f < (kFacets ? shape.facet_count : 0); ++f) {
       const FacetKey key = facet_key(element, f);
       int others[3] = {-1, -1, -1};  // ascending, behind them -1
       int count = 0;
@@ -276,7 +305,7 @@ class RowSearch {
     const unsigned int h = mixed(static_cast<unsigned int>(id));
     if (((h >> 7) & (parts_ - 1)) != part_) return;
     if (*static_cast<volatile unsigned int*>(&tables_.node_count) >= kFull) return;
-    for (unsigned int slot = h % kTableSize;; slot = (slot + 1) % kTableSize) {
+    for (unsigned int slot = h % kSlots;; slot = (slot + 1) % kSlots) {
       int seen = static_cast<volatile int*>(tables_.nodes)[slot];
       if (seen == -1) {
         seen = atomicCAS(&tables_.nodes[slot], -1, id);
@@ -290,14 +319,14 @@ class RowSearch {
   }
 
   __device__ void add_facet(int first, int second, int third) {
-    const unsigned long long key = (static_cast<unsigned long long>(first) << 32) |
-                                   static_cast<unsigned int>(second);
-    const unsigned int h = mixed(mixed(static_cast<unsigned int>(first)) ^
-                                 static_cast<unsigned int>(second)) ^
-                           mixed(static_cast<unsigned int>(third + 1));
+    const unsigned long long key =
+        (static_cast<unsigned long long>(first) << 32) | static_cast<unsigned int>(second);
+    const unsigned int h =
+        mixed(mixed(static_cast<unsigned int>(first)) ^ static_cast<unsigned int>(second)) ^
+        mixed(static_cast<unsigned int>(third + 1));
     if (((h >> 7) & (parts_ - 1)) != part_) return;
     if (*static_cast<volatile unsigned int*>(&tables_.facet_count) >= kFull) return;
-    for (unsigned int slot = h % kTableSize;; slot = (slot + 1) % kTableSize) {
+    for (unsigned int slot = h % kSlots;; slot = (slot + 1) % kSlots) {
       unsigned long long seen = static_cast<volatile unsigned long long*>(tables_.facets)[slot];
       if (seen == kNoFacet) {
         seen = atomicCAS(&tables_.facets[slot], kNoFacet, key);
@@ -318,7 +347,7 @@ class RowSearch {
   }
 
   const RowTask& task_;
-  RowTables& tables_;
+  Tables& tables_;
   int node_;
   unsigned int parts_, part_;
 };
@@ -396,9 +425,12 @@ template <int kNodes>
 __global__ void __launch_bounds__(kRowsPerBlock) row_kernel(RowTask task) {
   constexpr int kWarps = kRowsPerBlock / kWarp;
   __shared__ RowEntries rows;
+  // The long rows of simplices are few: one warp with large tables.
+  constexpr int kSearchers = kNodes == 0 ? kWarps : 1;
+  using Search = RowSearch<kNodes, kNodes == 0 ? 128 : 512>;
   __shared__ union {
     RowEntries entries;
-    RowTables tables[kWarps];
+    typename Search::Tables tables[kSearchers];
   } scratch;
   __shared__ int degrees[kRowsPerBlock];
   __shared__ unsigned int cuts[kRowsPerBlock];  // parts of a row that is not in `rows`, else 0
@@ -420,19 +452,18 @@ __global__ void __launch_bounds__(kRowsPerBlock) row_kernel(RowTask task) {
   degrees[t] = degree;
   cuts[t] = 0;
   if (__syncthreads_or(degree == kTooLong) != 0) {
-    RowTables& tables = scratch.tables[warp];
-    for (unsigned int r = warp; r < kRowsPerBlock; r += kWarps) {
-      if (degrees[r] != kTooLong) continue;
+    for (unsigned int r = warp; r < kRowsPerBlock; r += kSearchers) {
+      if (warp >= kSearchers || degrees[r] != kTooLong) continue;
       unsigned int found = 0, parts = 1;
       for (bool fits = false; !fits;) {
         fits = true;
         found = 0;
         for (unsigned int part = 0; part < parts && fits; ++part) {
-          RowSearch search(task, tables, static_cast<int>(first + r), parts, part);
-          fits = search.run([&](unsigned int place, int id) {
+          Search search(task, scratch.tables[warp], static_cast<int>(first + r), parts, part);
+          fits = search.template run<true>([&](unsigned int place, int id) {
             if (place < kRowCapacity) rows[place][r] = id;
           });
-          search.mark_boundary();
+          if (fits) search.mark_boundary();
           found += search.neighbour_count();
           __syncwarp();
         }
@@ -488,16 +519,14 @@ __global__ void __launch_bounds__(kRowsPerBlock) row_kernel(RowTask task) {
       for (int k = 0; k < degree; ++k) task.entries[place + k] = rows[k][t];
     }
     __syncthreads();
-    for (unsigned int r = 0; r < kWarp; ++r) {
-      const unsigned int parts = cuts[warp * kWarp + r];
-      const unsigned long long row_place = __shfl_sync(kAllLanes, place, static_cast<int>(r));
-      if (parts == 0) continue;
-      NodeId* const row = task.entries + row_place;
+    for (unsigned int r = warp; r < kRowsPerBlock; r += kSearchers) {
+      const unsigned int parts = cuts[r];
+      if (warp >= kSearchers || parts == 0) continue;
+      NodeId* const row = task.entries + task.offsets[first + r];
       unsigned int found = 0;
       for (unsigned int part = 0; part < parts; ++part) {
-        RowSearch search(task, scratch.tables[warp], static_cast<int>(first + warp * kWarp + r),
-                         parts, part);
-        search.run([&](unsigned int at, int id) { row[found + at] = id; });
+        Search search(task, scratch.tables[warp], static_cast<int>(first + r), parts, part);
+        search.template run<false>([&](unsigned int at, int id) { row[found + at] = id; });
         found += search.neighbour_count();
         __syncwarp();
       }
