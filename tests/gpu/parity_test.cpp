@@ -296,14 +296,16 @@ INSTANTIATE_TEST_SUITE_P(Cuda, Sanitized, testing::ValuesIn(test::ways(true)), t
 
 TEST_P(Sanitized, RunsOnMeshesOfEveryElementType) {
   const std::unique_ptr<Smoother> cuda = make_smoother("cuda");
-  for (const Mesh& mesh : {test::with_isolated_node(test::noisy(test::mixed_stack(5), 0.1, 1)),
-                           test::as_float32(test::noisy(test::sphere(2), 0.02, 4))}) {
+  for (const Mesh& mesh : {test::with_isolated_node(test::noisy(test::mixed_stack(3), 0.1, 1)),
+                           test::noisy(test::lattice(ElementType::tetrahedron, 3), 0.1, 2),
+                           test::noisy(test::spokes(2), 0.02, 4),
+                           test::as_float32(test::noisy(test::sphere(1), 0.02, 4))}) {
     for (const bool guard : {false, true}) {
-      const Job job = smooth_on(*cuda, mesh, options(3, guard));
+      const Job job = smooth_on(*cuda, mesh, options(2, guard));
 
-      EXPECT_EQ(job.summary.convergence.iteration_count, 3);
+      EXPECT_EQ(job.summary.convergence.iteration_count, 2);
       if (GetParam().form == Form::racing) continue;
-      const Job expected = test::smooth(mesh, options(3, guard));
+      const Job expected = test::smooth(mesh, options(2, guard));
       EXPECT_LE(test::difference(job.mesh, to_points(expected.mesh)), 1e-6);
     }
   }

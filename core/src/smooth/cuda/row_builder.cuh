@@ -331,7 +331,7 @@ class RowSearch {
       if (seen == kNoFacet) {
         seen = atomicCAS(&tables_.facets[slot], kNoFacet, key);
         if (seen == kNoFacet) {
-          static_cast<volatile int*>(tables_.thirds)[slot] = third;
+          atomicExch(&tables_.thirds[slot], third);
           atomicAdd(&tables_.facet_counts[slot], 1U);
           atomicAdd(&tables_.facet_count, 1U);
           return;
@@ -339,7 +339,7 @@ class RowSearch {
       }
       if (seen != key) continue;
       int written = kUnset;  // whoever took the slot is about to write it
-      while (written == kUnset) written = static_cast<volatile int*>(tables_.thirds)[slot];
+      while (written == kUnset) written = atomicOr(&tables_.thirds[slot], 0);
       if (written != third) continue;
       atomicAdd(&tables_.facet_counts[slot], 1U);
       return;
