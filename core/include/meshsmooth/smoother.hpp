@@ -29,7 +29,8 @@ struct Progress {
 
 /// How a running job is watched and stopped. All members may be left empty.
 struct JobControl {
-  /// Ends the job by `Cancelled`; looked at at least every 50 ms of work.
+  /// Ends the job by `Cancelled`; looked at at least every 50 ms of work, on a device
+  /// between its kernels: of a mesh with 10^8 elements one may take longer.
   std::stop_token stop;
   /// Once true, the job ends with the positions reached so far.
   const std::atomic<bool>* finish_early = nullptr;
@@ -81,7 +82,8 @@ class Smoother {
   /// excepted.
   ///
   /// Throws InvalidMesh, InvalidOption, NotSupported, OutOfMemory, DeviceError,
-  /// Cancelled, DeadlineExceeded; positions are then as they were.
+  /// Cancelled, DeadlineExceeded; positions are then as they were. (Only a device
+  /// that is lost while it writes them leaves them undefined: a fatal DeviceError.)
   /// O(elements + sweeps * edges).
   virtual SmoothSummary smooth(const TopologyView& topology, PositionsSpan positions,
                                const SmoothOptions& options, const JobControl& control) = 0;

@@ -41,6 +41,11 @@ MESHSMOOTH_HD inline double degrees(double cosine) {
   return std::acos(cosine) * (180 / 3.14159265358979323846);
 }
 
+/// Coordinates whose products overflow have no measure.
+MESHSMOOTH_HD inline double finite_measure(double value) {
+  return std::isfinite(value) ? value : 0;
+}
+
 inline bool worse(const ElementQuality& a, const ElementQuality& b) {
   return a.mean_ratio != b.mean_ratio ? a.mean_ratio < b.mean_ratio : a.element < b.element;
 }
@@ -64,7 +69,7 @@ struct Tally {
 
   void add(QualityMetric metric, double value, ChunkSums& sums) {
     const auto m = static_cast<std::size_t>(metric);
-    if (!std::isfinite(value)) value = 0;  // coordinates whose products overflow
+    value = finite_measure(value);
     ++bins[m][metric_bin(m, value)];
     min[m] = std::min(min[m], value);
     max[m] = std::max(max[m], value);
@@ -85,7 +90,8 @@ struct Tally {
       add(QualityMetric::min_angle, degrees(measure.min_angle_cos), sums);
       add(QualityMetric::max_angle, degrees(measure.max_angle_cos), sums);
     }
-    keep_if_worst({element, type, measure.mean_ratio, measure.scaled_jacobian});
+    keep_if_worst({element, type, finite_measure(measure.mean_ratio),
+                   finite_measure(measure.scaled_jacobian)});
   }
 
   void keep_if_worst(const ElementQuality& quality) {

@@ -9,8 +9,9 @@
 namespace meshsmooth::detail {
 
 /// Throws unless a call of CUDA's runtime succeeded: OutOfMemory
-/// (DEVICE_MEMORY_EXHAUSTED) or DeviceError (DEVICE_LOST), after which the
-/// process' context must be taken as lost. `what` names the call's purpose.
+/// (DEVICE_MEMORY_EXHAUSTED), DeviceError (DEVICE_REFUSED), or a fatal DeviceError
+/// (DEVICE_LOST), after which the process' context must be taken as lost. `what` names the call's
+/// purpose.
 inline void check_cuda(cudaError_t result, const char* what) {
   if (result == cudaSuccess) return;
   static_cast<void>(cudaGetLastError());  // what is not sticky must not show up again later
@@ -19,7 +20,18 @@ inline void check_cuda(cudaError_t result, const char* what) {
     throw OutOfMemory("DEVICE_MEMORY_EXHAUSTED",
                       "device memory: " + message + "; use a smaller mesh");
   }
-  throw DeviceError("DEVICE_LOST", message, true);
+  switch (result) {
+    // The call was refused; the device is as it was.
+    case cudaErrorInvalidValue:
+    case cudaErrorInvalidConfiguration:
+    case cudaErrorNotSupported:
+    case cudaErrorNoKernelImageForDevice:
+    case cudaErrorLaunchOutOfResources:
+    case cudaErrorCooperativeLaunchTooLarge:
+      throw DeviceError("DEVICE_REFUSED", message, false);
+    default:
+      throw DeviceError("DEVICE_LOST", message, true);
+  }
 }
 
 }  // namespace meshsmooth::detail

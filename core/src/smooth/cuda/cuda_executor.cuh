@@ -6,6 +6,8 @@
 #include <cub/device/device_select.cuh>
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <functional>
 #include <span>
 #include <type_traits>
@@ -90,6 +92,8 @@ __global__ void __launch_bounds__(kBlockSize)
     *ticket = 0;
   }
 }
+
+inline constexpr std::size_t kMostDevices = 64;  // of a process
 
 /// The blocks of a cooperative kernel.
 struct GridShape {
@@ -417,7 +421,10 @@ class CudaExecutor {
   /// device holds at the same time.
   template <auto kKernel>
   [[nodiscard]] unsigned int cooperative_blocks(std::size_t most, GridShape shape) {
-    static const int per_multiprocessor = [shape] {
+    // Asked once for every device: 0 is not known yet.
+    static std::array<std::atomic<int>, kMostDevices> known{};
+    std::atomic<int>& per_multiprocessor = known.at(static_cast<std::size_t>(lane_.device()));
+    if (per_multiprocessor == 0) {
       check_cuda(cudaFuncSetAttribute(kKernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
                                       static_cast<int>(shape.shared_bytes)),
                  "asking for shared memory");
@@ -425,10 +432,10 @@ class CudaExecutor {
       check_cuda(cudaOccupancyMaxActiveBlocksPerMultiprocessor(
                      &blocks, kKernel, static_cast<int>(shape.threads), shape.shared_bytes),
                  "asking for a kernel's occupancy");
-      return std::max(blocks, 1);
-    }();
+      per_multiprocessor = std::max(blocks, 1);
+    }
     const auto resident =
-        static_cast<std::size_t>(per_multiprocessor * lane_.multiprocessor_count());
+        static_cast<std::size_t>(per_multiprocessor.load() * lane_.multiprocessor_count());
     return static_cast<unsigned int>(std::clamp<std::size_t>(most, 1, resident));
   }
   template <auto kKernel, class... Arguments>
@@ -465,11 +472,13 @@ class CudaExecutor {
     stretches_.push_back({begin, end, &seconds});
   }
 
-  /// Adds the times of all timers; waits for the stream.
+  /// Adds the times of all timers; waits for the stream. By then the answer is out: what fails here
+  /// shows up at the next job.
   void collect_times() {
-    synchronize();
-    for (const Stretch& s : stretches_) {
-      *s.seconds += lane_.events[s.end].seconds_since(lane_.events[s.begin]);
+    if (cudaStreamSynchronize(stream()) == cudaSuccess) {
+      for (const Stretch& s : stretches_) {
+        *s.seconds += lane_.events[s.end].seconds_since(lane_.events[s.begin]);
+      }
     }
     stretches_.clear();
     event_count_ = 0;

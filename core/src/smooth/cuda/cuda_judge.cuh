@@ -14,9 +14,9 @@ namespace meshsmooth::detail {
 struct RankedElement {
   double mean_ratio;
   double scaled_jacobian;
-  ElementId element;  // the caller's; kNoElement: none
+  std::uint64_t element;  // the caller's; kNoElement: none
 
-  static constexpr ElementId kNoElement = 0xffffffffU;
+  static constexpr std::uint64_t kNoElement = ~std::uint64_t{0};
 
   [[nodiscard]] MESHSMOOTH_HD bool worse_than(const RankedElement& other) const {
     if (other.element == kNoElement) return element != kNoElement;
@@ -85,7 +85,7 @@ __device__ ElementMeasure measure_in(const JudgeTask& task, const ElementShape& 
 __device__ inline RankedElement ranked(const JudgeTask& task, std::size_t e,
                                        const ElementMeasure& m) {
   const std::size_t id = task.first + e;
-  return {m.mean_ratio, m.scaled_jacobian,
+  return {finite_measure(m.mean_ratio), finite_measure(m.scaled_jacobian),
           task.names == nullptr ? static_cast<ElementId>(id) : task.names[id]};
 }
 
@@ -304,13 +304,9 @@ class CudaJudge {
     auto blocks = executor.allocate<BlockTally>(block_total);
     executor.clear(blocks.data(), block_total);
     constexpr auto kKernel = &judge_kernel<Real>;
-    static const bool allowed = [] {
-      check_cuda(cudaFuncSetAttribute(kKernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
-                                      5 * kBinCount * sizeof(unsigned int)),
-                 "asking for shared memory");
-      return true;
-    }();
-    static_cast<void>(allowed);
+    check_cuda(cudaFuncSetAttribute(kKernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
+                                    5 * kBinCount * sizeof(unsigned int)),
+               "asking for shared memory");
     BlockTally* next = blocks.data();
     std::vector<JudgeTask> tasks;
     for_each_run(executor, job.elements, [&]<int>(const Elements::Run& run, std::size_t count) {
@@ -323,6 +319,7 @@ class CudaJudge {
       next += grid;
     });
     auto listed = executor.allocate<RankedElement>(kMostListed);
+    executor.clear(listed.data(), kMostListed);
     for (const JudgeTask& task : tasks) {
       executor.launch<&list_worst_kernel<Real>>(block_count(task.count, 2 * most), task,
                                                 job.places.data(), listed.data(), kMostListed,
@@ -396,7 +393,8 @@ class CudaJudge {
                .worst = std::nullopt};
     ChunkSums sums;
     const auto name = [&](const RankedElement& e) {
-      return ElementQuality{e.element, type_of(e.element), e.mean_ratio, e.scaled_jacobian};
+      return ElementQuality{static_cast<std::int64_t>(e.element), type_of(e.element), e.mean_ratio,
+                            e.scaled_jacobian};
     };
     for (const BlockTally& block : blocks) {
       for (std::size_t m = 0; m < kMetricCount; ++m) sums.values[m] += block.sums.values[m];

@@ -94,14 +94,24 @@ std::vector<BackendInfo> list_cuda_backends() {
   std::vector<BackendInfo> backends;
   for (int device = 0; device < count; ++device) {
     cudaDeviceProp properties{};
-    check_cuda(cudaGetDeviceProperties(&properties, device), "asking for a device's properties");
+    const cudaError_t read = cudaGetDeviceProperties(&properties, device);
+    if (read != cudaSuccess) {
+      static_cast<void>(cudaGetLastError());
+      backends.push_back({.name = "cuda:" + std::to_string(device),
+                          .available = false,
+                          .device_name = {},
+                          .problem = cudaGetErrorString(read)});
+      continue;
+    }
     const bool usable = properties.major * 10 + properties.minor >= 75 &&
-                        properties.cooperativeLaunch != 0 && properties.canMapHostMemory != 0;
-    backends.push_back({.name = "cuda:" + std::to_string(device),
-                        .available = usable,
-                        .device_name = properties.name,
-                        .device_bytes = static_cast<std::int64_t>(properties.totalGlobalMem),
-                        .problem = usable ? "" : "it needs compute capability 7.5 or newer"});
+                        properties.cooperativeLaunch != 0 && properties.canMapHostMemory != 0 &&
+                        properties.memoryPoolsSupported != 0;
+    backends.push_back(
+        {.name = "cuda:" + std::to_string(device),
+         .available = usable,
+         .device_name = properties.name,
+         .device_bytes = static_cast<std::int64_t>(properties.totalGlobalMem),
+         .problem = usable ? "" : "it needs compute capability 7.5 or newer, and memory pools"});
   }
   return backends;
 }

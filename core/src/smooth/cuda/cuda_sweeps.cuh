@@ -376,15 +376,17 @@ __global__ void __launch_bounds__(kBlockSize, 2)
 /// Runs batches until the watch says that it is done. `launch(batch)` starts one,
 /// `finish(sweeps)` learns how many sweeps it did.
 template <class Launch, class Finish>
-void run_batches(CudaExecutor& executor, unsigned int blocks, ConvergenceWatch& watch,
-                 const Launch& launch, const Finish& finish) {
+void run_batches(CudaExecutor& executor, std::size_t node_count, unsigned int blocks,
+                 ConvergenceWatch& watch, const Launch& launch, const Finish& finish) {
   using Clock = std::chrono::steady_clock;
   constexpr double kAimSeconds = 0.02;  // between two looks at the caller
   auto largest = executor.allocate<unsigned long long>(kMostInBatch);
   auto partial = executor.allocate<SweepStats>(std::size_t{kMostInBatch} * blocks);
   auto* const stats = executor.lane().mapped<SweepStats>(CudaExecutor::kSweepsOffset);
   int* const done = reinterpret_cast<int*>(stats + kMostInBatch);
-  int most = kMostInBatch;
+  // What a sweep costs is not known yet: small meshes are done at one go.
+  int most = static_cast<int>(
+      std::clamp<std::size_t>((std::size_t{1} << 23) / node_count, 1, kMostInBatch));
   for (bool ended = false; !ended;) {
     const SweepBatch batch{std::min(most, watch.sweeps_ahead()),
                            watch.tolerance(),
@@ -435,7 +437,7 @@ void run_jacobi_sweeps(CudaExecutor& executor, Sweeper<CudaExecutor, Real>& swee
   const unsigned int blocks =
       executor.cooperative_blocks<kKernel>(block_count(around.node_count), shape);
   run_batches(
-      executor, blocks, watch,
+      executor, around.node_count, blocks, watch,
       [&](const SweepBatch& batch) {
         executor.launch_cooperative<kKernel>(blocks, shape, around, mean, factor, current, spare,
                                              batch);
@@ -459,7 +461,7 @@ void run_coloured_sweeps(CudaExecutor& executor, Sweeper<CudaExecutor, Real>& sw
       block_count(around.node_count / std::max<std::size_t>(colouring.count(), 1) * kTeam),
       GridShape{});
   run_batches(
-      executor, blocks, watch,
+      executor, around.node_count, blocks, watch,
       [&](const SweepBatch& batch) {
         executor.launch_cooperative<kKernel>(
             blocks, GridShape{}, around, mean, factor, sweeper.acceptance(), colouring.nodes.data(),

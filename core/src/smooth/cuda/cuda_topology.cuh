@@ -220,6 +220,7 @@ inline JobElements<CudaExecutor> upload_elements(CudaExecutor& executor,
   std::size_t size = 0;
   for (const ElementBlockView& block : topology.blocks) size += block.nodes.size();
   elements.connectivity = executor.allocate<NodeId>(size + kElementTypeCount * kRunAlignment);
+  executor.start_uploads();  // not before the memory is there
   NodeId* next = elements.connectivity.data();
   bool in_order = true;  // the caller's elements already lie type by type
   int last_type = -1;
@@ -232,18 +233,25 @@ inline JobElements<CudaExecutor> upload_elements(CudaExecutor& executor,
 
   for (const ElementType type : kElementTypes) {
     const std::size_t first = elements.view.count;
-    const NodeId* const begin = next;
+    NodeId* const begin = next;
+    const auto width = static_cast<std::size_t>(element_shape(type).node_count);
+    UploadedPiece open{begin, 0, static_cast<int>(width), 0};
+    const auto close = [&] {
+      if (open.element_count == 0) return;
+      open.arrival = executor.mark(executor.lane().uploads);
+      pieces.push_back(open);
+      open = {open.nodes + open.element_count * width, 0, open.width, 0};
+    };
     std::size_t first_caller = 0;
     for (const ElementBlockView& block : topology.blocks) {
       const std::size_t count = block.element_count();
       if (block.type == type && count > 0) {
-        const int width = element_shape(type).node_count;
-        for (std::size_t done = 0; done < count; done += kPieceSize) {
-          const std::size_t piece = std::min(kPieceSize, count - done);
-          NodeId* const to = next + done * static_cast<std::size_t>(width);
-          executor.upload_early(&block.nodes[done * static_cast<std::size_t>(width)],
-                                piece * static_cast<std::size_t>(width), to);
-          pieces.push_back({to, piece, width, executor.mark(executor.lane().uploads)});
+        for (std::size_t done = 0; done < count;) {
+          const std::size_t part = std::min(kPieceSize - open.element_count, count - done);
+          executor.upload_early(&block.nodes[done * width], part * width, next + done * width);
+          done += part;
+          open.element_count += part;
+          if (open.element_count == kPieceSize) close();
         }
         if (!in_order) {
           ElementId* const caller_of = elements.caller_of.data() + elements.view.count;
@@ -256,6 +264,7 @@ inline JobElements<CudaExecutor> upload_elements(CudaExecutor& executor,
       }
       first_caller += count;
     }
+    close();
     if (elements.view.count == first) continue;
     next += (begin - next) & (kRunAlignment - 1);
     elements.view.runs[elements.view.run_count++] = {
@@ -354,6 +363,23 @@ inline RowBuffer<CudaExecutor, NodeId> find_rows(CudaExecutor& executor, std::si
   return rings;
 }
 
+/// When it goes, what comes later in the stream waits for the uploads.
+class UploadsEnd {
+ public:
+  explicit UploadsEnd(CudaExecutor& executor) : executor_(executor) {}
+  ~UploadsEnd() {
+    try {
+      executor_.await_uploads();
+    } catch (...) {  // the device is lost: nothing is copied any more
+    }
+  }
+  UploadsEnd(const UploadsEnd&) = delete;
+  UploadsEnd& operator=(const UploadsEnd&) = delete;
+
+ private:
+  CudaExecutor& executor_;
+};
+
 /// Steps 1 and 2 on the device: copies beside kernels, one wait at the end. What
 /// is wrong with the mesh is noticed on the way and then named by the host.
 template <class Real>
@@ -377,6 +403,8 @@ JobMesh<CudaExecutor, Real> prepare_job(CudaExecutor& executor, const TopologyVi
   std::fill(start.upper, start.upper + 3, 0ULL);
   executor.upload(&start, 1, state);
 
+  // Whatever ends this: memory must not go while something is copied into it.
+  const UploadsEnd uploads_end_first(executor);
   executor.start_uploads();
   const std::size_t uploads_begin = executor.mark(lane.uploads);
   executor.upload_early(positions.data(), node_count, job.given.data());

@@ -303,7 +303,7 @@ class RowSearch {
   template <class Emit>
   __device__ void add_neighbour(int id, const Emit& emit) {
     const unsigned int h = mixed(static_cast<unsigned int>(id));
-    if (((h >> 7) & (parts_ - 1)) != part_) return;
+    if (((h >> 9) & (parts_ - 1)) != part_) return;
     if (*static_cast<volatile unsigned int*>(&tables_.node_count) >= kFull) return;
     for (unsigned int slot = h % kSlots;; slot = (slot + 1) % kSlots) {
       int seen = static_cast<volatile int*>(tables_.nodes)[slot];
@@ -324,7 +324,7 @@ class RowSearch {
     const unsigned int h =
         mixed(mixed(static_cast<unsigned int>(first)) ^ static_cast<unsigned int>(second)) ^
         mixed(static_cast<unsigned int>(third + 1));
-    if (((h >> 7) & (parts_ - 1)) != part_) return;
+    if (((h >> 9) & (parts_ - 1)) != part_) return;
     if (*static_cast<volatile unsigned int*>(&tables_.facet_count) >= kFull) return;
     for (unsigned int slot = h % kSlots;; slot = (slot + 1) % kSlots) {
       unsigned long long seen = static_cast<volatile unsigned long long*>(tables_.facets)[slot];
