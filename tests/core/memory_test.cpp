@@ -9,6 +9,7 @@
 #include <new>
 
 #include "core/smoothing.hpp"
+#include "support/mesh_size.hpp"
 
 namespace {
 
@@ -47,23 +48,12 @@ void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { unc
 namespace meshsmooth {
 namespace {
 
-MeshSize size_of(const Mesh& mesh) {
-  MeshSize size{.node_count = static_cast<std::int64_t>(mesh.node_count()),
-                .element_counts = {},
-                .float64 = mesh.positions.index() == 1};
-  for (const ElementBlockView& block : mesh.block_views()) {
-    size.element_counts[static_cast<std::size_t>(block.type)] +=
-        static_cast<std::int64_t>(block.element_count());
-  }
-  return size;
-}
-
 /// The estimate is no less than what is counted, and at most 20 % more than
 /// what the summary says.
 void expect_bounded(const std::string& name, Mesh mesh, const SmoothOptions& options) {
   ASSERT_GE(mesh.node_count(), 50000U) << name;
   const std::unique_ptr<Smoother> smoother = make_smoother("cpu", 2);
-  const std::int64_t estimate = smoother->estimate(size_of(mesh), options).host_bytes;
+  const std::int64_t estimate = smoother->estimate(test::size_of(mesh), options).host_bytes;
   const std::int64_t before = bytes_now;
   bytes_peak = before;
 

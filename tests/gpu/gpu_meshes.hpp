@@ -73,15 +73,4 @@ inline std::vector<NamedMesh> small_meshes() {
   return meshes;
 }
 
-inline MeshSize size_of(const Mesh& mesh) {
-  MeshSize size{.node_count = static_cast<std::int64_t>(mesh.node_count()),
-                .element_counts = {},
-                .float64 = mesh.positions.index() == 1};
-  for (const ElementBlockView& block : mesh.block_views()) {
-    size.element_counts[static_cast<std::size_t>(block.type)] +=
-        static_cast<std::int64_t>(block.element_count());
-  }
-  return size;
-}
-
 }  // namespace meshsmooth::test

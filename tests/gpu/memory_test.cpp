@@ -5,6 +5,7 @@
 #include "core/smoothing.hpp"
 #include "gpu/gpu_meshes.hpp"
 #include "support/cuda_device.hpp"
+#include "support/mesh_size.hpp"
 
 namespace meshsmooth {
 namespace {

@@ -19,6 +19,7 @@
 #include "server/smooth_call.hpp"
 #include "support/cuda_device.hpp"
 #include "support/in_process_server.hpp"
+#include "support/mesh_size.hpp"
 #include "wire/codec.hpp"
 #include "wire/mesh_layout.hpp"
 

@@ -90,9 +90,8 @@ inline Colouring<CudaExecutor> colour_nodes(CudaExecutor& executor, const Surrou
       cudaMemsetAsync(colours.data(), 0xff, node_count * sizeof(std::uint32_t), executor.stream()),
       "clearing device memory");
   executor.clear(highest.data(), 1);
-  const unsigned int blocks =
-      executor.cooperative_blocks<&colour_kernel>(block_count(node_count), GridShape{});
-  executor.launch_cooperative<&colour_kernel>(blocks, GridShape{}, around, caller_ids,
+  const unsigned int blocks = executor.cooperative_blocks<&colour_kernel>(block_count(node_count));
+  executor.launch_cooperative<&colour_kernel>(blocks, std::size_t{0}, around, caller_ids,
                                               choices.data(), colours.data(), highest.data());
   std::uint32_t colour_count = 0;
   executor.download(highest.data(), 1, &colour_count);

@@ -95,12 +95,6 @@ __global__ void __launch_bounds__(kBlockSize)
 
 inline constexpr std::size_t kMostDevices = 64;  // of a process
 
-/// The blocks of a cooperative kernel.
-struct GridShape {
-  unsigned int threads = kBlockSize;
-  std::size_t shared_bytes = 0;  // beside what the kernel names itself
-};
-
 template <class T>
 struct alignas(4 * sizeof(T)) FourOf {
   T values[4];
@@ -420,18 +414,18 @@ class CudaExecutor {
   /// Blocks for a kernel whose blocks wait for each other: `most`, or as many as the
   /// device holds at the same time.
   template <auto kKernel>
-  [[nodiscard]] unsigned int cooperative_blocks(std::size_t most, GridShape shape) {
+  [[nodiscard]] unsigned int cooperative_blocks(std::size_t most, std::size_t shared_bytes = 0) {
     // Asked once for every device: 0 is not known yet.
     static std::array<std::atomic<int>, kMostDevices> known{};
     std::atomic<int>& per_multiprocessor = known.at(static_cast<std::size_t>(lane_.device()));
     if (per_multiprocessor == 0) {
       check_cuda(cudaFuncSetAttribute(kKernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
-                                      static_cast<int>(shape.shared_bytes)),
+                                      static_cast<int>(shared_bytes)),
                  "asking for shared memory");
       int blocks = 0;
-      check_cuda(cudaOccupancyMaxActiveBlocksPerMultiprocessor(
-                     &blocks, kKernel, static_cast<int>(shape.threads), shape.shared_bytes),
-                 "asking for a kernel's occupancy");
+      check_cuda(
+          cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, kKernel, kBlockSize, shared_bytes),
+          "asking for a kernel's occupancy");
       per_multiprocessor = std::max(blocks, 1);
     }
     const auto resident =
@@ -439,10 +433,10 @@ class CudaExecutor {
     return static_cast<unsigned int>(std::clamp<std::size_t>(most, 1, resident));
   }
   template <auto kKernel, class... Arguments>
-  void launch_cooperative(unsigned int blocks, GridShape shape, Arguments... arguments) {
+  void launch_cooperative(unsigned int blocks, std::size_t shared_bytes, Arguments... arguments) {
     void* pointers[] = {&arguments...};
-    check_cuda(cudaLaunchCooperativeKernel(kKernel, dim3(blocks), dim3(shape.threads), pointers,
-                                           shape.shared_bytes, stream()),
+    check_cuda(cudaLaunchCooperativeKernel(kKernel, dim3(blocks), dim3(kBlockSize), pointers,
+                                           shared_bytes, stream()),
                "launching a cooperative kernel");
   }
 

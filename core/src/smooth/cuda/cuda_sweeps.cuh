@@ -39,9 +39,7 @@ __device__ inline void publish_largest(const SweepBatch& batch, int sweep, const
   if (threadIdx.x == 0 && largest > 0) atomicMax(&batch.largest[sweep], largest);
 }
 
-inline constexpr int kMostWarps = 32;  // of a block
-
-/// The sum over a block, for thread 0, by a fixed tree; `shared` holds kMostWarps
+/// The sum over a block, for thread 0, by a fixed tree; `shared` holds kWarpsPerBlock
 /// values.
 __device__ inline SweepStats sum_of_block(SweepStats own, SweepStats* shared) {
   const auto fold = [](SweepStats& sum) {
@@ -57,7 +55,7 @@ __device__ inline SweepStats sum_of_block(SweepStats own, SweepStats* shared) {
   __syncthreads();
   SweepStats sum;
   if (threadIdx.x < kWarp) {
-    if (threadIdx.x < blockDim.x / kWarp) sum = shared[threadIdx.x];
+    if (threadIdx.x < kWarpsPerBlock) sum = shared[threadIdx.x];
     fold(sum);
   }
   __syncthreads();
@@ -98,7 +96,7 @@ __device__ void report(const Grid& grid, const SweepBatch& batch, int done, Swee
   for (int sweep = static_cast<int>(blockIdx.x); sweep < done;
        sweep += static_cast<int>(gridDim.x)) {
     SweepStats sum;
-    for (unsigned int b = threadIdx.x; b < gridDim.x; b += blockDim.x) {
+    for (unsigned int b = threadIdx.x; b < gridDim.x; b += kBlockSize) {
       sum = sum + batch.partial[static_cast<std::size_t>(sweep) * gridDim.x + b];
     }
     sum = sum_of_block(sum, shared);
@@ -178,7 +176,7 @@ __global__ void __launch_bounds__(kBlockSize, 4)
     jacobi_kernel(Surroundings around, Mean mean, Real factor, PositionPlanes<Real> current,
                   PositionPlanes<Real> spare, SweepBatch batch) {
   constexpr bool kUniform = std::is_same_v<Mean, UniformMean>;
-  __shared__ alignas(SweepStats) unsigned char bytes[kMostWarps * sizeof(SweepStats)];
+  __shared__ alignas(SweepStats) unsigned char bytes[kWarpsPerBlock * sizeof(SweepStats)];
   SweepStats* const shared = reinterpret_cast<SweepStats*>(bytes);
   extern __shared__ NodeId staged[];  // Tile::kCapacity ids a warp
   const auto grid = cooperative_groups::this_grid();
@@ -340,7 +338,7 @@ __global__ void __launch_bounds__(kBlockSize, 2)
     gauss_seidel_kernel(Surroundings around, Mean mean, Real factor, Acceptance acceptance,
                         const NodeId* nodes, const std::uint32_t* first, int colour_count,
                         Vec3<Real>* positions, SweepBatch batch) {
-  __shared__ alignas(SweepStats) unsigned char bytes[kMostWarps * sizeof(SweepStats)];
+  __shared__ alignas(SweepStats) unsigned char bytes[kWarpsPerBlock * sizeof(SweepStats)];
   SweepStats* const shared = reinterpret_cast<SweepStats*>(bytes);
   const auto grid = cooperative_groups::this_grid();
   const WarpTeam<kTeam> team;
@@ -431,16 +429,15 @@ void run_jacobi_sweeps(CudaExecutor& executor, Sweeper<CudaExecutor, Real>& swee
   PositionPlanes<Real> spare(spare_buffer.data(), around.node_count);
   to_planes(executor, around.node_count, sweeper.current(), current, spare);
   constexpr auto kKernel = &jacobi_kernel<Mean, Real>;
-  const GridShape shape{.shared_bytes = std::is_same_v<Mean, UniformMean>
-                                            ? kWarpsPerBlock * Tile::kCapacity * sizeof(NodeId)
-                                            : 0};
+  const std::size_t shared_bytes =
+      std::is_same_v<Mean, UniformMean> ? kWarpsPerBlock * Tile::kCapacity * sizeof(NodeId) : 0;
   const unsigned int blocks =
-      executor.cooperative_blocks<kKernel>(block_count(around.node_count), shape);
+      executor.cooperative_blocks<kKernel>(block_count(around.node_count), shared_bytes);
   run_batches(
       executor, around.node_count, blocks, watch,
       [&](const SweepBatch& batch) {
-        executor.launch_cooperative<kKernel>(blocks, shape, around, mean, factor, current, spare,
-                                             batch);
+        executor.launch_cooperative<kKernel>(blocks, shared_bytes, around, mean, factor, current,
+                                             spare, batch);
       },
       [&](int sweeps) {
         if (sweeps % 2 != 0) std::swap(current, spare);
@@ -458,14 +455,14 @@ void run_coloured_sweeps(CudaExecutor& executor, Sweeper<CudaExecutor, Real>& sw
   executor.upload(first.data(), first.size(), first_on_device.data());
   constexpr auto kKernel = &gauss_seidel_kernel<kTeam, Mean, Real>;
   const unsigned int blocks = executor.cooperative_blocks<kKernel>(
-      block_count(around.node_count / std::max<std::size_t>(colouring.count(), 1) * kTeam),
-      GridShape{});
+      block_count(around.node_count / std::max<std::size_t>(colouring.count(), 1) * kTeam));
   run_batches(
       executor, around.node_count, blocks, watch,
       [&](const SweepBatch& batch) {
         executor.launch_cooperative<kKernel>(
-            blocks, GridShape{}, around, mean, factor, sweeper.acceptance(), colouring.nodes.data(),
-            first_on_device.data(), static_cast<int>(colouring.count()), sweeper.current(), batch);
+            blocks, std::size_t{0}, around, mean, factor, sweeper.acceptance(),
+            colouring.nodes.data(), first_on_device.data(), static_cast<int>(colouring.count()),
+            sweeper.current(), batch);
       },
       [](int) {});
 }

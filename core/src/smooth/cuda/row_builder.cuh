@@ -116,13 +116,14 @@ __device__ void copy_rows(RowEntries& rows, RowEntries& scratch, Id* stretch, un
 /// The pairs i < j of a short row, a bit each.
 inline constexpr int kPairWords = kRowCapacity * (kRowCapacity - 1) / 2 / 32 + 1;
 
+inline constexpr int kTooLong = -1;  // in place of a degree
+
 /// Ring and boundary mark of this thread's node; the row is left unsorted in
 /// `row`. Returns the degree, or kTooLong.
 ///
 /// A facet at the node is a pair of its neighbours (in a surface one neighbour):
 /// once the neighbours are numbered, a bit for every pair says whether it was
 /// seen, another whether twice. Nothing but node ids is ever compared.
-inline constexpr int kTooLong = -1;
 template <int kNodes>
 __device__ int find_simplex_row(const RowTask& task, int node, RowEntries& row, RowEntries& pairs) {
   static_assert(2 * kPairWords <= kRowCapacity);

@@ -1,0 +1,19 @@
+#pragma once
+
+#include "meshsmooth/smoother.hpp"
+
+namespace meshsmooth::test {
+
+/// What a server would be told of the mesh before its data.
+inline MeshSize size_of(const Mesh& mesh) {
+  MeshSize size{.node_count = static_cast<std::int64_t>(mesh.node_count()),
+                .element_counts = {},
+                .float64 = mesh.positions.index() == 1};
+  for (const ElementBlockView& block : mesh.block_views()) {
+    size.element_counts[static_cast<std::size_t>(block.type)] +=
+        static_cast<std::int64_t>(block.element_count());
+  }
+  return size;
+}
+
+}  // namespace meshsmooth::test
