@@ -101,36 +101,4 @@ struct MeshCounts {
   return peak + peak / 50 + tallies;
 }
 
-/// Bytes of the device buffers that the CUDA backend holds at its highest point.
-[[nodiscard]] inline std::int64_t estimate_device_bytes(const MeshSize& size,
-                                                        const SmoothOptions& options) {
-  const MeshCounts mesh = count_mesh(size);
-  const std::int64_t n = mesh.nodes;
-  const std::int64_t position = size.float64 ? 24 : 12;
-  const std::int64_t kept = 2 * n * position    // the caller's and ours
-                            + n * 4 + n         // caller's node of a node, fixed or not
-                            + mesh.entries * 4  // connectivity
-                            + (mesh.types > 1 ? mesh.elements * 4 : 0);
-  const std::int64_t balls = (n + 1) * 8 + mesh.entries * 4;
-  const std::int64_t rings = (n + 1) * 8 + mesh.edges * 2 * 4;
-  const std::int64_t renumbering = n * (12 + 8);               // keys, ids, the sort's own
-  const std::int64_t counting = n * 8 + mesh.entries + n / 4;  // numbers, sizes, places
-  std::int64_t iterating = sweep_bytes(mesh, size.float64, options);
-  const bool planes = resolve_form(options) == Form::jacobi && !acceptance_of(options).active() &&
-                      std::holds_alternative<Laplacian>(options.method);
-  if (planes) iterating += n * position;
-  if (mesh.dimension == 2) {
-    iterating += mesh.elements * static_cast<std::int64_t>(sizeof(PackedDirection));
-  }
-  const std::int64_t colouring = resolve_form(options) == Form::gauss_seidel ? n * 25 : 0;
-  const std::int64_t held_balls = needs_balls(options) ? balls : 0;
-  const std::int64_t peak =
-      kept + std::max({renumbering, counting + balls, balls + rings + n / 4 + colouring,
-                       held_balls + rings + iterating + (colouring > 0 ? n * 4 : 0)});
-  // What the blocks of a sweep have summed up, and the judge's histograms.
-  const std::int64_t sums = std::min<std::int64_t>(n / 256 + 1, 1056) * 64 *
-                            static_cast<std::int64_t>(sizeof(SweepStats));
-  return peak + peak / 50 + sums + (std::int64_t{128} << 10);
-}
-
 }  // namespace meshsmooth::detail

@@ -102,14 +102,19 @@ struct BallVolumeMean {
   }
 };
 
-/// One relaxed step towards the mean. A node at rest stays, and factor 1 lands
-/// on the mean exactly.
+/// One relaxed step towards a goal. A node at rest stays, and factor 1 lands on the
+/// goal exactly.
+template <class Real>
+MESHSMOOTH_HD Vec3<Real> step_to(Vec3<Real> goal, Vec3<Real> own, Real factor) {
+  return factor == 1 ? goal : own + factor * (goal - own);
+}
+
+/// `step_to` the mean.
 template <class Mean, class P>
 MESHSMOOTH_HD Vec3<typename P::Real> step_towards(const Mean& mean, const Surroundings& around,
                                                   const P& x, std::size_t node,
                                                   typename P::Real factor) {
-  const Vec3<typename P::Real> goal = mean(around, x, node);
-  return factor == 1 ? goal : x[node] + factor * (goal - x[node]);
+  return step_to(mean(around, x, node), x[node], factor);
 }
 
 /// Which moves are taken. Judged in double on the positions as they are stored.

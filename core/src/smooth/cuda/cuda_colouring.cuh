@@ -42,7 +42,7 @@ __device__ inline bool choose_colour(const Surroundings& around, const NodeId* c
 /// First-fit in the order of `colour_priority`, without rounds: every thread goes
 /// through its nodes until all have a colour; a node takes one once all before it
 /// have. The blocks must all be there at the same time.
-__global__ inline void __launch_bounds__(kBlockSize)
+__global__ void __launch_bounds__(kBlockSize)
     colour_kernel(Surroundings around, const NodeId* caller_ids, ColourChoice* choices,
                   std::uint32_t* colours, std::uint32_t* highest) {
   const std::size_t step = std::size_t{gridDim.x} * kBlockSize;
@@ -91,7 +91,7 @@ inline Colouring<CudaExecutor> colour_nodes(CudaExecutor& executor, const Surrou
       "clearing device memory");
   executor.clear(highest.data(), 1);
   const unsigned int blocks = executor.cooperative_blocks<&colour_kernel>(block_count(node_count));
-  executor.launch_cooperative<&colour_kernel>(blocks, std::size_t{0}, around, caller_ids,
+  executor.launch_cooperative<&colour_kernel>(blocks, kBlockSize, 0, around, caller_ids,
                                               choices.data(), colours.data(), highest.data());
   std::uint32_t colour_count = 0;
   executor.download(highest.data(), 1, &colour_count);

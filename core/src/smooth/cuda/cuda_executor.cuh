@@ -17,6 +17,7 @@
 #include "meshsmooth/element.hpp"
 #include "meshsmooth/vec3.hpp"
 #include "smooth/cuda/device_memory.hpp"
+#include "smooth/cuda/patch_sizes.hpp"
 #include "smooth/executor.hpp"
 #include "smooth/interrupt.hpp"
 
@@ -43,12 +44,12 @@ __global__ void __launch_bounds__(kBlockSize) for_each_kernel(std::size_t count,
 }
 
 /// Folds one value per thread into thread 0's, by a fixed tree. All threads of
-/// the block must call it; `shared` holds kBlockSize values.
-template <class T, class Combine>
+/// the block must call it; `shared` holds a value for each of the kThreads.
+template <unsigned int kThreads = kBlockSize, class T, class Combine>
 __device__ T reduce_block(T value, T* shared, const Combine& combine) {
   shared[threadIdx.x] = value;
   __syncthreads();
-  for (unsigned int width = kBlockSize / 2; width > 0; width /= 2) {
+  for (unsigned int width = kThreads / 2; width > 0; width /= 2) {
     if (threadIdx.x < width) {
       shared[threadIdx.x] = combine(shared[threadIdx.x], shared[threadIdx.x + width]);
     }
@@ -130,9 +131,15 @@ class CudaLane {
       : device_(device),
         pool_(device, release_threshold()),
         shapes_(kElementTypeCount, {stream, pool_, resident_}) {
+    int shared_bytes = 0;
+    check_cuda(cudaDeviceGetAttribute(&patch_limits_.multiprocessors,
+                                      cudaDevAttrMultiProcessorCount, device),
+               "asking for a device's properties");
     check_cuda(
-        cudaDeviceGetAttribute(&multiprocessor_count_, cudaDevAttrMultiProcessorCount, device),
+        cudaDeviceGetAttribute(&shared_bytes, cudaDevAttrMaxSharedMemoryPerBlockOptin, device),
         "asking for a device's properties");
+    constexpr int kStaticBytes = 256;  // that a kernel declares beside
+    patch_limits_.shared_bytes = static_cast<std::size_t>(shared_bytes - kStaticBytes);
     check_cuda(cudaMemcpyAsync(shapes_.data(), element_table().data(),
                                kElementTypeCount * sizeof(ElementShape), cudaMemcpyHostToDevice,
                                stream.get()),
@@ -146,7 +153,8 @@ class CudaLane {
   std::vector<Event> events;
 
   [[nodiscard]] int device() const { return device_; }
-  [[nodiscard]] int multiprocessor_count() const { return multiprocessor_count_; }
+  [[nodiscard]] int multiprocessor_count() const { return patch_limits_.multiprocessors; }
+  [[nodiscard]] const PatchLimits& patch_limits() const { return patch_limits_; }
   [[nodiscard]] const MemoryPool& pool() const { return pool_; }
   /// The element table.
   [[nodiscard]] const ElementShape* shapes() const { return shapes_.data(); }
@@ -167,7 +175,7 @@ class CudaLane {
   }
 
   int device_;
-  int multiprocessor_count_ = 0;
+  PatchLimits patch_limits_;
   ByteCount resident_;
   MemoryPool pool_;
   DeviceBuffer<ElementShape> shapes_;
@@ -414,28 +422,36 @@ class CudaExecutor {
   /// Blocks for a kernel whose blocks wait for each other: `most`, or as many as the
   /// device holds at the same time.
   template <auto kKernel>
-  [[nodiscard]] unsigned int cooperative_blocks(std::size_t most, std::size_t shared_bytes = 0) {
+  [[nodiscard]] unsigned int cooperative_blocks(std::size_t most) {
     // Asked once for every device: 0 is not known yet.
     static std::array<std::atomic<int>, kMostDevices> known{};
     std::atomic<int>& per_multiprocessor = known.at(static_cast<std::size_t>(lane_.device()));
     if (per_multiprocessor == 0) {
-      check_cuda(cudaFuncSetAttribute(kKernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
-                                      static_cast<int>(shared_bytes)),
-                 "asking for shared memory");
       int blocks = 0;
-      check_cuda(
-          cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, kKernel, kBlockSize, shared_bytes),
-          "asking for a kernel's occupancy");
+      check_cuda(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, kKernel, kBlockSize, 0),
+                 "asking for a kernel's occupancy");
       per_multiprocessor = std::max(blocks, 1);
     }
     const auto resident =
         static_cast<std::size_t>(per_multiprocessor.load() * lane_.multiprocessor_count());
     return static_cast<unsigned int>(std::clamp<std::size_t>(most, 1, resident));
   }
+  /// Lets a kernel's blocks have as much shared memory as PatchLimits says.
+  template <auto kKernel>
+  void allow_shared_memory() {
+    static std::array<std::atomic<bool>, kMostDevices> done{};
+    std::atomic<bool>& here = done.at(static_cast<std::size_t>(lane_.device()));
+    if (here) return;
+    check_cuda(cudaFuncSetAttribute(kKernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
+                                    static_cast<int>(lane_.patch_limits().shared_bytes)),
+               "asking for shared memory");
+    here = true;
+  }
   template <auto kKernel, class... Arguments>
-  void launch_cooperative(unsigned int blocks, std::size_t shared_bytes, Arguments... arguments) {
+  void launch_cooperative(unsigned int blocks, unsigned int block_size, std::size_t shared_bytes,
+                          Arguments... arguments) {
     void* pointers[] = {&arguments...};
-    check_cuda(cudaLaunchCooperativeKernel(kKernel, dim3(blocks), dim3(kBlockSize), pointers,
+    check_cuda(cudaLaunchCooperativeKernel(kKernel, dim3(blocks), dim3(block_size), pointers,
                                            shared_bytes, stream()),
                "launching a cooperative kernel");
   }

@@ -7,6 +7,7 @@
 #include "smooth/cuda/cuda_judge.cuh"
 #include "smooth/cuda/cuda_sweeps.cuh"
 #include "smooth/cuda/cuda_topology.cuh"
+#include "smooth/cuda/device_estimate.cuh"
 #include "smooth/pipeline.hpp"
 
 namespace meshsmooth::detail {
@@ -47,7 +48,7 @@ class CudaSmoother final : public Smoother {
 
   [[nodiscard]] MemoryEstimate estimate(const MeshSize& size,
                                         const SmoothOptions& options) const override {
-    return {estimate_judge_bytes(size), estimate_device_bytes(size, options)};
+    return {estimate_judge_bytes(size), estimate_device_bytes(size, options, lane_.patch_limits())};
   }
 
   using Smoother::smooth;

@@ -1,109 +1,14 @@
 #pragma once
 
-#include <bit>
 #include <functional>
 #include <span>
-#include <type_traits>
 
+#include "smooth/cuda/node_order.cuh"
 #include "smooth/cuda/row_builder.cuh"
 #include "smooth/job_mesh.hpp"
 #include "smooth/memory_model.hpp"
 
 namespace meshsmooth::detail {
-
-/// Doubles as integers of the same order, for atomic minima and maxima.
-__device__ inline unsigned long long ordered_bits(double value) {
-  const auto bits = static_cast<unsigned long long>(__double_as_longlong(value));
-  return (bits >> 63) != 0 ? ~bits : bits | (1ULL << 63);
-}
-MESHSMOOTH_HD inline double from_ordered_bits(unsigned long long ordered) {
-  const unsigned long long bits = (ordered >> 63) != 0 ? ordered & ~(1ULL << 63) : ~ordered;
-#ifdef __CUDA_ARCH__
-  return __longlong_as_double(static_cast<long long>(bits));
-#else
-  return std::bit_cast<double>(bits);
-#endif
-}
-
-MESHSMOOTH_HD inline Box box_of(const PrepareState& state) {
-  const auto at = [](const unsigned long long* ordered) {
-    return Vec3d{from_ordered_bits(ordered[0]), from_ordered_bits(ordered[1]),
-                 from_ordered_bits(ordered[2])};
-  };
-  return {at(state.lower), at(state.upper)};
-}
-
-/// The box of finite positions, and whether there are others.
-template <class Real>
-__global__ void __launch_bounds__(kBlockSize)
-    box_kernel(std::size_t count, const Vec3<Real>* positions, PrepareState* state) {
-  __shared__ Vec3<Real> shared[kBlockSize];
-  const Real infinity =
-      std::is_same_v<Real, float> ? static_cast<Real>(HUGE_VALF) : static_cast<Real>(HUGE_VAL);
-  Vec3<Real> low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
-  const auto lower = [](Real a, Real b) { return a < b ? a : b; };
-  const auto higher = [](Real a, Real b) { return a > b ? a : b; };
-  const std::size_t step = std::size_t{gridDim.x} * kBlockSize;
-  for (std::size_t i = std::size_t{blockIdx.x} * kBlockSize + threadIdx.x; i < count; i += step) {
-    const Vec3<Real> p = positions[i];
-    if (!(isfinite(p.x) && isfinite(p.y) && isfinite(p.z))) {
-      state->wrong_position = 1;
-      continue;
-    }
-    low = {lower(low.x, p.x), lower(low.y, p.y), lower(low.z, p.z)};
-    high = {higher(high.x, p.x), higher(high.y, p.y), higher(high.z, p.z)};
-  }
-  low = reduce_block(low, shared, [=](const Vec3<Real>& a, const Vec3<Real>& b) {
-    return Vec3<Real>{lower(a.x, b.x), lower(a.y, b.y), lower(a.z, b.z)};
-  });
-  high = reduce_block(high, shared, [=](const Vec3<Real>& a, const Vec3<Real>& b) {
-    return Vec3<Real>{higher(a.x, b.x), higher(a.y, b.y), higher(a.z, b.z)};
-  });
-  if (threadIdx.x != 0) return;
-  atomicMin(&state->lower[0], ordered_bits(low.x));
-  atomicMin(&state->lower[1], ordered_bits(low.y));
-  atomicMin(&state->lower[2], ordered_bits(low.z));
-  atomicMax(&state->upper[0], ordered_bits(high.x));
-  atomicMax(&state->upper[1], ordered_bits(high.y));
-  atomicMax(&state->upper[2], ordered_bits(high.z));
-}
-
-/// Bits per axis of the curve: cells a few times as many as nodes.
-[[nodiscard]] inline int curve_bits(std::size_t node_count) {
-  int bits = 2;
-  while (bits < 10 && (std::size_t{1} << (3 * bits)) < 4 * node_count) ++bits;
-  return bits;
-}
-
-/// Internal numbers along the curve. Only speed depends on them, so the sort is
-/// as short as it can be: a 32-bit key and as few of its bits as do.
-///
-/// gives  caller_of, internal_of; ties by the caller's id
-template <class Real>
-Renumbering<CudaExecutor> renumber_nodes(CudaExecutor& executor, const Vec3<Real>* positions,
-                                         std::size_t node_count, const PrepareState* state) {
-  Renumbering<CudaExecutor> result;
-  auto keys = executor.allocate<std::uint32_t>(node_count);
-  auto sorted_keys = executor.allocate<std::uint32_t>(node_count);
-  auto ids = executor.allocate<NodeId>(node_count);
-  result.caller_of = executor.allocate<NodeId>(node_count);
-  std::uint32_t* const key = keys.data();
-  NodeId* const id = ids.data();
-  const int bits = curve_bits(node_count);
-  executor.for_each(node_count, [=] __device__(std::size_t node) {
-    const Vec3<Real> p = positions[node];
-    const bool finite = isfinite(p.x) && isfinite(p.y) && isfinite(p.z);
-    key[node] = finite ? static_cast<std::uint32_t>(hilbert_place(p, box_of(*state), bits)) : 0;
-    id[node] = static_cast<NodeId>(node);
-  });
-  executor.with_workspace([&](void* space, std::size_t& bytes) {
-    return cub::DeviceRadixSort::SortPairs(space, bytes, key, sorted_keys.data(), id,
-                                           result.caller_of.data(), node_count, 0, 3 * bits,
-                                           executor.stream());
-  });
-  result.internal_of = executor.allocate<NodeId>(node_count);
-  return result;
-}
 
 /// Where an entry of the balls goes in its row is what the row's counter held;
 /// what does not fit a byte is given a place from the row's end.
@@ -354,7 +259,12 @@ inline RowBuffer<CudaExecutor, NodeId> find_rows(CudaExecutor& executor, std::si
            elements.view.runs[0].shape == executor.lane().shapes() + static_cast<int>(type);
   };
   if (is_only(ElementType::tetrahedron)) {
-    executor.launch_blocks<&row_kernel<4>>(grid, kRowsPerBlock, task);
+    constexpr int kMany = 6;
+    if (blocks <= kMany * static_cast<std::size_t>(executor.lane().multiprocessor_count())) {
+      executor.launch_blocks<&row_kernel<4, kMany>>(grid, kRowsPerBlock, task);
+    } else {
+      executor.launch_blocks<&row_kernel<4>>(grid, kRowsPerBlock, task);
+    }
   } else if (is_only(ElementType::triangle)) {
     executor.launch_blocks<&row_kernel<3>>(grid, kRowsPerBlock, task);
   } else {
@@ -415,30 +325,19 @@ JobMesh<CudaExecutor, Real> prepare_job(CudaExecutor& executor, const TopologyVi
   const std::size_t uploads_end = executor.mark(lane.uploads);
   executor.add_stretch(uploads_begin, uploads_end, times.upload_seconds);
 
-  const Vec3<Real>* const given = job.given.data();
-  executor.launch<&box_kernel<Real>>(
-      block_count(node_count, 2 * static_cast<std::size_t>(lane.multiprocessor_count())),
-      node_count, given, state);
-  Renumbering<CudaExecutor> renumbering = renumber_nodes(executor, given, node_count, state);
-  job.caller_of = std::move(renumbering.caller_of);
-  const NodeId* const caller_of = job.caller_of.data();
-  NodeId* const internal_of = renumbering.internal_of.data();
-  Vec3<Real>* const places = job.places.data();
-  std::uint8_t* const fixed = job.fixed.data();
+  job.caller_of = executor.allocate<NodeId>(node_count);
+  auto internal_of = executor.allocate<NodeId>(node_count);
   auto ball_sizes = executor.allocate<std::uint32_t>(node_count + 1);
-  std::uint32_t* const sizes = ball_sizes.data();
-  executor.for_each(node_count, [=] __device__(std::size_t node) {
-    sizes[node] = 0;
-    if (node == 0) sizes[node_count] = 0;
-    const NodeId caller = caller_of[node];
-    internal_of[caller] = static_cast<NodeId>(node);
-    places[node] = given[caller];
-    fixed[node] = 0;
-  });
+  const NodeId* const caller_of = job.caller_of.data();
+  std::uint8_t* const fixed = job.fixed.data();
+  order_nodes(executor,
+              NodeOrder<Real>{node_count, job.given.data(), job.caller_of.data(),
+                              internal_of.data(), job.places.data(), fixed, ball_sizes.data()},
+              state);
 
-  job.balls = find_balls(executor, node_count, job.elements, internal_of, std::move(ball_sizes),
-                         pieces, state);
-  renumbering.internal_of = {};
+  job.balls = find_balls(executor, node_count, job.elements, internal_of.data(),
+                         std::move(ball_sizes), pieces, state);
+  internal_of = {};
   PrepareState* const seen = lane.template mapped<PrepareState>(CudaExecutor::kStateOffset);
   const bool boundary_fixed = options.boundary == BoundaryPolicy::fixed;
   FixedCounts counts;

@@ -1,20 +1,15 @@
 #pragma once
 
+#include <array>
+#include <type_traits>
+#include <utility>
+
 #include "smooth/boundary.hpp"
 #include "smooth/cuda/cuda_executor.cuh"
+#include "smooth/cuda/prepare_state.hpp"
 #include "smooth/topology.hpp"
 
 namespace meshsmooth::detail {
-
-/// What the kernels of `prepare_job` tell the host.
-struct PrepareState {
-  unsigned long long lower[3], upper[3];  // of the box, as `ordered_bits`
-  unsigned int wrong_position = 0;
-  unsigned int wrong_element = 0;
-  unsigned int overused_facet = 0;
-  unsigned int next_block = 0;
-  unsigned long long ring_entries = 0;
-};
 
 /// Rings and boundary, from the balls.
 struct RowTask {
@@ -40,6 +35,7 @@ inline constexpr int kRowCapacity = 32;    // longer rows are a case for `RowSea
 /// so that no two threads meet in a bank.
 using RowEntries = int[kRowCapacity][kRowsPerBlock];
 
+/// A hash of an id.
 __device__ inline unsigned int mixed(unsigned int h) {
   h *= 0x9e3779b1U;
   h = (h ^ (h >> 15)) * 0x85ebca6bU;
@@ -75,19 +71,92 @@ __device__ void sort_by_warp(Id* row, unsigned int count, const Key& key) {
   }
 }
 
-/// Sorts this thread's row by its keys.
-__device__ inline void sort_own_row(RowEntries& row, RowEntries& keys, int count) {
+/// The comparisons of a sorting network. Source: Batcher 1968, "Sorting networks and
+/// their applications", the odd-even merge.
+template <int kCount>
+struct SortingNetwork {
+  struct Pair {
+    int low, high;
+  };
+  static constexpr int for_each(auto&& body) {
+    int count = 0;
+    for (int p = 1; p < kCount; p *= 2) {
+      for (int k = p; k > 0; k /= 2) {
+        for (int first = k % p; first + k < kCount; first += 2 * k) {
+          for (int low = first; low < first + k && low + k < kCount; ++low) {
+            if (low / (2 * p) == (low + k) / (2 * p)) body(count++, Pair{low, low + k});
+          }
+        }
+      }
+    }
+    return count;
+  }
+  static constexpr int kPairCount = for_each([](int, Pair) {});
+  static constexpr auto kPairs = [] {
+    std::array<Pair, kPairCount> pairs{};
+    for_each([&](int index, Pair pair) { pairs[static_cast<std::size_t>(index)] = pair; });
+    return pairs;
+  }();
+};
+
+/// Sorts in registers.
+template <int kCount, std::size_t... kIndex>
+__device__ void sort_by_network(std::uint32_t (&values)[kCount], std::index_sequence<kIndex...>) {
+  const auto order = [](std::uint32_t& a, std::uint32_t& b) {
+    const std::uint32_t lower = min(a, b);
+    b = max(a, b);
+    a = lower;
+  };
+  using Network = SortingNetwork<kCount>;
+  (order(values[std::integral_constant<int, Network::kPairs[kIndex].low>::value],
+         values[std::integral_constant<int, Network::kPairs[kIndex].high>::value]),
+   ...);
+}
+
+/// Sorts this thread's row by `key(entry)`, of which there are not more than `key_count`.
+/// A key and an entry's place make one word where they fit it, so that a row is sorted in
+/// registers without a branch; else the place goes with its key in `keys`.
+template <class Key>
+__device__ void sort_own_row(RowEntries& row, RowEntries& keys, int count, std::size_t key_count,
+                             const Key& key) {
   const unsigned int t = threadIdx.x;
+  constexpr int kPlaceBits = 5;
+  static_assert(kRowCapacity == 1 << kPlaceBits);
+  if (key_count < std::size_t{1} << (32 - kPlaceBits)) {
+    const auto sort = [&]<int kCount>() {
+      std::uint32_t words[kCount];
+#pragma unroll
+      for (int k = 0; k < kCount; ++k) {
+        words[k] = k < count ? static_cast<std::uint32_t>(key(row[k][t])) << kPlaceBits | k : ~0U;
+      }
+      sort_by_network(words, std::make_index_sequence<SortingNetwork<kCount>::kPairCount>());
+#pragma unroll
+      for (int k = 0; k < kCount; ++k) {
+        if (k < count) words[k] = row[words[k] % kRowCapacity][t];
+      }
+#pragma unroll
+      for (int k = 0; k < kCount; ++k) {
+        if (k < count) row[k][t] = static_cast<int>(words[k]);
+      }
+    };
+    if (__any_sync(__activemask(), count > kRowCapacity / 2)) {
+      sort.template operator()<kRowCapacity>();
+    } else {
+      sort.template operator()<kRowCapacity / 2>();
+    }
+    return;
+  }
+  for (int i = 0; i < count; ++i) keys[i][t] = static_cast<int>(key(row[i][t]));
   for (int i = 1; i < count; ++i) {
     const int entry = row[i][t];
-    const auto key = static_cast<unsigned int>(keys[i][t]);
+    const auto own_key = static_cast<unsigned int>(keys[i][t]);
     int j = i;
-    for (; j > 0 && static_cast<unsigned int>(keys[j - 1][t]) > key; --j) {
+    for (; j > 0 && static_cast<unsigned int>(keys[j - 1][t]) > own_key; --j) {
       row[j][t] = row[j - 1][t];
       keys[j][t] = keys[j - 1][t];
     }
     row[j][t] = entry;
-    keys[j][t] = static_cast<int>(key);
+    keys[j][t] = static_cast<int>(own_key);
   }
 }
 
@@ -146,10 +215,19 @@ __device__ int find_simplex_row(const RowTask& task, int node, RowEntries& row, 
   constexpr int kOthers = kNodes - 1;
   const NodeId* const connectivity = task.elements.runs[0].nodes;
   const std::int64_t end = task.ball_offsets[node + 1];
-  for (std::int64_t e = task.ball_offsets[node]; e < end; ++e) {
+  const std::int64_t begin = task.ball_offsets[node];
+  // Two loads that hang on each other are on their way while an element is looked at.
+  int ahead[kNodes];
+  ElementId next = begin < end ? task.ball_entries[begin] : 0;
+  if (begin < end) load_group(connectivity + std::size_t{next} * kNodes, ahead);
+  if (begin + 1 < end) next = task.ball_entries[begin + 1];
+  for (std::int64_t e = begin; e < end; ++e) {
     int ids[kNodes];
-    load_group(connectivity + std::size_t{task.ball_entries[e]} * kNodes, ids);
-    // The other nodes first.
+#pragma unroll
+    for (int n = 0; n < kNodes; ++n) ids[n] = ahead[n];
+    if (e + 1 < end) load_group(connectivity + std::size_t{next} * kNodes, ahead);
+    if (e + 2 < end) next = task.ball_entries[e + 2];
+      // The other nodes first.
 #pragma unroll
     for (int n = 0; n < kOthers; ++n) {
       if (ids[n] == node) ids[n] = ids[kOthers];
@@ -353,38 +431,49 @@ class RowSearch {
   unsigned int parts_, part_;
 };
 
-/// Adds up what the blocks before have found, as soon as it is known: a
-/// decoupled look-back. Called by one whole warp; returns the sum before
-/// `block`. Source: Merrill, Garland 2016, "Single-pass parallel prefix scan with
-/// decoupled look-back".
-__device__ inline unsigned long long look_back(unsigned long long* words, unsigned int block,
-                                               unsigned long long own) {
-  constexpr unsigned long long kOwn = 1ULL << 62, kSum = 2ULL << 62, kValue = kOwn - 1;
-  const unsigned int lane = threadIdx.x % kWarp;
-  volatile unsigned long long* const word = words;
-  if (lane == 0) word[block] = (block == 0 ? kSum : kOwn) | own;
-  unsigned long long before = 0;
-  for (std::int64_t last = static_cast<std::int64_t>(block) - 1; last >= 0; last -= kWarp) {
-    const std::int64_t at = last - lane;
-    unsigned long long found = kSum;
-    if (at >= 0) {
-      do {
-        found = word[at];
-      } while (found < kOwn);
-    }
-    __syncwarp();
-    const unsigned int sums = __ballot_sync(0xffffffffU, found >= kSum);
-    const unsigned int used = sums == 0 ? kWarp - 1 : static_cast<unsigned int>(__ffs(sums)) - 1;
-    unsigned long long value = lane <= used ? found & kValue : 0;
-    for (int step = kWarp / 2; step > 0; step /= 2) {
-      value += __shfl_xor_sync(0xffffffffU, value, step);
-    }
-    before += value;
-    if (sums != 0) break;
+/// Sums over the blocks before, each as soon as it is known: a decoupled look-back.
+/// Source: Merrill, Garland 2016, "Single-pass parallel prefix scan with decoupled
+/// look-back".
+class LookBack {
+ public:
+  __device__ LookBack(unsigned long long* words, unsigned int block)
+      : words_(words), block_(block) {}
+
+  /// Tells the blocks behind what this one adds; one thread calls, early.
+  __device__ void publish(unsigned long long own) const {
+    words_[block_] = (block_ == 0 ? kSum : kOwn) | own;
   }
-  if (lane == 0 && block != 0) word[block] = kSum | (before + own);
-  return before;
-}
+  /// The sum before this block; one whole warp calls, after `publish`.
+  __device__ unsigned long long sum_before(unsigned long long own) const {
+    const unsigned int lane = threadIdx.x % kWarp;
+    unsigned long long before = 0;
+    for (std::int64_t last = static_cast<std::int64_t>(block_) - 1; last >= 0; last -= kWarp) {
+      const std::int64_t at = last - lane;
+      unsigned long long found = kSum;
+      if (at >= 0) {
+        do {
+          found = words_[at];
+        } while (found < kOwn);
+      }
+      __syncwarp();
+      const unsigned int sums = __ballot_sync(kAllLanes, found >= kSum);
+      const unsigned int used = sums == 0 ? kWarp - 1 : static_cast<unsigned int>(__ffs(sums)) - 1;
+      unsigned long long value = lane <= used ? found & kValue : 0;
+      for (int step = kWarp / 2; step > 0; step /= 2) {
+        value += __shfl_xor_sync(kAllLanes, value, step);
+      }
+      before += value;
+      if (sums != 0) break;
+    }
+    if (lane == 0 && block_ != 0) words_[block_] = kSum | (before + own);
+    return before;
+  }
+
+ private:
+  static constexpr unsigned long long kOwn = 1ULL << 62, kSum = 2ULL << 62, kValue = kOwn - 1;
+  volatile unsigned long long* words_;
+  unsigned int block_;
+};
 
 /// Sorts the balls of a block's nodes by the caller's elements.
 __device__ inline void sort_balls(const RowTask& task, std::size_t first, RowEntries& rows,
@@ -400,12 +489,8 @@ __device__ inline void sort_balls(const RowTask& task, std::size_t first, RowEnt
     const auto start = static_cast<unsigned int>(begin - stretch);
     ElementId* const entries = task.ball_entries + stretch;
     copy_rows<false>(rows, keys, entries, start, size);
-    for (unsigned int k = 0; k < size; ++k) {
-      const int e = rows[k][threadIdx.x];
-      keys[k][threadIdx.x] =
-          names == nullptr ? e : static_cast<int>(names[static_cast<ElementId>(e)]);
-    }
-    sort_own_row(rows, keys, static_cast<int>(size));
+    sort_own_row(rows, keys, static_cast<int>(size), task.elements.count,
+                 [=](int e) { return names == nullptr ? e : names[static_cast<ElementId>(e)]; });
     copy_rows<true>(rows, keys, entries, start, size);
     return;
   }
@@ -422,8 +507,10 @@ __device__ inline void sort_balls(const RowTask& task, std::size_t first, RowEnt
 /// one pass.
 /// kNodes: of the only type of element, a simplex, whose short rows are found by
 /// a thread each; else 0.
-template <int kNodes>
-__global__ void __launch_bounds__(kRowsPerBlock) row_kernel(RowTask task) {
+/// kBlocks: of a multiprocessor. One more costs registers, and pays where the mesh is so
+/// small that all blocks are there at once.
+template <int kNodes, int kBlocks = 5>
+__global__ void __launch_bounds__(kRowsPerBlock, kBlocks) row_kernel(RowTask task) {
   constexpr int kWarps = kRowsPerBlock / kWarp;
   __shared__ RowEntries rows;
   // The long rows of simplices are few: one warp with large tables.
@@ -479,11 +566,6 @@ __global__ void __launch_bounds__(kRowsPerBlock) row_kernel(RowTask task) {
   }
   degree = degrees[t];
   const bool is_short = cuts[t] == 0;
-  if (is_short) {
-    for (int k = 0; k < degree; ++k) scratch.entries[k][t] = task.caller_of[rows[k][t]];
-    sort_own_row(rows, scratch.entries, degree);
-  }
-
   // Where the rows go.
   unsigned int sum = static_cast<unsigned int>(degree);  // up to and with this row
   for (int step = 1; step < kWarp; step *= 2) {
@@ -497,8 +579,16 @@ __global__ void __launch_bounds__(kRowsPerBlock) row_kernel(RowTask task) {
     if (w < warp) before_warp += warp_totals[w];
     total += warp_totals[w];
   }
+  // Nobody shall wait for what is still to be done here.
+  const LookBack look_back(task.look_back, block);
+  if (t == 0) look_back.publish(total);
+  if (is_short) {
+    sort_own_row(rows, scratch.entries, degree, task.node_count,
+                 [&](int node) { return task.caller_of[node]; });
+  }
   if (warp == 0) {
-    const unsigned long long before = look_back(task.look_back, block, total);
+    __syncwarp();
+    const unsigned long long before = look_back.sum_before(total);
     if (lane == 0) base = before;
   }
   __syncthreads();
@@ -524,14 +614,30 @@ __global__ void __launch_bounds__(kRowsPerBlock) row_kernel(RowTask task) {
       const unsigned int parts = cuts[r];
       if (warp >= kSearchers || parts == 0) continue;
       NodeId* const row = task.entries + task.offsets[first + r];
+      const NodeId* const caller_of = task.caller_of;
+      typename Search::Tables& tables = scratch.tables[warp];
+      if (parts == 1) {
+        // The tables of facets are free: the row is sorted there by pairs of key and entry.
+        Search search(task, tables, static_cast<int>(first + r), 1, 0);
+        search.template run<false>([&](unsigned int at, int id) {
+          tables.facets[at] =
+              static_cast<unsigned long long>(caller_of[id]) << 32 | static_cast<unsigned int>(id);
+        });
+        const unsigned int found = search.neighbour_count();
+        sort_by_warp(tables.facets, found, [](unsigned long long pair) { return pair; });
+        for (unsigned int at = lane; at < found; at += kWarp) {
+          row[at] = static_cast<NodeId>(tables.facets[at] & 0xffffffffULL);
+        }
+        __syncwarp();
+        continue;
+      }
       unsigned int found = 0;
       for (unsigned int part = 0; part < parts; ++part) {
-        Search search(task, scratch.tables[warp], static_cast<int>(first + r), parts, part);
+        Search search(task, tables, static_cast<int>(first + r), parts, part);
         search.template run<false>([&](unsigned int at, int id) { row[found + at] = id; });
         found += search.neighbour_count();
         __syncwarp();
       }
-      const NodeId* const caller_of = task.caller_of;
       sort_by_warp(row, found, [=](NodeId n) { return caller_of[n]; });
     }
     __syncthreads();
