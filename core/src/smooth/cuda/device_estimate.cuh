@@ -36,8 +36,8 @@ namespace meshsmooth::detail {
     // Two padded copies of the positions, for the sweep's own.
     iterating += n * (2 * (size.float64 ? 32 : 16) - position);
     if (patch) {
-      sums = static_cast<std::int64_t>(patch->patches(static_cast<std::size_t>(n))) * kMostInBatch *
-             static_cast<std::int64_t>(sizeof(SweepStats));
+      sums = static_cast<std::int64_t>(patch->patches(static_cast<std::size_t>(n))) *
+             kMostInLongBatch * static_cast<std::int64_t>(sizeof(SweepStats));
     } else if (laplacian->weighting == Weighting::uniform) {
       iterating += n * 4 + n / 4 + SlicedRings::kMostPadding * mesh.edges * 2 * 4;
     }

@@ -435,7 +435,7 @@ inline bool run_resident_sweeps(CudaExecutor& executor, const PatchSizes& sizes,
   auto tagged = executor.allocate<TaggedPosition>(2 * around.node_count);
   auto misfits = executor.allocate<unsigned int>(1);
   executor.clear(misfits.data(), 1);
-  return run_batches(
+  return run_batches<kMostInLongBatch>(
       executor, around.node_count, blocks, watch,
       [&](const SweepBatch& batch) {
         executor.launch_cooperative<kKernel>(blocks, threads, sizes.bytes(), around, factor, sizes,
