@@ -76,9 +76,16 @@ inline std::vector<Way> ways(bool with_racing) {
       {"smart_volume", SmartLaplacian{Weighting::ball_volume, 0.7}},
       {"taubin", Taubin{}},
       {"hc", HcLaplacian{}},
-      {"hc_held", HcLaplacian{.alpha = 0.2, .beta = 0.6}}};
+      {"hc_held", HcLaplacian{.alpha = 0.2, .beta = 0.6}},
+      {"optimize_average", Optimize{.goal = Goal::average}},
+      {"optimize_balanced", Optimize{}},
+      {"optimize_worst", Optimize{.goal = Goal::worst}}};
   std::vector<Way> result;
   for (const auto& [name, method] : methods) {
+    if (std::holds_alternative<Optimize>(method)) {
+      result.push_back({name, method, Form::gauss_seidel});
+      continue;
+    }
     result.push_back({name + "_jacobi", method, Form::jacobi});
     if (std::holds_alternative<HcLaplacian>(method)) continue;
     result.push_back({name + "_gauss_seidel", method, Form::gauss_seidel});

@@ -105,6 +105,7 @@ class CpuExecutor {
   using Buffer = CpuBuffer<T>;
   template <class Real>
   using RacingPositions = CpuRacingPositions<Real>;
+  static constexpr int kKeptCorners = 96;
 
   CpuExecutor(tbb::task_arena& arena, const Interrupt& interrupt)
       : arena_(arena), interrupt_(interrupt) {}
