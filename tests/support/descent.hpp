@@ -13,6 +13,7 @@ struct Corner {
   int node;
   std::vector<int> around;
   Eigen::Matrix3d ideal_inverse;
+  double weight = 1;  // those of an element are 1 together
 };
 
 /// The corners at which as many edges meet as the element has dimensions.
@@ -36,6 +37,7 @@ inline std::vector<Corner> find_corners(ElementType type) {
     fill();
     result.push_back({node, around, w.inverse()});
   }
+  for (Corner& corner : result) corner.weight = 1.0 / static_cast<double>(result.size());
   return result;
 }
 
@@ -48,7 +50,7 @@ inline const std::vector<Corner>& corners_of(ElementType type) {
   return all[static_cast<std::size_t>(type)];
 }
 
-/// The sum of f^p, and its gradient by the place of one node. Infinite where a
+/// The weighted sum of f^p, and its gradient by the place of one node. Infinite where a
 /// determinant is not positive.
 struct Energy {
   double value = 0;
@@ -81,16 +83,16 @@ inline void add_energy(const Element& element, NodeId node, const Points& x, dou
     const Eigen::Matrix3d by_t =
         2 / scale * t - 2.0 / dimension * f * t.inverse().transpose().eval();
     const Eigen::Matrix3d by_a = by_t * corner.ideal_inverse.transpose();
-    energy.value += std::pow(f, p);
-    energy.gradient += p * std::pow(f, p - 1) * (by_a * weight);
+    energy.value += corner.weight * std::pow(f, p);
+    energy.gradient += corner.weight * p * std::pow(f, p - 1) * (by_a * weight);
   }
 }
 
-/// The energy of all corners with a free node.
-inline double total_energy(const Mesh& mesh, double p) {
+/// The p-mean of f over all corners with a free node.
+inline double mean_energy(const Mesh& mesh, double p) {
   const Points x = to_points(mesh);
   const std::vector<bool> held = held_nodes(mesh);
-  double sum = 0;
+  double sum = 0, weight = 0;
   for (const Element& element : elements(mesh)) {
     const int dimension = is_surface(element.type) ? 2 : 3;
     for (const Corner& corner : corners_of(element.type)) {
@@ -105,11 +107,13 @@ inline double total_energy(const Mesh& mesh, double p) {
       const Eigen::Matrix3d t = a * corner.ideal_inverse;
       const double det = t.determinant();
       if (!(det > 0)) return HUGE_VAL;
-      sum += std::pow(
-          (t.squaredNorm() - (3 - dimension)) / (dimension * std::pow(det, 2.0 / dimension)), p);
+      const double f =
+          (t.squaredNorm() - (3 - dimension)) / (dimension * std::pow(det, 2.0 / dimension));
+      sum += corner.weight * std::pow(f, p);
+      weight += corner.weight;
     }
   }
-  return sum;
+  return std::pow(sum / weight, 1 / p);
 }
 
 /// Gradient descent, ball by ball, of a valid mesh.

@@ -53,11 +53,11 @@ enum class Goal {
 
 /// Moves each node down the energy of its ball: the sum over the element corners
 /// around it of f^p, with f the inverse mean ratio against the element type's own ideal
-/// corner. One exact Newton step on the p-norm a visit, colour by colour. A valid
-/// element stays valid and the energy never rises; tangled balls are untangled by the
-/// regularised energy first. The ideal has no size, so a graded mesh stays graded.
-/// Sources: Knupp 2001, "Algebraic mesh quality metrics", for the mean ratio; Garanzha
-/// et al. 2021, "Foldover-free maps in 50 lines of code", for the regularisation.
+/// corner; the corners of an element weigh one together. One exact Newton step on the p-norm a
+/// visit, colour by colour. A valid element stays valid and the energy never rises; tangled balls
+/// are untangled by the regularised energy first. The ideal has no size, so a graded mesh stays
+/// graded. Sources: Knupp 2001, "Algebraic mesh quality metrics", for the mean ratio; Garanzha et
+/// al. 2021, "Foldover-free maps in 50 lines of code", for the regularisation.
 struct Optimize {
   Goal goal = Goal::balanced;
   /// Ends once the worst mean ratio of the elements that are not locked is this good;

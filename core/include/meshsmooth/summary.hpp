@@ -28,8 +28,8 @@ struct Convergence {
   std::vector<double> rms_displacements;
   std::vector<std::int64_t> moved_node_counts;
   /// Optimize with SmoothOptions::history: after each sweep the p-mean of the inverse mean
-  /// ratios of all corners that can change, at least 1, p that of the sweep's phase (Goal::worst
-  /// has 4, 8, 16, 32); infinite while the mesh is tangled.
+  /// ratios of all corners that can change, weighted as by the method, at least 1, p that of the
+  /// sweep's phase (Goal::worst has 4, 8, 16, 32); infinite while the mesh is tangled.
   std::vector<double> energies;
   std::vector<double> worst_mean_ratios;  // of those corners; 0 or less while tangled
 };

@@ -48,7 +48,7 @@ MESHSMOOTH_HD inline double raise(double f, int power) {
   return f;
 }
 
-/// What a ball is worth: the sum over its corners of f^power, f = S / (d chi(D)^(2/d)) the
+/// What a ball is worth: the weighted sum over its corners of f^power, f = S / (d chi(D)^(2/d)) the
 /// inverse mean ratio, chi(D) = (D + sqrt(D^2 + 4 e^2)) / 2. Source: Garanzha et al. 2021,
 /// "Foldover-free maps in 50 lines of code", for chi; Knupp 2001 for f.
 struct BallEnergy {
@@ -128,7 +128,8 @@ MESHSMOOTH_HD double energy_at(const Team& team, const Terms& terms, const BallE
       const double root = std::sqrt(volume * volume + 4 * e2);
       volume = volume > 0 ? 0.5 * (volume + root) : 2 * e2 / (root - volume);
     }
-    sum += raise(size * InverseVolume<kDimension>(volume).scale * scale, energy.power);
+    const double f = size * InverseVolume<kDimension>(volume).scale * scale;
+    sum += term.weight * raise(f, energy.power);
   });
   if (!team.all(allowed)) return HUGE_VAL;
   return team.sum(sum);
@@ -164,7 +165,7 @@ MESHSMOOTH_HD BallDerivatives differentiate(const Team& team, const Terms& terms
     }
     const InverseVolume<kDimension> inverse(chi);
     if (e2 == 0) slope = inverse.whole;
-    const double f = raise(term.size * inverse.scale * scale, energy.power);
+    const double f = term.weight * raise(term.size * inverse.scale * scale, energy.power);
     const double per_size = 1 / term.size;
     const Vec3d a = per_size * term.size_gradient;
     const Vec3d b = (2.0 / kDimension * slope) * term.volume_gradient;

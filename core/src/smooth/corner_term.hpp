@@ -19,6 +19,7 @@ inline constexpr double kCertainVolume = 8e-14;
 ///
 /// The mean ratio of the corner is dimension * D^(2 / dimension) / S.
 struct CornerTerm {
+  double weight;  // the corners of an element weigh 1 together
   double volume;
   double size;
   double curvature;
@@ -69,6 +70,7 @@ MESHSMOOTH_HD CornerTerm corner_term(const ElementShape& shape, int k, int role,
   for (int m = 0; m < kDimension; ++m) edges[m] = get(corner.neighbours[m]) - origin;
 
   CornerTerm term{};
+  term.weight = is_simplex(shape) ? 1.0 : 1.0 / shape.corner_count;
   for (int column = 0; column < kDimension; ++column) {
     Vec3d t{0, 0, 0};
     double share = 0;  // of the displacement in t
@@ -114,6 +116,7 @@ MESHSMOOTH_HD inline CornerTerm tetrahedron_term(Vec3d a, Vec3d b, Vec3d c) {
   constexpr double kRoot2 = 1.41421356237309504880;
   const Vec3d ab = b - a, ac = c - a, bc = c - b;
   CornerTerm term;
+  term.weight = 1;
   term.size = 0.5 * (dot(a, a) + dot(b, b) + dot(c, c) + dot(ab, ab) + dot(ac, ac) + dot(bc, bc));
   term.size_gradient = -1.0 * (a + b + c);
   term.curvature = 3;

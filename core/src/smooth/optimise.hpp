@@ -95,13 +95,13 @@ OptimiseStats sweep_optimise(E& executor, const Surroundings& around, const Colo
 
 /// The corners that can change, all together.
 struct MeshWorth {
-  double energy = 0;  // sum of f^power
-  double corners = 0;
+  double energy = 0;  // weighted sum of f^power
+  double weight = 0;
   double worst = 2;  // mean ratio
   std::int64_t invalid = 0;
 
   friend MESHSMOOTH_HD MeshWorth operator+(const MeshWorth& a, const MeshWorth& b) {
-    return {a.energy + b.energy, a.corners + b.corners, a.worst < b.worst ? a.worst : b.worst,
+    return {a.energy + b.energy, a.weight + b.weight, a.worst < b.worst ? a.worst : b.worst,
             a.invalid + b.invalid};
   }
 };
@@ -109,12 +109,12 @@ struct MeshWorth {
 template <int kDimension>
 MESHSMOOTH_HD MeshWorth worth_of(const CornerTerm& term, int power) {
   const double volume = std::abs(term.volume);
-  if (!(volume > 0)) return {0, 1, 0, 1};
+  if (!(volume > 0)) return {0, term.weight, 0, 1};
   const double f = term.size * InverseVolume<kDimension>(volume).scale / kDimension;
   if (!certainly_positive<kDimension>(term.volume, term.size)) {
-    return {0, 1, term.volume < 0 ? -1 / f : 1 / f, 1};
+    return {0, term.weight, term.volume < 0 ? -1 / f : 1 / f, 1};
   }
-  return {raise(f, power), 1, 1 / f, 0};
+  return {term.weight * raise(f, power), term.weight, 1 / f, 0};
 }
 
 /// Judges the corners of which a node is free; one corner stands for a simplex.
@@ -249,7 +249,7 @@ class PhaseWatch {
 
   [[nodiscard]] double mean_energy(const MeshWorth& worth) const {
     if (worth.invalid > 0) return std::numeric_limits<double>::infinity();
-    return std::pow(worth.energy / worth.corners, 1.0 / phase_.power);
+    return std::pow(worth.energy / worth.weight, 1.0 / phase_.power);
   }
 
   /// The tangled balls have not become fewer for many sweeps.
