@@ -142,6 +142,7 @@ struct BallDerivatives {
   double energy = 0;
   Vec3d gradient{0, 0, 0};
   double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
+  bool valid = true;  // else, without epsilon, the rest means nothing
 };
 
 /// Where the ball is valid each term is strictly convex and the Hessian exact. With
@@ -163,6 +164,7 @@ MESHSMOOTH_HD BallDerivatives differentiate(const Team& team, const Terms& terms
       chi = term.volume > 0 ? 0.5 * (term.volume + root) : 2 * e2 / (root - term.volume);
       slope = 1 / root;
     }
+    sum.valid = sum.valid && certainly_positive<kDimension>(term.volume, term.size);
     const InverseVolume<kDimension> inverse(chi);
     if (e2 == 0) slope = inverse.whole;
     const double f = term.weight * raise(term.size * inverse.scale * scale, energy.power);
@@ -183,6 +185,7 @@ MESHSMOOTH_HD BallDerivatives differentiate(const Team& team, const Terms& terms
     sum.xz += fu.x * u.z - fa.x * a.z + fb.x * b.z;
     sum.yz += fu.y * u.z - fa.y * a.z + fb.y * b.z;
   });
+  sum.valid = team.all(sum.valid);
   sum.energy = team.sum(sum.energy);
   sum.gradient = {team.sum(sum.gradient.x), team.sum(sum.gradient.y), team.sum(sum.gradient.z)};
   sum.xx = team.sum(sum.xx);

@@ -125,6 +125,13 @@ MESHSMOOTH_HD inline CornerTerm tetrahedron_term(Vec3d a, Vec3d b, Vec3d c) {
   return term;
 }
 
+/// The place of `node` among an element's nodes.
+MESHSMOOTH_HD inline int local_node(const ElementView& element, NodeId node) {
+  int own = 0;
+  while (element.nodes[own] != node) ++own;
+  return own;
+}
+
 /// Calls `body(term)` for the corners that change when `node` moves, as it lies at
 /// `place`: of a simplex one stands for all, they are equal. A team's thread takes the
 /// elements `rank`, `rank + size`, …
@@ -133,22 +140,23 @@ MESHSMOOTH_HD void visit_terms(const Team& team, const Surroundings& around, con
                                std::size_t node, Vec3<typename P::Real> place, Vec3d normal,
                                const Body& body) {
   const Vec3d own_place = vec3_cast<double>(place);
+  const auto relative = [&](NodeId other) {
+    return vec3_cast<double>(x[static_cast<std::size_t>(other)]) - own_place;
+  };
+  if (kDimension == 3 && around.opposite != nullptr) {
+    const std::int64_t last = around.balls.offsets[node + 1];
+    for (std::int64_t e = around.balls.offsets[node] + team.rank; e < last; e += team.size) {
+      const NodeId* const others = around.opposite + 3 * e;
+      body(tetrahedron_term(relative(others[0]), relative(others[1]), relative(others[2])));
+    }
+    return;
+  }
   const ElementId* const end = around.balls.end(node);
   for (const ElementId* e = around.balls.begin(node) + team.rank; e < end; e += team.size) {
     const ElementView element = around.elements[*e];
     const ElementShape& shape = *element.shape;
-    int own = 0;
-    while (static_cast<std::size_t>(element.nodes[own]) != node) ++own;
-    const auto get = [&](int n) {
-      return n == own
-                 ? Vec3d{0, 0, 0}
-                 : vec3_cast<double>(x[static_cast<std::size_t>(element.nodes[n])]) - own_place;
-    };
-    if (kDimension == 3 && shape.node_count == 4) {
-      const auto& others = shape.corners[own].neighbours;
-      body(tetrahedron_term(get(others[0]), get(others[1]), get(others[2])));
-      continue;
-    }
+    const int own = local_node(element, static_cast<NodeId>(node));
+    const auto get = [&](int n) { return n == own ? Vec3d{0, 0, 0} : relative(element.nodes[n]); };
     Vec3d reference{0, 0, 0};
     if constexpr (kDimension == 2) {
       reference = around.reference_of(*e);

@@ -71,6 +71,9 @@ struct MeshCounts {
   if (options.movement_limit) bytes += n * position;
   if (std::holds_alternative<Optimize>(options.method)) {
     bytes += n;  // states
+    const bool tetrahedra =
+        mesh.types == 1 && mesh.dimension == 3 && mesh.entries == 4 * mesh.elements;
+    if (tetrahedra) bytes += 3 * 4 * mesh.entries;  // opposite nodes
     // Of a tangled mesh what was given, and `limit_moves`.
     if (options.tangled == TangledPolicy::repair) bytes += n * (position + 3);
   }

@@ -88,14 +88,15 @@ class NodeOptimiser {
       : team_(team), terms_(terms), node_(node), normal_(normal), phase_(phase), leash_(leash) {}
 
   MESHSMOOTH_HD Visit<Real> visit() {
-    const BallScan scan = scan_ball<kDimension>(team_, terms_);
-    if (!scan.valid) return untangle(scan);
     double worst = 1;
     if (phase_.poor > 0) {
       worst = worst_inverse_ratio<kDimension>(team_, terms_, {0, 0, 0});
       if (worst <= phase_.poor) return {.place = terms_.place()};
+      if (worst == HUGE_VAL) return untangle();
     }
-    return descend({.power = phase_.power, .unit = worst});
+    const BallEnergy energy{.power = phase_.power, .unit = worst};
+    const BallDerivatives at = differentiate<kDimension>(team_, terms_, energy);
+    return at.valid ? descend(energy, at) : untangle();
   }
 
  private:
@@ -114,8 +115,7 @@ class NodeOptimiser {
   }
 
   /// A valid ball: one step down its energy.
-  MESHSMOOTH_HD Visit<Real> descend(const BallEnergy& energy) {
-    const BallDerivatives at = differentiate<kDimension>(team_, terms_, energy);
+  MESHSMOOTH_HD Visit<Real> descend(const BallEnergy& energy, const BallDerivatives& at) {
     const NewtonStep newton_step = newton(at);
     const double decrement = newton_step.decrement;
     if (!(decrement >= kRestDecrement)) return {.place = terms_.place()};
@@ -133,7 +133,8 @@ class NodeOptimiser {
 
   /// A tangled ball: two steps down the regularised energy; once it is valid, the
   /// second one as in a valid ball.
-  MESHSMOOTH_HD Visit<Real> untangle(BallScan scan) {
+  MESHSMOOTH_HD Visit<Real> untangle() {
+    BallScan scan = scan_ball<kDimension>(team_, terms_);
     Visit<Real> visit{.place = terms_.place(), .gain = 1, .tangled = true, .held = true};
     for (int step = 0; step < 2; ++step) {
       const BallEnergy energy{.power = 1, .epsilon_squared = epsilon_squared<kDimension>(scan)};
@@ -154,7 +155,7 @@ class NodeOptimiser {
       scan = scan_ball<kDimension>(team_, terms_);
       visit.tangled = !scan.valid;
       if (scan.valid && step == 0) {
-        visit.place = descend({}).place;
+        visit.place = descend({}, differentiate<kDimension>(team_, terms_, {})).place;
         break;
       }
     }

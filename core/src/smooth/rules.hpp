@@ -16,6 +16,9 @@ struct Surroundings {
   const std::uint8_t* fixed;          // one byte a node
   const PackedDirection* references;  // a normal per surface element; null: all have `reference`
   Vec3d reference;
+  // Of a mesh of tetrahedra, for Optimize: beside each entry of the balls the three other
+  // nodes, in the order of the corner's edges.
+  const NodeId* opposite = nullptr;
 
   [[nodiscard]] MESHSMOOTH_HD Vec3d reference_of(std::size_t element) const {
     return references == nullptr ? reference : unpack_direction(references[element]);
