@@ -92,6 +92,18 @@ Method decode_method(const v1::SmoothingOptions& message, const Method& fallback
   __builtin_unreachable();
 }
 
+v1::Goal encode_goal(Goal goal) {
+  switch (goal) {
+    case Goal::average:
+      return v1::GOAL_AVERAGE;
+    case Goal::balanced:
+      return v1::GOAL_BALANCED;
+    case Goal::worst:
+      return v1::GOAL_WORST;
+  }
+  __builtin_unreachable();
+}
+
 struct EncodeMethod {
   v1::SmoothingOptions& message;
 
@@ -110,6 +122,10 @@ struct EncodeMethod {
   void operator()(const HcLaplacian& method) const {
     message.mutable_hc_laplacian()->set_alpha(method.alpha);
     message.mutable_hc_laplacian()->set_beta(method.beta);
+  }
+  void operator()(const Optimize& method) const {
+    message.mutable_optimize()->set_goal(encode_goal(method.goal));
+    if (method.target_quality > 0) message.set_target_quality(method.target_quality);
   }
 };
 
@@ -185,6 +201,7 @@ v1::SmoothingOptions encode_options(const SmoothOptions& options) {
   message.set_guard(options.guard);
   message.set_tangled_policy(options.tangled == TangledPolicy::repair ? v1::TANGLED_POLICY_REPAIR
                                                                       : v1::TANGLED_POLICY_REFUSE);
+  if (options.movement_limit) message.set_movement_limit(*options.movement_limit);
   if (options.compute_budget) {
     *message.mutable_compute_budget() = encode_duration(*options.compute_budget);
   }

@@ -139,6 +139,8 @@ void encode_convergence(const Convergence& convergence, v1::ConvergenceStats* me
   copy_all(convergence.max_displacements, message->mutable_max_displacements());
   copy_all(convergence.rms_displacements, message->mutable_rms_displacements());
   copy_all(convergence.moved_node_counts, message->mutable_moved_node_counts());
+  copy_all(convergence.energies, message->mutable_energies());
+  copy_all(convergence.worst_mean_ratios, message->mutable_worst_mean_ratios());
 }
 
 Convergence decode_convergence(const v1::ConvergenceStats& message) {
@@ -151,8 +153,10 @@ Convergence decode_convergence(const v1::ConvergenceStats& message) {
       .held_node_count = message.held_node_count(),
       .max_displacements = {message.max_displacements().begin(), message.max_displacements().end()},
       .rms_displacements = {message.rms_displacements().begin(), message.rms_displacements().end()},
-      .moved_node_counts = {message.moved_node_counts().begin(),
-                            message.moved_node_counts().end()}};
+      .moved_node_counts = {message.moved_node_counts().begin(), message.moved_node_counts().end()},
+      .energies = {message.energies().begin(), message.energies().end()},
+      .worst_mean_ratios = {message.worst_mean_ratios().begin(),
+                            message.worst_mean_ratios().end()}};
 }
 
 void encode_times(const StageTimes& times, v1::Timings* message) {

@@ -32,6 +32,7 @@ TEST(ValidateOptions, AcceptsTheDefaultsOfEveryMethod) {
   EXPECT_EQ(rejected_field({.method = Laplacian{}}), "");
   EXPECT_EQ(rejected_field({.method = Taubin{}}), "");
   EXPECT_EQ(rejected_field({.method = HcLaplacian{}}), "");
+  EXPECT_EQ(rejected_field({.method = Optimize{}}), "");
 }
 
 TEST(ValidateOptions, HoldsRelaxationAboveZeroAndAtMostOne) {
@@ -63,6 +64,20 @@ TEST(ValidateOptions, HoldsHcSharesBetweenZeroAndOne) {
   EXPECT_EQ(rejected_field({.method = HcLaplacian{.alpha = 1, .beta = 0}}), "");
 }
 
+TEST(ValidateOptions, HoldsTheTargetQualityBelowOne) {
+  for (const double wrong : {-0.1, 1.0, kNan, kInfinity}) {
+    EXPECT_EQ(rejected_field({.method = Optimize{.target_quality = wrong}}), "target_quality");
+  }
+  EXPECT_EQ(rejected_field({.method = Optimize{.target_quality = 0.99}}), "");
+}
+
+TEST(ValidateOptions, HoldsTheMovementLimitAboveZero) {
+  for (const double wrong : {0.0, -1.0, kNan, kInfinity}) {
+    EXPECT_EQ(rejected_field({.movement_limit = wrong}), "movement_limit");
+  }
+  EXPECT_EQ(rejected_field({.movement_limit = 1e-9}), "");
+}
+
 TEST(ValidateOptions, HoldsLimitsAboveZero) {
   using namespace std::chrono_literals;
   EXPECT_EQ(rejected_field({.max_iterations = -1}), "max_iteration_count");
@@ -86,10 +101,14 @@ TEST(ValidateOptions, SaysValueAndRange) {
   }
 }
 
-TEST(ValidateOptions, SaysThatHcHasOnlyTheJacobiForm) {
-  for (const Form form : {Form::gauss_seidel, Form::racing}) {
+TEST(ValidateOptions, SaysWhichMethodsHaveOnlyOneForm) {
+  const SmoothOptions wrong[] = {{.method = HcLaplacian{}, .form = Form::gauss_seidel},
+                                 {.method = HcLaplacian{}, .form = Form::racing},
+                                 {.method = Optimize{}, .form = Form::jacobi},
+                                 {.method = Optimize{}, .form = Form::racing}};
+  for (const SmoothOptions& options : wrong) {
     try {
-      validate({.method = HcLaplacian{}, .form = form});
+      validate(options);
       FAIL() << "nothing thrown";
     } catch (const NotSupported& error) {
       EXPECT_EQ(error.reason(), "OPTION_NOT_SUPPORTED");
@@ -97,6 +116,7 @@ TEST(ValidateOptions, SaysThatHcHasOnlyTheJacobiForm) {
     }
   }
   EXPECT_NO_THROW(validate({.method = HcLaplacian{}, .form = Form::jacobi}));
+  EXPECT_NO_THROW(validate({.method = Optimize{}, .form = Form::gauss_seidel}));
 }
 
 TEST(MethodName, IsTheNameInTheProtocol) {
@@ -104,6 +124,7 @@ TEST(MethodName, IsTheNameInTheProtocol) {
   EXPECT_EQ(method_name(SmartLaplacian{}), "smart_laplacian");
   EXPECT_EQ(method_name(Taubin{}), "taubin");
   EXPECT_EQ(method_name(HcLaplacian{}), "hc_laplacian");
+  EXPECT_EQ(method_name(Optimize{}), "optimize");
 }
 
 }  // namespace

@@ -48,6 +48,19 @@ inline double difference(const Mesh& mesh, const oracle::Points& expected) {
   return oracle::max_distance(oracle::to_points(mesh), expected) / diagonal(mesh);
 }
 
+/// Whether every element that is valid in `before` is in `after`.
+inline bool keeps_valid_elements(const Mesh& before, const Mesh& after) {
+  const oracle::Points x = oracle::to_points(before);
+  const oracle::Points y = oracle::to_points(after);
+  for (const oracle::Element& e : oracle::elements(before)) {
+    const auto ratio = [&](const oracle::Points& at) {
+      return oracle::quality(e.type, oracle::corners(e, at)).mean_ratio;
+    };
+    if (ratio(x) > 1e-6 && !(ratio(y) > 0)) return false;
+  }
+  return true;
+}
+
 /// Options that do exactly `count` sweeps of the bare method.
 inline SmoothOptions sweeps(int count, const Method& method, Form form = Form::jacobi) {
   return {
@@ -76,9 +89,16 @@ inline std::vector<Way> ways(bool with_racing) {
       {"smart_volume", SmartLaplacian{Weighting::ball_volume, 0.7}},
       {"taubin", Taubin{}},
       {"hc", HcLaplacian{}},
-      {"hc_held", HcLaplacian{.alpha = 0.2, .beta = 0.6}}};
+      {"hc_held", HcLaplacian{.alpha = 0.2, .beta = 0.6}},
+      {"optimize_average", Optimize{.goal = Goal::average}},
+      {"optimize_balanced", Optimize{}},
+      {"optimize_worst", Optimize{.goal = Goal::worst}}};
   std::vector<Way> result;
   for (const auto& [name, method] : methods) {
+    if (std::holds_alternative<Optimize>(method)) {
+      result.push_back({name, method, Form::gauss_seidel});
+      continue;
+    }
     result.push_back({name + "_jacobi", method, Form::jacobi});
     if (std::holds_alternative<HcLaplacian>(method)) continue;
     result.push_back({name + "_gauss_seidel", method, Form::gauss_seidel});

@@ -193,7 +193,9 @@ SmoothSummary full_summary() {
                    .held_node_count = 6,
                    .max_displacements = {7, 8},
                    .rms_displacements = {9, 10},
-                   .moved_node_counts = {11, 12}};
+                   .moved_node_counts = {11, 12},
+                   .energies = {1.5, 1.25},
+                   .worst_mean_ratios = {0.2, 0.3}};
   s.quality_before = {.element_count = 13,
                       .inverted_count = 14,
                       .degenerate_count = 15,
@@ -232,6 +234,8 @@ TEST(DecodeSummary, ReadsWhatEncodeWrote) {
   EXPECT_EQ(s.stop_reason, StopReason::stagnated);
   EXPECT_EQ(s.convergence.held_node_count, 6);
   EXPECT_THAT(s.convergence.moved_node_counts, ::testing::ElementsAre(11, 12));
+  EXPECT_THAT(s.convergence.energies, ::testing::ElementsAre(1.5, 1.25));
+  EXPECT_THAT(s.convergence.worst_mean_ratios, ::testing::ElementsAre(0.2, 0.3));
   EXPECT_EQ(s.quality_before.sum_absolute_volume, 16);
   EXPECT_EQ(s.quality_before.metrics.at(0).metric, QualityMetric::radius_ratio);
   EXPECT_THAT(s.quality_before.metrics.at(0).histogram, ::testing::ElementsAre(24, 25));

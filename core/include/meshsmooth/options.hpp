@@ -9,7 +9,7 @@ namespace meshsmooth {
 
 /// In which order the nodes of one sweep see each other's moves.
 enum class Form {
-  automatic,     // gauss_seidel for SmartLaplacian and for weights by edge length, else jacobi
+  automatic,     // gauss_seidel for SmartLaplacian and Optimize, else jacobi
   jacobi,        // form A of the paper: read the old positions, write new ones
   gauss_seidel,  // in place, colour by colour; deterministic
   racing,        // form B of the paper: in place, unordered; not deterministic
@@ -19,9 +19,13 @@ enum class BoundaryPolicy { fixed, free };
 
 enum class TangledPolicy { repair, refuse };
 
+/// When a method has converged. In the mesh's unit it is a length, and no node has moved
+/// farther in the last sweep. Relative it is a share: of the bounding box's diagonal, for
+/// that move; for `Optimize` the share by which a sweep lowers the p-norm of a ball's
+/// inverse mean ratios, in the mean over the free nodes.
 struct Tolerance {
   double value = 1e-4;
-  bool relative = true;  // to the bounding box's diagonal; else in the mesh's unit
+  bool relative = true;
 };
 
 struct SmoothOptions {
@@ -33,6 +37,9 @@ struct SmoothOptions {
   bool guard = true;  // a valid element stays valid
   TangledPolicy tangled = TangledPolicy::repair;
   std::optional<std::chrono::nanoseconds> compute_budget = {};
+  /// No node ends farther than this from where it began, to the rounding of the
+  /// coordinates; in the mesh's unit, above 0.
+  std::optional<double> movement_limit = {};
   bool history = false;
 };
 

@@ -21,12 +21,17 @@ struct Convergence {
   int iteration_count = 0;
   double last_max_displacement = 0;  // in the mesh's unit
   double last_rms_displacement = 0;
-  double tolerance = 0;  // in the mesh's unit
+  double tolerance = 0;  // in the mesh's unit; 0 where Optimize goes by its energy
   double bounding_box_diagonal = 0;
   std::int64_t held_node_count = 0;       // moves refused or cut short in the last sweep
   std::vector<double> max_displacements;  // with SmoothOptions::history
   std::vector<double> rms_displacements;
   std::vector<std::int64_t> moved_node_counts;
+  /// Optimize with SmoothOptions::history: after each sweep the p-mean of the inverse mean
+  /// ratios of all corners that can change, weighted as by the method, at least 1, p that of the
+  /// sweep's phase (Goal::worst has 4, 8, 16, 32); infinite while the mesh is tangled.
+  std::vector<double> energies;
+  std::vector<double> worst_mean_ratios;  // of those corners; 0 or less while tangled
 };
 
 struct NodeCounts {

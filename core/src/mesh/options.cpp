@@ -40,6 +40,10 @@ struct ValidateMethod {
     need(m.alpha >= 0 && m.alpha <= 1, "hc_laplacian.alpha", m.alpha, "from 0 to 1");
     need(m.beta >= 0 && m.beta <= 1, "hc_laplacian.beta", m.beta, "from 0 to 1");
   }
+  void operator()(const Optimize& m) const {
+    need(m.target_quality >= 0 && m.target_quality < 1, "target_quality", m.target_quality,
+         "0 or more and below 1");
+  }
 };
 
 struct MethodName {
@@ -47,6 +51,7 @@ struct MethodName {
   std::string_view operator()(const SmartLaplacian&) const { return "smart_laplacian"; }
   std::string_view operator()(const Taubin&) const { return "taubin"; }
   std::string_view operator()(const HcLaplacian&) const { return "hc_laplacian"; }
+  std::string_view operator()(const Optimize&) const { return "optimize"; }
 };
 
 }  // namespace
@@ -63,6 +68,17 @@ void validate(const SmoothOptions& options) {
   if (options.compute_budget) {
     const double seconds = std::chrono::duration<double>(*options.compute_budget).count();
     need(seconds > 0, "compute_budget", seconds, "above 0 seconds");
+  }
+  if (options.movement_limit) {
+    need(*options.movement_limit > 0 && std::isfinite(*options.movement_limit), "movement_limit",
+         *options.movement_limit, "finite and above 0");
+  }
+  if (std::holds_alternative<Optimize>(options.method) && options.form != Form::automatic &&
+      options.form != Form::gauss_seidel) {
+    throw NotSupported("OPTION_NOT_SUPPORTED",
+                       "optimize judges each move by the newest places of the nodes around, it "
+                       "has only the gauss_seidel form",
+                       {{"field", "form"}});
   }
   if (std::holds_alternative<HcLaplacian>(options.method) && options.form != Form::automatic &&
       options.form != Form::jacobi) {

@@ -24,6 +24,7 @@ namespace meshsmooth::detail {
 ///   adder()               fetch_add for bodies that share a slot
 ///   store, load           of slots that other bodies use at the same time
 ///   RacingPositions<Real>    positions that bodies read and write at the same time
+///   kKeptCorners          corners of a ball that a body may keep beside itself
 ///   Timer(executor, seconds)  adds the time of the work inside its lifetime, at the
 ///                         latest when `collect_times()` returns
 ///   check()               throws Cancelled or DeadlineExceeded when the job must end

@@ -68,6 +68,15 @@ struct MeshCounts {
   if (active && !in_place) bytes += n * (acceptance_of(options).smart ? 11 : 3);
   if (std::holds_alternative<Taubin>(options.method)) bytes += n * position;
   if (std::holds_alternative<HcLaplacian>(options.method)) bytes += 2 * n * position;
+  if (options.movement_limit) bytes += n * position;
+  if (std::holds_alternative<Optimize>(options.method)) {
+    bytes += n;  // states
+    const bool tetrahedra =
+        mesh.types == 1 && mesh.dimension == 3 && mesh.entries == 4 * mesh.elements;
+    if (tetrahedra) bytes += 3 * 4 * mesh.entries;  // opposite nodes
+    // Of a tangled mesh what was given, and `limit_moves`.
+    if (options.tangled == TangledPolicy::repair) bytes += n * (position + 3);
+  }
   return bytes;
 }
 

@@ -16,6 +16,9 @@ struct Surroundings {
   const std::uint8_t* fixed;          // one byte a node
   const PackedDirection* references;  // a normal per surface element; null: all have `reference`
   Vec3d reference;
+  // Of a mesh of tetrahedra, for Optimize: beside each entry of the balls the three other
+  // nodes, in the order of the corner's edges.
+  const NodeId* opposite = nullptr;
 
   [[nodiscard]] MESHSMOOTH_HD Vec3d reference_of(std::size_t element) const {
     return references == nullptr ? reference : unpack_direction(references[element]);
@@ -117,6 +120,24 @@ MESHSMOOTH_HD Vec3<typename P::Real> step_towards(const Mean& mean, const Surrou
   return step_to(mean(around, x, node), x[node], factor);
 }
 
+/// How far a node may go: at most `limit` from where the caller had it. No leash
+/// without `home`.
+template <class Real>
+struct Leash {
+  const Vec3<Real>* home = nullptr;
+  double limit = 0;
+
+  /// The place, drawn back towards home where it is too far, to the rounding of the
+  /// coordinates.
+  [[nodiscard]] MESHSMOOTH_HD Vec3<Real> hold(std::size_t node, Vec3<Real> place) const {
+    if (home == nullptr) return place;
+    const Vec3d from = vec3_cast<double>(home[node]);
+    const Vec3d way = vec3_cast<double>(place) - from;
+    const double length = norm(way);
+    return length <= limit ? place : vec3_cast<Real>(from + (limit / length) * way);
+  }
+};
+
 /// Which moves are taken. Judged in double on the positions as they are stored.
 struct Acceptance {
   bool guard = false;  // a valid element stays valid
@@ -155,6 +176,7 @@ struct SingleThread {
   static constexpr int size = 1;
   static constexpr int rank = 0;
   [[nodiscard]] MESHSMOOTH_HD double lowest(double value) const { return value; }
+  [[nodiscard]] MESHSMOOTH_HD double sum(double value) const { return value; }
   [[nodiscard]] MESHSMOOTH_HD bool all(bool value) const { return value; }
 };
 

@@ -43,6 +43,11 @@ SweepStats measure_moves(E& executor, std::size_t node_count, const Vec3<Real>* 
       AddStats{});
 }
 
+template <Executor E, class Real>
+void copy_positions(E& executor, std::size_t node_count, const Vec3<Real>* from, Vec3<Real>* to) {
+  executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) { to[node] = from[node]; });
+}
+
 /// Cuts back the moves of a sweep in which nodes did not see each other: while
 /// an element breaks the acceptance, the moves of its nodes (guard) or of the
 /// node whose ball it worsens (smart) are halved, the fourth time taken back.
@@ -141,13 +146,14 @@ SweepStats limit_and_measure(E& executor, const Surroundings& around, Acceptance
 /// cost   O(ring entries); when the acceptance is active also limit_moves
 template <Executor E, class Mean, class Real>
 SweepStats sweep_jacobi(E& executor, const Surroundings& around, const Mean& mean, Real factor,
-                        Acceptance acceptance, const Vec3<Real>* before, Vec3<Real>* after) {
+                        Acceptance acceptance, const Vec3<Real>* before, Vec3<Real>* after,
+                        Leash<Real> leash = {}) {
   const QuietPositions<Real> x{before};
   const SweepStats stats = executor.reduce(
       around.node_count, SweepStats{},
       [=] MESHSMOOTH_HD(std::size_t node) {
         if (around.fixed[node] != 0) return SweepStats{};
-        after[node] = step_towards(mean, around, x, node, factor);
+        after[node] = leash.hold(node, step_towards(mean, around, x, node, factor));
         return stats_of_move(before[node], after[node], false);
       },
       AddStats{});
@@ -160,8 +166,9 @@ template <class Team, class Mean, class P>
 MESHSMOOTH_HD Vec3<typename P::Real> move_node(const Team& team, const Surroundings& around,
                                                const P& x, std::size_t node, const Mean& mean,
                                                typename P::Real factor, Acceptance acceptance,
-                                               bool& held) {
-  const Vec3<typename P::Real> place = step_towards(mean, around, x, node, factor);
+                                               bool& held, Leash<typename P::Real> leash = {}) {
+  const Vec3<typename P::Real> place =
+      leash.hold(node, step_towards(mean, around, x, node, factor));
   return acceptance.active() ? accept_move(team, around, x, node, place, acceptance, held) : place;
 }
 
@@ -169,7 +176,8 @@ MESHSMOOTH_HD Vec3<typename P::Real> move_node(const Team& team, const Surroundi
 template <Executor E, class Mean, class Real>
 SweepStats sweep_gauss_seidel(E& executor, const Surroundings& around,
                               const Colouring<E>& colouring, const Mean& mean, Real factor,
-                              Acceptance acceptance, Vec3<Real>* positions) {
+                              Acceptance acceptance, Vec3<Real>* positions,
+                              Leash<Real> leash = {}) {
   const QuietPositions<Real> x{positions};
   SweepStats stats;
   for (std::size_t c = 0; c < colouring.count(); ++c) {
@@ -181,7 +189,7 @@ SweepStats sweep_gauss_seidel(E& executor, const Surroundings& around,
                           bool held = false;
                           const Vec3<Real> before = x[node];
                           const Vec3<Real> place = move_node(SingleThread{}, around, x, node, mean,
-                                                             factor, acceptance, held);
+                                                             factor, acceptance, held, leash);
                           positions[node] = place;
                           return stats_of_move(before, place, held);
                         },
@@ -195,7 +203,8 @@ SweepStats sweep_gauss_seidel(E& executor, const Surroundings& around,
 /// active, which judges the sweep as a whole.
 template <Executor E, class Mean, class Real>
 SweepStats sweep_racing(E& executor, const Surroundings& around, const Mean& mean, Real factor,
-                        Acceptance acceptance, Vec3<Real>* before, Vec3<Real>* positions) {
+                        Acceptance acceptance, Vec3<Real>* before, Vec3<Real>* positions,
+                        Leash<Real> leash = {}) {
   if (acceptance.active()) {
     executor.for_each(around.node_count,
                       [=] MESHSMOOTH_HD(std::size_t node) { before[node] = positions[node]; });
@@ -206,7 +215,7 @@ SweepStats sweep_racing(E& executor, const Surroundings& around, const Mean& mea
       [=] MESHSMOOTH_HD(std::size_t node) {
         if (around.fixed[node] != 0) return SweepStats{};
         const Vec3<Real> old_place = x[node];
-        const Vec3<Real> place = step_towards(mean, around, x, node, factor);
+        const Vec3<Real> place = leash.hold(node, step_towards(mean, around, x, node, factor));
         x.store(node, place);
         return stats_of_move(old_place, place, false);
       },
@@ -221,7 +230,7 @@ SweepStats sweep_racing(E& executor, const Surroundings& around, const Mean& mea
 template <Executor E, class Real>
 SweepStats sweep_hc(E& executor, const Surroundings& around, Real alpha, Real beta,
                     Acceptance acceptance, const Vec3<Real>* original, const Vec3<Real>* before,
-                    Vec3<Real>* after, Vec3<Real>* differences) {
+                    Vec3<Real>* after, Vec3<Real>* differences, Leash<Real> leash = {}) {
   const QuietPositions<Real> x{before};
   executor.for_each(around.node_count, [=] MESHSMOOTH_HD(std::size_t node) {
     const bool fixed = around.fixed[node] != 0;
@@ -232,8 +241,8 @@ SweepStats sweep_hc(E& executor, const Surroundings& around, Real alpha, Real be
   const QuietPositions<Real> b{differences};
   executor.for_each(around.node_count, [=] MESHSMOOTH_HD(std::size_t node) {
     if (around.fixed[node] != 0) return;
-    after[node] =
-        after[node] - (beta * differences[node] + (1 - beta) * UniformMean{}(around, b, node));
+    after[node] = leash.hold(node, after[node] - (beta * differences[node] +
+                                                  (1 - beta) * UniformMean{}(around, b, node)));
   });
   if (!acceptance.active()) return measure_moves(executor, around.node_count, before, after);
   return limit_and_measure(executor, around, acceptance, before, after);

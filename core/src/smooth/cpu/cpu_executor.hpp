@@ -105,6 +105,7 @@ class CpuExecutor {
   using Buffer = CpuBuffer<T>;
   template <class Real>
   using RacingPositions = CpuRacingPositions<Real>;
+  static constexpr int kKeptCorners = 96;
 
   CpuExecutor(tbb::task_arena& arena, const Interrupt& interrupt)
       : arena_(arena), interrupt_(interrupt) {}
@@ -135,11 +136,11 @@ class CpuExecutor {
   /// Calls `body(begin, end)` for consecutive ranges that cover [0, count);
   /// stops early when the job is interrupted, which `check` then reports.
   template <class Body>
-  void for_each_range(std::size_t count, const Body& body) {
-    const std::size_t chunks = chunk_count(count);
+  void for_each_range(std::size_t count, const Body& body, std::size_t size = kChunk) {
+    const std::size_t chunks = (count + size - 1) / size;
     const auto run = [&](std::size_t chunk) {
       if (interrupt_.requested()) return;
-      body(chunk * kChunk, std::min(count, (chunk + 1) * kChunk));
+      body(chunk * size, std::min(count, (chunk + 1) * size));
     };
     if (chunks <= 1 || arena_.max_concurrency() == 1) {
       for (std::size_t chunk = 0; chunk < chunks; ++chunk) run(chunk);
@@ -158,12 +159,17 @@ class CpuExecutor {
 
   template <class T, class Body, class Combine>
   [[nodiscard]] T reduce(std::size_t count, T zero, const Body& body, const Combine& combine) {
-    std::vector<T> partial(chunk_count(count), zero);
-    for_each_range(count, [&](std::size_t begin, std::size_t end) {
-      T sum = zero;
-      for (std::size_t i = begin; i < end; ++i) sum = combine(sum, body(i));
-      partial[chunk_of(begin)] = sum;
-    });
+    // A few bodies may be long ones: the last colours of a sweep.
+    const std::size_t size = std::clamp<std::size_t>(count / 32, 32, kChunk);
+    std::vector<T> partial((count + size - 1) / size, zero);
+    for_each_range(
+        count,
+        [&](std::size_t begin, std::size_t end) {
+          T sum = zero;
+          for (std::size_t i = begin; i < end; ++i) sum = combine(sum, body(i));
+          partial[begin / size] = sum;
+        },
+        size);
     T sum = zero;
     for (const T& part : partial) sum = combine(sum, part);
     return sum;

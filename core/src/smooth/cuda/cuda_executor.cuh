@@ -211,6 +211,7 @@ class CudaExecutor {
   using HostArray = DeviceBuffer<T>;
   template <class Real>
   using RacingPositions = CudaRacingPositions<Real>;
+  static constexpr int kKeptCorners = 1;  // more would lie in memory anyway
 
   CudaExecutor(CudaLane& lane, const Interrupt& interrupt) : lane_(lane), interrupt_(interrupt) {
     ticket_ = allocate<unsigned int>(1);

@@ -13,6 +13,8 @@ void run_sweeps(CudaExecutor& executor, Sweeper<CudaExecutor, Real>& sweeper, co
                 double factor, ConvergenceWatch& watch) {
   const Surroundings& around = sweeper.around();
   const auto f = static_cast<Real>(factor);
+  // These kernels know no leash.
+  if (sweeper.leashed()) return run_sweeps_one_by_one(sweeper, mean, factor, watch);
   if (sweeper.form() == Form::gauss_seidel) {
     // A thread per element of an ordinary ball.
     return dot(around.reference, around.reference) > 0 || around.references != nullptr

@@ -1,0 +1,142 @@
+// Promises of every method on meshes that nobody has thought of. How many:
+// MESHSMOOTH_RANDOM_MESHES, 1000 by default.
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <random>
+
+#include "core/smoothing.hpp"
+#include "support/descent.hpp"
+
+namespace meshsmooth {
+namespace {
+
+int mesh_count() {
+  const char* const wish = std::getenv("MESHSMOOTH_RANDOM_MESHES");
+  return wish == nullptr ? 1000 : std::atoi(wish);
+}
+
+bool is_valid(const Mesh& mesh) {
+  const QualityStats quality = measure_quality(mesh);
+  return quality.inverted_count == 0 && quality.degenerate_count == 0;
+}
+
+/// A lattice, or all volume types together, sheared, stretched, thrown about, some of its
+/// nodes fixed.
+class RandomMesh {
+ public:
+  explicit RandomMesh(unsigned seed) : random_(seed), seed_(seed) {
+    const int kind = pick(0, static_cast<int>(kElementTypeCount));
+    const bool mixed = kind == static_cast<int>(kElementTypeCount);
+    lattice_ = mixed ? test::mixed_stack(pick(2, 3))
+                     : test::lattice(static_cast<ElementType>(kind), pick(2, 4));
+    if (pick(0, 1) == 1) {
+      for (std::size_t n = 0; n < lattice_.node_count(); ++n) {
+        lattice_.fixed.push_back(pick(0, 3) == 0 ? 1 : 0);
+      }
+    }
+    const bool surface = !mixed && test::oracle::is_surface(static_cast<ElementType>(kind));
+    for (double& s : stretch_) s = std::exp(uniform(-1.5, 1.5));
+    for (double& s : shear_) s = uniform(-0.7, 0.7);
+    if (surface) shear_[1] = shear_[2] = 0;
+  }
+
+  /// Thrown about by as much as leaves it valid.
+  [[nodiscard]] Mesh valid() {
+    for (double size = uniform(0.05, 0.6);; size *= 0.7) {
+      Mesh mesh = thrown(size);
+      if (is_valid(mesh)) return mesh;
+    }
+  }
+  [[nodiscard]] Mesh thrown(double size) const {
+    return test::mapped(test::noisy(lattice_, size, seed_), [this](Vec3d p) {
+      return Vec3d{stretch_[0] * (p.x + shear_[0] * p.y + shear_[1] * p.z),
+                   stretch_[1] * (p.y + shear_[2] * p.z), stretch_[2] * p.z};
+    });
+  }
+  [[nodiscard]] int pick(int low, int high) {
+    return std::uniform_int_distribution<int>(low, high)(random_);
+  }
+  [[nodiscard]] double uniform(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random_);
+  }
+
+ private:
+  std::mt19937_64 random_;
+  unsigned seed_;
+  Mesh lattice_;
+  double stretch_[3];
+  double shear_[3];
+};
+
+TEST(RandomMeshes, NeverBecomeInvalidByAnyMethod) {
+  const std::vector<test::Way> ways = test::ways(true);
+  int moved = 0;
+  for (int seed = 0; seed < mesh_count(); ++seed) {
+    RandomMesh random(static_cast<unsigned>(seed));
+    Mesh mesh = random.valid();
+    if (random.pick(0, 3) == 0 && is_valid(test::as_float32(mesh))) mesh = test::as_float32(mesh);
+    std::vector<test::Way> tried = {ways[static_cast<std::size_t>(seed) % ways.size()]};
+    for (const Goal goal : {Goal::average, Goal::balanced, Goal::worst}) {
+      tried.push_back({"optimize", Optimize{.goal = goal}, Form::gauss_seidel});
+    }
+    for (const test::Way& way : tried) {
+      SmoothOptions options{
+          .method = way.method, .form = way.form, .max_iterations = random.pick(1, 30)};
+      if (random.pick(0, 4) == 0) options.boundary = BoundaryPolicy::free;
+      if (random.pick(0, 4) == 0) options.movement_limit = random.uniform(0.01, 0.3);
+
+      const test::Job job = test::smooth(mesh, options);
+
+      moved += job.summary.nodes.moved > 0 ? 1 : 0;
+      EXPECT_EQ(job.summary.quality_after.inverted_count, 0) << seed << " " << way.name;
+      EXPECT_EQ(job.summary.quality_after.degenerate_count, 0) << seed << " " << way.name;
+    }
+  }
+  EXPECT_GT(moved, mesh_count());
+}
+
+TEST(RandomMeshes, NeverGetMoreEnergyByASweep) {
+  for (int seed = 0; seed < mesh_count() / 4; ++seed) {
+    RandomMesh random(static_cast<unsigned>(seed));
+    const Mesh mesh = random.valid();
+    for (const Goal goal : {Goal::average, Goal::balanced}) {
+      const double p = goal == Goal::average ? 1 : 2;
+      double before = test::oracle::mean_energy(mesh, p);
+      for (int sweeps = 1; sweeps <= 4; ++sweeps) {
+        const test::Job job = test::smooth(
+            mesh, {.method = Optimize{.goal = goal}, .max_iterations = sweeps, .tolerance = {0}});
+        if (job.summary.convergence.iteration_count < sweeps) break;
+        const double after = test::oracle::mean_energy(job.mesh, p);
+        EXPECT_LE(after, before * (1 + 1e-13)) << seed;
+        before = after;
+      }
+    }
+  }
+}
+
+TEST(RandomMeshes, KeepTheirValidElementsWhenTheyAreTangled) {
+  int tangled = 0, mended = 0;
+  for (int seed = 0; seed < mesh_count() / 4; ++seed) {
+    RandomMesh random(static_cast<unsigned>(seed));
+    const Mesh mesh = random.thrown(random.uniform(0.5, 1.2));
+    const std::int64_t inverted = measure_quality(mesh).inverted_count;
+    if (inverted == 0 || inverted == static_cast<std::int64_t>(mesh.element_count())) continue;
+    ++tangled;
+    for (const Goal goal : {Goal::average, Goal::worst}) {
+      SmoothOptions options{.method = Optimize{.goal = goal}};
+      options.max_iterations = random.pick(1, 40);
+
+      const test::Job job = test::smooth(mesh, options);
+
+      EXPECT_TRUE(test::keeps_valid_elements(mesh, job.mesh)) << seed;
+      mended += job.summary.quality_after.inverted_count == 0 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(tangled, mesh_count() / 20);
+  EXPECT_GT(mended, tangled / 2);
+}
+
+}  // namespace
+}  // namespace meshsmooth
