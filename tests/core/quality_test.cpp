@@ -4,6 +4,8 @@
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/task_arena.h>
 
+#include <algorithm>
+#include <map>
 #include <numbers>
 #include <numeric>
 
@@ -51,6 +53,7 @@ void expect_same_bits(const QualityStats& a, const QualityStats& b) {
   EXPECT_EQ(a.inverted_count, b.inverted_count);
   EXPECT_EQ(a.degenerate_count, b.degenerate_count);
   EXPECT_EQ(a.sum_absolute_volume, b.sum_absolute_volume);
+  EXPECT_EQ(a.enclosed_volume, b.enclosed_volume);
   ASSERT_EQ(a.metrics.size(), b.metrics.size());
   for (std::size_t m = 0; m < a.metrics.size(); ++m) {
     EXPECT_EQ(a.metrics[m].metric, b.metrics[m].metric);
@@ -467,6 +470,67 @@ TEST(MeasureQuality, FindsEveryLatticeValidAndOfItsVolume) {
   }
 }
 
+/// Of the facets that stand alone, each a fan of triangles around the mean of its nodes,
+/// which for a bilinear patch has the patch's cone.
+double volume_inside_boundary(const Mesh& mesh) {
+  const std::vector<Vec3d>& p = test::points(mesh);
+  std::map<std::vector<NodeId>, std::vector<std::vector<NodeId>>> uses;
+  for (const test::oracle::Element& e : test::oracle::elements(mesh)) {
+    const ElementShape& shape = element_shape(e.type);
+    for (int f = 0; f < shape.facet_count; ++f) {
+      std::vector<NodeId> nodes;
+      for (int n = 0; n < shape.facets[f].node_count; ++n) {
+        nodes.push_back(e.nodes[static_cast<std::size_t>(shape.facets[f].nodes[n])]);
+      }
+      std::vector<NodeId> key = nodes;
+      std::ranges::sort(key);
+      uses[key].push_back(nodes);
+    }
+  }
+  double volume = 0;
+  for (const auto& [key, facets] : uses) {
+    if (facets.size() != 1) continue;
+    const std::vector<NodeId>& nodes = facets[0];
+    Vec3d centre{0, 0, 0};
+    for (const NodeId n : nodes) centre += (1.0 / static_cast<double>(nodes.size())) * p[n];
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+      volume += dot(centre, cross(p[nodes[n]], p[nodes[(n + 1) % nodes.size()]])) / 6;
+    }
+  }
+  return volume;
+}
+
+/// With a boundary that is curved, so that its facets of four nodes are not plane.
+Mesh warped(Mesh mesh) {
+  for (Vec3d& p : test::points(mesh)) {
+    p += Vec3d{0.02 * p.y * p.z, 0.03 * p.x * p.z, 0.01 * p.x * p.y};
+  }
+  return mesh;
+}
+
+TEST(MeasureQuality, FindsWhatTheBoundaryEncloses) {
+  for (const ElementType type : kElementTypes) {
+    if (test::oracle::is_surface(type)) continue;
+    const Mesh good = warped(test::noisy(test::lattice(type, 4), 0.1, 8));
+    const Mesh tangled = warped(test::noisy(test::lattice(type, 4), 0.6, 8));
+    for (const Mesh& mesh : {good, tangled}) {
+      EXPECT_NEAR(measure_quality(mesh).enclosed_volume, volume_inside_boundary(mesh), 1e-11)
+          << element_shape(type).name;
+    }
+    const QualityStats valid = measure_quality(good), overlapping = measure_quality(tangled);
+    EXPECT_EQ(valid.inverted_count, 0);
+    EXPECT_NEAR(valid.sum_absolute_volume, valid.enclosed_volume, 1e-11);
+    EXPECT_GT(overlapping.inverted_count, 0);
+    // Others can be inverted at a corner and yet have their volume.
+    if (type == ElementType::tetrahedron) {
+      EXPECT_GT(overlapping.sum_absolute_volume, overlapping.enclosed_volume + 0.1);
+    }
+  }
+  const Mesh mixed = warped(test::noisy(test::mixed_stack(3), 0.2, 8));
+  EXPECT_NEAR(measure_quality(mixed).enclosed_volume, volume_inside_boundary(mixed), 1e-11);
+  EXPECT_EQ(measure_quality(test::lattice(ElementType::quad, 3)).enclosed_volume, 0);
+}
+
 TEST(MeasureQuality, CountsMeasureEveryElementOfAMeshWithReversedNodeOrder) {
   for (const ElementType type : {ElementType::tetrahedron, ElementType::pyramid, ElementType::wedge,
                                  ElementType::hexahedron}) {
@@ -530,6 +594,8 @@ TEST(MeasureQuality, GivesTheSameBitsWhenScaledByAPowerOfTwo) {
 
   EXPECT_EQ(large.sum_absolute_volume, std::ldexp(stats.sum_absolute_volume, 60));
   large.sum_absolute_volume = stats.sum_absolute_volume;
+  EXPECT_EQ(large.enclosed_volume, std::ldexp(stats.enclosed_volume, 60));
+  large.enclosed_volume = stats.enclosed_volume;
   expect_same_bits(stats, large);
 }
 

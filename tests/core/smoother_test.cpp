@@ -285,6 +285,7 @@ TEST_P(EveryWay, JudgesBeforeAndAfterAsTheMeshesAre) {
     EXPECT_EQ(told.element_count, truth.element_count);
     EXPECT_EQ(told.inverted_count, truth.inverted_count);
     EXPECT_NEAR(told.sum_absolute_volume, truth.sum_absolute_volume, 1e-11);
+    EXPECT_NEAR(told.enclosed_volume, truth.enclosed_volume, 1e-11);
     ASSERT_EQ(told.metrics.size(), truth.metrics.size());
     for (std::size_t m = 0; m < told.metrics.size(); ++m) {
       EXPECT_EQ(told.metrics[m].min, truth.metrics[m].min);

@@ -50,6 +50,10 @@ struct QualityStats {
   /// Not inverted, but the sign of a corner is not decidable in double.
   std::int64_t degenerate_count = 0;
   double sum_absolute_volume = 0;  // area for surface elements
+  /// What the boundary facets enclose, by the divergence theorem: the sum of the
+  /// signed volumes, in which each facet between two elements cancels. Differs from
+  /// the sum above where elements overlap, inverted ones twice. 0 for surfaces.
+  double enclosed_volume = 0;
   std::vector<MetricStats> metrics;
   std::vector<ElementQuality> worst;  // by mean ratio, then id; worst first; at most 10
 };

@@ -93,6 +93,7 @@ QualityStats measure_runs(const std::vector<ElementRun<Real>>& runs,
   for (const ChunkSums& chunk : chunk_sums) {
     for (std::size_t m = 0; m < kMetricCount; ++m) sums.values[m] += chunk.values[m];
     sums.volume += chunk.volume;
+    sums.enclosed_volume += chunk.enclosed_volume;
   }
   std::int64_t element_count = 0;
   for (const ElementRun<Real>& run : runs) {

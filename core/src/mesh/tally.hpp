@@ -52,7 +52,8 @@ inline bool worse(const ElementQuality& a, const ElementQuality& b) {
 
 struct ChunkSums {
   std::array<double, kMetricCount> values{};
-  double volume = 0;
+  double volume = 0;           // of |V|
+  double enclosed_volume = 0;  // of V, volume elements only
 };
 
 /// What one thread has counted. Nothing here depends on the order of elements.
@@ -80,6 +81,7 @@ struct Tally {
     inverted += measure.inverted ? 1 : 0;
     degenerate += measure.degenerate ? 1 : 0;
     sums.volume += std::abs(measure.volume);
+    if (element_shape(type).dimension == 3) sums.enclosed_volume += measure.volume;
     add(QualityMetric::mean_ratio, measure.mean_ratio, sums);
     add(QualityMetric::scaled_jacobian, measure.scaled_jacobian, sums);
     if (type == ElementType::tetrahedron) {
@@ -146,6 +148,7 @@ inline QualityStats summarize(Tally tally, const ChunkSums& sums, std::int64_t e
   stats.inverted_count = tally.inverted;
   stats.degenerate_count = tally.degenerate;
   stats.sum_absolute_volume = sums.volume;
+  stats.enclosed_volume = sums.enclosed_volume;
   for (std::size_t m = 0; m < kMetricCount; ++m) {
     std::int64_t count = 0;
     for (const std::int64_t in_bin : tally.bins[m]) count += in_bin;

@@ -154,7 +154,7 @@ __global__ void __launch_bounds__(kBlockSize, 2)
   __syncthreads();
 
   const double infinity = HUGE_VAL;
-  double sums[5] = {}, volume = 0;
+  double sums[5] = {}, volume = 0, enclosed = 0;
   double min[5] = {infinity, infinity, infinity, infinity, infinity};
   double max[5] = {-infinity, -infinity, -infinity, -infinity, -infinity};
   unsigned int inverted = 0, degenerate = 0, locked = 0, locked_inverted = 0;
@@ -183,6 +183,7 @@ __global__ void __launch_bounds__(kBlockSize, 2)
       atomicAdd(&bins[v * kBinCount + metric_bin(metric, values[v])], 1U);
     }
     volume += std::abs(m.volume);
+    if (shape.dimension == 3) enclosed += m.volume;
     inverted += m.inverted ? 1 : 0;
     degenerate += m.degenerate ? 1 : 0;
     bool all_fixed = true;
@@ -213,11 +214,13 @@ __global__ void __launch_bounds__(kBlockSize, 2)
     }
   }
   volume = sum_block(volume, shared);
+  enclosed = sum_block(enclosed, shared);
   worst_locked = reduce_block(
       worst_locked, shared_ranked,
       [](const RankedElement& a, const RankedElement& b) { return b.worse_than(a) ? b : a; });
   if (threadIdx.x == 0) {
     own.sums.volume = volume;
+    own.sums.enclosed_volume = enclosed;
     own.worst_locked = worst_locked;
   }
   const auto add = [](unsigned long long& total, unsigned int part) {
@@ -399,6 +402,7 @@ class CudaJudge {
     for (const BlockTally& block : blocks) {
       for (std::size_t m = 0; m < kMetricCount; ++m) sums.values[m] += block.sums.values[m];
       sums.volume += block.sums.volume;
+      sums.enclosed_volume += block.sums.enclosed_volume;
       const RankedElement& e = block.worst_locked;
       if (e.element == RankedElement::kNoElement) continue;
       if (!locked_.worst || worse(name(e), *locked_.worst)) locked_.worst = name(e);
