@@ -64,6 +64,20 @@ Averaging decode_averaging(const Message& message, const std::string& name) {
   return method;
 }
 
+Goal decode_goal(v1::Goal goal) {
+  switch (goal) {
+    case v1::GOAL_AVERAGE:
+      return Goal::average;
+    case v1::GOAL_UNSPECIFIED:
+    case v1::GOAL_BALANCED:
+      return Goal::balanced;
+    case v1::GOAL_WORST:
+      return Goal::worst;
+    default:
+      throw_not_supported("optimize.goal", "unknown goal " + std::to_string(goal));
+  }
+}
+
 Method decode_method(const v1::SmoothingOptions& message, const Method& fallback) {
   switch (message.method_case()) {
     case v1::SmoothingOptions::METHOD_NOT_SET:
@@ -86,8 +100,13 @@ Method decode_method(const v1::SmoothingOptions& message, const Method& fallback
       if (message.hc_laplacian().has_beta()) method.beta = message.hc_laplacian().beta();
       return method;
     }
-    case v1::SmoothingOptions::kOptimize:
-      throw_not_supported("optimize", "this server has no optimiser");
+    case v1::SmoothingOptions::kOptimize: {
+      refuse_unknown_fields(message.optimize(), "optimize");
+      Optimize method;
+      method.goal = decode_goal(message.optimize().goal());
+      if (message.has_target_quality()) method.target_quality = message.target_quality();
+      return method;
+    }
   }
   __builtin_unreachable();
 }
@@ -125,7 +144,7 @@ struct EncodeMethod {
   }
   void operator()(const Optimize& method) const {
     message.mutable_optimize()->set_goal(encode_goal(method.goal));
-    if (method.target_quality > 0) message.set_target_quality(method.target_quality);
+    message.set_target_quality(method.target_quality);
   }
 };
 
@@ -201,7 +220,13 @@ v1::SmoothingOptions encode_options(const SmoothOptions& options) {
   message.set_guard(options.guard);
   message.set_tangled_policy(options.tangled == TangledPolicy::repair ? v1::TANGLED_POLICY_REPAIR
                                                                       : v1::TANGLED_POLICY_REFUSE);
-  if (options.movement_limit) message.set_movement_limit(*options.movement_limit);
+  if (options.movement_limit) {
+    if (options.movement_limit->relative) {
+      message.set_movement_limit(options.movement_limit->value);
+    } else {
+      message.set_absolute_movement_limit(options.movement_limit->value);
+    }
+  }
   if (options.compute_budget) {
     *message.mutable_compute_budget() = encode_duration(*options.compute_budget);
   }
@@ -210,11 +235,11 @@ v1::SmoothingOptions encode_options(const SmoothOptions& options) {
 
 SmoothOptions decode_options(const v1::SmoothingOptions& message) {
   refuse_unknown_fields(message, "options");
-  for (const auto& [set, field] :
-       {std::pair{message.has_feature_angle_degrees(), "feature_angle_degrees"},
-        std::pair{message.has_target_quality(), "target_quality"},
-        std::pair{message.has_movement_limit(), "movement_limit"}}) {
-    if (set) throw_not_supported(field, "this server does not have the option");
+  if (message.has_feature_angle_degrees()) {
+    throw_not_supported("feature_angle_degrees", "this server does not have the option");
+  }
+  if (message.has_target_quality() && !message.has_optimize()) {
+    throw_not_supported("target_quality", "only optimize stops at a quality");
   }
   SmoothOptions options;
   options.method = decode_method(message, options.method);
@@ -228,6 +253,11 @@ SmoothOptions decode_options(const v1::SmoothingOptions& message) {
   options.boundary = decode_boundary(message.boundary_policy());
   if (message.has_guard()) options.guard = message.guard();
   options.tangled = decode_tangled(message.tangled_policy());
+  if (message.has_absolute_movement_limit()) {
+    options.movement_limit = {.value = message.absolute_movement_limit(), .relative = false};
+  } else if (message.has_movement_limit()) {
+    options.movement_limit = {.value = message.movement_limit(), .relative = true};
+  }
   if (message.has_compute_budget()) {
     options.compute_budget = decode_duration(message.compute_budget(), "compute_budget");
   }

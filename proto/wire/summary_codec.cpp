@@ -102,6 +102,7 @@ void encode_quality(const QualityStats& stats, v1::QualityStats* message) {
   message->set_inverted_element_count(stats.inverted_count);
   message->set_degenerate_element_count(stats.degenerate_count);
   message->set_sum_absolute_volume(stats.sum_absolute_volume);
+  message->set_enclosed_volume(stats.enclosed_volume);
   for (const MetricStats& metric : stats.metrics) {
     encode_metric_stats(metric, message->add_metrics());
   }
@@ -116,6 +117,7 @@ QualityStats decode_quality(const v1::QualityStats& message) {
   stats.inverted_count = message.inverted_element_count();
   stats.degenerate_count = message.degenerate_element_count();
   stats.sum_absolute_volume = message.sum_absolute_volume();
+  stats.enclosed_volume = message.enclosed_volume();
   for (const v1::MetricStats& metric : message.metrics()) {
     if (metric.metric() < v1::QUALITY_METRIC_MEAN_RATIO ||
         metric.metric() > v1::QUALITY_METRIC_MAX_ANGLE) {
@@ -233,6 +235,7 @@ v1::Summary encode_summary(const SmoothSummary& summary) {
   execution->set_colour_count(summary.colour_count);
 
   message.mutable_volume()->set_sum_absolute(summary.quality_after.sum_absolute_volume);
+  message.mutable_volume()->set_enclosed(summary.quality_after.enclosed_volume);
   return message;
 }
 

@@ -329,7 +329,7 @@ TEST(MovementLimit, HoldsEveryMethod) {
                                           test::oracle::to_points(after));
       };
       const double limit = 0.25 * farthest(test::smooth(mesh, options).mesh);
-      options.movement_limit = limit;
+      options.movement_limit = MovementLimit{.value = limit};
 
       const Job job = test::smooth(mesh, options);
 

@@ -73,9 +73,12 @@ TEST(ValidateOptions, HoldsTheTargetQualityBelowOne) {
 
 TEST(ValidateOptions, HoldsTheMovementLimitAboveZero) {
   for (const double wrong : {0.0, -1.0, kNan, kInfinity}) {
-    EXPECT_EQ(rejected_field({.movement_limit = wrong}), "movement_limit");
+    EXPECT_EQ(rejected_field({.movement_limit = MovementLimit{.value = wrong}}),
+              "absolute_movement_limit");
+    EXPECT_EQ(rejected_field({.movement_limit = MovementLimit{.value = wrong, .relative = true}}),
+              "movement_limit");
   }
-  EXPECT_EQ(rejected_field({.movement_limit = 1e-9}), "");
+  EXPECT_EQ(rejected_field({.movement_limit = MovementLimit{.value = 1e-9}}), "");
 }
 
 TEST(ValidateOptions, HoldsLimitsAboveZero) {

@@ -85,7 +85,9 @@ TEST(RandomMeshes, NeverBecomeInvalidByAnyMethod) {
       SmoothOptions options{
           .method = way.method, .form = way.form, .max_iterations = random.pick(1, 30)};
       if (random.pick(0, 4) == 0) options.boundary = BoundaryPolicy::free;
-      if (random.pick(0, 4) == 0) options.movement_limit = random.uniform(0.01, 0.3);
+      if (random.pick(0, 4) == 0) {
+        options.movement_limit = MovementLimit{.value = random.uniform(0.01, 0.3)};
+      }
 
       const test::Job job = test::smooth(mesh, options);
 

@@ -170,8 +170,8 @@ TEST_F(Service, DescribesItself) {
   const v1::GetServerInfoResponse info = server_info(stub_);
 
   EXPECT_THAT(info.api_versions(), ::testing::ElementsAre("meshsmooth.v1"));
-  EXPECT_THAT(info.methods(),
-              ::testing::ElementsAre("laplacian", "smart_laplacian", "taubin", "hc_laplacian"));
+  EXPECT_THAT(info.methods(), ::testing::ElementsAre("laplacian", "smart_laplacian", "taubin",
+                                                     "hc_laplacian", "optimize"));
   EXPECT_EQ(info.element_types_size(), 6);
   EXPECT_TRUE(info.default_options().has_smart_laplacian());
   EXPECT_EQ(info.backends(0).kind(), v1::BACKEND_KIND_CPU);

@@ -64,6 +64,12 @@ TEST(DecodeOptions, ReadsWhatEncodeWrote) {
   }
   expect_round_trip({.method = Taubin{0.5, -0.6}});
   expect_round_trip({.method = HcLaplacian{0.1, 0.9}});
+  for (const Goal goal : {Goal::average, Goal::balanced, Goal::worst}) {
+    expect_round_trip({.method = Optimize{goal, 0.25}});
+  }
+  for (const bool relative : {false, true}) {
+    expect_round_trip({.movement_limit = MovementLimit{0.125, relative}});
+  }
   for (const Form form : {Form::automatic, Form::jacobi, Form::gauss_seidel, Form::racing}) {
     expect_round_trip({.form = form});
   }
@@ -98,12 +104,65 @@ TEST(DecodeOptions, KeepsEveryValue) {
   EXPECT_EQ(options.compute_budget, std::chrono::nanoseconds(1500ms));
 }
 
-TEST(DecodeOptions, PrefersTheAbsoluteTolerance) {
+TEST(DecodeOptions, KeepsGoalAndTargetOfOptimize) {
+  for (const Goal goal : {Goal::average, Goal::balanced, Goal::worst}) {
+    const SmoothOptions options = decode_options(encode_options({.method = Optimize{goal, 0.25}}));
+
+    EXPECT_EQ(std::get<Optimize>(options.method).goal, goal);
+    EXPECT_EQ(std::get<Optimize>(options.method).target_quality, 0.25);
+  }
+  v1::SmoothingOptions bare;
+  bare.mutable_optimize();
+  EXPECT_EQ(std::get<Optimize>(decode_options(bare).method).goal, Goal::balanced);
+  EXPECT_EQ(std::get<Optimize>(decode_options(bare).method).target_quality, 0);
+}
+
+TEST(DecodeOptions, KeepsWhatTheMovementLimitIsAShareOf) {
+  for (const bool relative : {false, true}) {
+    const SmoothOptions options =
+        decode_options(encode_options({.movement_limit = MovementLimit{0.125, relative}}));
+
+    EXPECT_EQ(options.movement_limit.value().value, 0.125);
+    EXPECT_EQ(options.movement_limit.value().relative, relative);
+  }
+  EXPECT_FALSE(decode_options({}).movement_limit);
+}
+
+// Bytes as they were recorded: what a field means never changes.
+TEST(DecodeOptions, ReadsRecordedBytes) {
+  using namespace std::string_literals;
+  const auto read = [](const std::string& bytes) {
+    v1::SmoothingOptions message;
+    EXPECT_TRUE(message.ParseFromString(bytes));
+    return decode_options(message);
+  };
+  const SmoothOptions share = read(
+      "\x2a\x02\x08\x03"             // optimize { goal: GOAL_WORST }
+      "\x68\x02"                     // tangled_policy: TANGLED_POLICY_REFUSE
+      "\x71\0\0\0\0\0\0\xd0\x3f"     // target_quality: 0.25
+      "\x79\0\0\0\0\0\0\xc0\x3f"s);  // movement_limit: 0.125
+  const SmoothOptions length =
+      read("\x89\x01\0\0\0\0\0\0\xe0\x3f"s);  // absolute_movement_limit: 0.5
+
+  EXPECT_EQ(std::get<Optimize>(share.method).goal, Goal::worst);
+  EXPECT_EQ(std::get<Optimize>(share.method).target_quality, 0.25);
+  EXPECT_EQ(share.tangled, TangledPolicy::refuse);
+  EXPECT_EQ(share.movement_limit.value().value, 0.125);
+  EXPECT_TRUE(share.movement_limit.value().relative);
+  EXPECT_EQ(length.movement_limit.value().value, 0.5);
+  EXPECT_FALSE(length.movement_limit.value().relative);
+}
+
+TEST(DecodeOptions, PrefersAbsoluteLengths) {
   v1::SmoothingOptions message;
   message.set_convergence_tolerance(0.5);
   message.set_absolute_tolerance(0.25);
 
+  message.set_movement_limit(0.5);
+  message.set_absolute_movement_limit(0.125);
+
   EXPECT_EQ(decode_options(message).tolerance.value, 0.25);
+  EXPECT_EQ(decode_options(message).movement_limit.value().value, 0.125);
 }
 
 TEST(DecodeOptions, RefusesWhatIsOutOfRangeByItsField) {
@@ -122,6 +181,15 @@ TEST(DecodeOptions, RefusesWhatIsOutOfRangeByItsField) {
             "OPTION_OUT_OF_RANGE taubin.mu");
   EXPECT_EQ(refusal([](auto& o) { o.mutable_hc_laplacian()->set_alpha(2); }),
             "OPTION_OUT_OF_RANGE hc_laplacian.alpha");
+  EXPECT_EQ(refusal([](auto& o) {
+              o.mutable_optimize();
+              o.set_target_quality(1);
+            }),
+            "OPTION_OUT_OF_RANGE target_quality");
+  EXPECT_EQ(refusal([](auto& o) { o.set_movement_limit(0); }),
+            "OPTION_OUT_OF_RANGE movement_limit");
+  EXPECT_EQ(refusal([&](auto& o) { o.set_absolute_movement_limit(nan); }),
+            "OPTION_OUT_OF_RANGE absolute_movement_limit");
   EXPECT_EQ(refusal([](auto& o) { o.mutable_compute_budget()->set_seconds(-1); }),
             "OPTION_OUT_OF_RANGE compute_budget");
   EXPECT_EQ(refusal([](auto& o) { o.mutable_compute_budget()->set_nanos(2'000'000'000); }),
@@ -129,13 +197,15 @@ TEST(DecodeOptions, RefusesWhatIsOutOfRangeByItsField) {
 }
 
 TEST(DecodeOptions, RefusesWhatThisServerDoesNotHave) {
-  EXPECT_EQ(refusal([](auto& o) { o.mutable_optimize(); }), "OPTION_NOT_SUPPORTED optimize");
+  EXPECT_EQ(refusal([](auto& o) {
+              o.mutable_optimize();
+              o.set_form(v1::FORM_JACOBI);
+            }),
+            "OPTION_NOT_SUPPORTED form");
   EXPECT_EQ(refusal([](auto& o) { o.set_boundary_policy(v1::BOUNDARY_POLICY_SLIDE); }),
             "OPTION_NOT_SUPPORTED boundary_policy");
   EXPECT_EQ(refusal([](auto& o) { o.set_target_quality(0.5); }),
             "OPTION_NOT_SUPPORTED target_quality");
-  EXPECT_EQ(refusal([](auto& o) { o.set_movement_limit(0.5); }),
-            "OPTION_NOT_SUPPORTED movement_limit");
   EXPECT_EQ(refusal([](auto& o) { o.set_feature_angle_degrees(30); }),
             "OPTION_NOT_SUPPORTED feature_angle_degrees");
 }
@@ -147,6 +217,8 @@ TEST(DecodeOptions, RefusesUnknownEnumValuesInsteadOfTakingTheDefault) {
               o.mutable_laplacian()->set_weighting(static_cast<v1::Weighting>(99));
             }),
             "OPTION_NOT_SUPPORTED laplacian.weighting");
+  EXPECT_EQ(refusal([](auto& o) { o.mutable_optimize()->set_goal(static_cast<v1::Goal>(99)); }),
+            "OPTION_NOT_SUPPORTED optimize.goal");
   EXPECT_EQ(refusal([](auto& o) { o.set_boundary_policy(static_cast<v1::BoundaryPolicy>(99)); }),
             "OPTION_NOT_SUPPORTED boundary_policy");
   EXPECT_EQ(refusal([](auto& o) { o.set_tangled_policy(static_cast<v1::TangledPolicy>(99)); }),
@@ -156,9 +228,9 @@ TEST(DecodeOptions, RefusesUnknownEnumValuesInsteadOfTakingTheDefault) {
 // A method that a newer client knows arrives as an unknown field.
 TEST(DecodeOptions, RefusesUnknownMethods) {
   EXPECT_EQ(refusal([](auto& o) {
-              o.GetReflection()->MutableUnknownFields(&o)->AddLengthDelimited(17, "");
+              o.GetReflection()->MutableUnknownFields(&o)->AddLengthDelimited(99, "");
             }),
-            "OPTION_NOT_SUPPORTED options#17");
+            "OPTION_NOT_SUPPORTED options#99");
   EXPECT_EQ(refusal([](auto& o) {
               auto* taubin = o.mutable_taubin();
               taubin->GetReflection()->MutableUnknownFields(taubin)->AddVarint(9, 1);
@@ -210,7 +282,9 @@ SmoothSummary full_summary() {
                                    .histogram_upper = 23,
                                    .histogram = {24, 25}}},
                       .worst = {{26, ElementType::wedge, 27, 28}}};
+  s.quality_before.enclosed_volume = 50;
   s.quality_after.element_count = 29;
+  s.quality_after.enclosed_volume = 51;
   s.locked = {30, 31, ElementQuality{32, ElementType::hexahedron, 33, 34}};
   s.nodes = {.total = 35, .boundary = 36, .fixed = 37, .isolated = 38, .moved = 39};
   s.times = {.upload_seconds = 40,
@@ -240,6 +314,7 @@ TEST(DecodeSummary, ReadsWhatEncodeWrote) {
   EXPECT_EQ(s.quality_before.metrics.at(0).metric, QualityMetric::radius_ratio);
   EXPECT_THAT(s.quality_before.metrics.at(0).histogram, ::testing::ElementsAre(24, 25));
   EXPECT_EQ(s.quality_before.worst.at(0).type, ElementType::wedge);
+  EXPECT_EQ(s.quality_before.enclosed_volume, 50);
   EXPECT_EQ(s.quality_after.element_count, 29);
   EXPECT_EQ(s.locked.worst.value().element, 32);
   EXPECT_EQ(s.nodes.isolated, 38);
@@ -259,7 +334,7 @@ TEST(DecodeSummary, LosesNothingInBothDirections) {
 TEST(EncodeSummary, SetsEveryFieldThatCoreKnows) {
   const std::string json = to_json(encode_summary(full_summary()));
 
-  for (int value = 1; value <= 49; ++value) {
+  for (int value = 1; value <= 51; ++value) {
     EXPECT_THAT(json, ::testing::ContainsRegex("[^0-9]" + std::to_string(value) + "[^0-9]"));
   }
 }

@@ -28,6 +28,14 @@ struct Tolerance {
   bool relative = true;
 };
 
+/// No node ends farther than this from where it began, to the rounding of the
+/// coordinates. Above 0; in the mesh's unit or, relative, as a share of the
+/// bounding box's diagonal.
+struct MovementLimit {
+  double value = 0;
+  bool relative = false;
+};
+
 struct SmoothOptions {
   Method method = SmartLaplacian{};
   Form form = Form::automatic;
@@ -37,9 +45,7 @@ struct SmoothOptions {
   bool guard = true;  // a valid element stays valid
   TangledPolicy tangled = TangledPolicy::repair;
   std::optional<std::chrono::nanoseconds> compute_budget = {};
-  /// No node ends farther than this from where it began, to the rounding of the
-  /// coordinates; in the mesh's unit, above 0.
-  std::optional<double> movement_limit = {};
+  std::optional<MovementLimit> movement_limit = {};
   bool history = false;
 };
 

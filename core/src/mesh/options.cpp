@@ -70,8 +70,10 @@ void validate(const SmoothOptions& options) {
     need(seconds > 0, "compute_budget", seconds, "above 0 seconds");
   }
   if (options.movement_limit) {
-    need(*options.movement_limit > 0 && std::isfinite(*options.movement_limit), "movement_limit",
-         *options.movement_limit, "finite and above 0");
+    const double limit = options.movement_limit->value;
+    need(limit > 0 && std::isfinite(limit),
+         options.movement_limit->relative ? "movement_limit" : "absolute_movement_limit", limit,
+         "finite and above 0");
   }
   if (std::holds_alternative<Optimize>(options.method) && options.form != Form::automatic &&
       options.form != Form::gauss_seidel) {

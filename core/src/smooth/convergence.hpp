@@ -15,14 +15,16 @@ namespace meshsmooth::detail {
 /// Decides after every sweep whether the job goes on, and keeps its history.
 class ConvergenceWatch {
  public:
+  /// Sweeps without a new low of the moves after which it says stagnated.
+  static constexpr int kPatience = 50;
+
   ConvergenceWatch(const SmoothOptions& options, const JobControl& control, double diagonal,
                    std::size_t free_count)
       : options_(options), control_(control), free_count_(free_count) {
     state_.bounding_box_diagonal = diagonal;
     const bool by_energy =
         options.tolerance.relative && std::holds_alternative<Optimize>(options.method);
-    state_.tolerance =
-        by_energy ? 0 : options.tolerance.value * (options.tolerance.relative ? diagonal : 1.0);
+    state_.tolerance = by_energy ? 0 : in_mesh_unit(options.tolerance);
     if (options.compute_budget) budget_end_ = Clock::now() + *options.compute_budget;
   }
 
@@ -94,6 +96,13 @@ class ConvergenceWatch {
   [[nodiscard]] int sweeps_left() const { return options_.max_iterations - state_.iteration_count; }
   [[nodiscard]] double tolerance() const { return state_.tolerance; }
 
+  /// A length that the caller may have given as a share of the bounding box's
+  /// diagonal: a `Tolerance` or a `MovementLimit`.
+  template <class Length>
+  [[nodiscard]] double in_mesh_unit(const Length& length) const {
+    return length.value * (length.relative ? state_.bounding_box_diagonal : 1.0);
+  }
+
   [[nodiscard]] const SmoothOptions& options() const { return options_; }
   [[nodiscard]] std::size_t free_count() const { return free_count_; }
 
@@ -107,7 +116,6 @@ class ConvergenceWatch {
 
  private:
   using Clock = std::chrono::steady_clock;
-  static constexpr int kPatience = 50;
 
   /// The root mean square of the moves has found no new low for many sweeps:
   /// they only go to and fro (the end of a method under the guard, or of the

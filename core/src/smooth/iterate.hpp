@@ -144,7 +144,7 @@ void iterate(E& executor, const Surroundings& around, const Colouring<E>& colour
   if (options.movement_limit) {
     home = allocate();
     copy_positions(executor, around.node_count, positions, home.data());
-    leash = {home.data(), *options.movement_limit};
+    leash = {home.data(), watch.in_mesh_unit(*options.movement_limit)};
   }
   if (const auto* method = std::get_if<Optimize>(&options.method)) {
     return optimise(executor, around, colouring, *method, leash, watch, positions);

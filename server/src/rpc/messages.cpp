@@ -95,12 +95,7 @@ v1::JobError encode_error(const std::exception_ptr& error, const std::string& in
 
 template <std::size_t... I>
 void add_method_names(v1::GetServerInfoResponse& info, std::index_sequence<I...>) {
-  const auto add = [&](const Method& method) {
-    // The codec does not take it yet.
-    if (std::holds_alternative<Optimize>(method)) return;
-    info.add_methods(std::string(method_name(method)));
-  };
-  (add(std::variant_alternative_t<I, Method>{}), ...);
+  (info.add_methods(std::string(method_name(std::variant_alternative_t<I, Method>{}))), ...);
 }
 
 }  // namespace
