@@ -20,7 +20,7 @@ namespace meshsmooth::detail {
                             + (mesh.types > 1 ? mesh.elements * 4 : 0);
   const std::int64_t balls = (n + 1) * 8 + mesh.entries * 4;
   const std::int64_t rings = (n + 1) * 8 + mesh.edges * 2 * 4;
-  const std::int64_t renumbering = n * (12 + 8);               // keys, ids, the sort's own
+  const std::int64_t renumbering = n * (12 + 8 + 8);  // keys, ids, the sort's own; numbers, sizes
   const std::int64_t counting = n * 8 + mesh.entries + n / 4;  // numbers, sizes, places
   std::int64_t iterating = sweep_bytes(mesh, size.float64, options);
   // What the blocks of a sweep have summed up.
@@ -36,8 +36,8 @@ namespace meshsmooth::detail {
     // Two padded copies of the positions, for the sweep's own.
     iterating += n * (2 * (size.float64 ? 32 : 16) - position);
     if (patch) {
-      sums = static_cast<std::int64_t>(patch->patches(static_cast<std::size_t>(n))) *
-             kMostInLongBatch * static_cast<std::int64_t>(sizeof(SweepStats));
+      sums = static_cast<std::int64_t>(patch->patches(static_cast<std::size_t>(n))) * kMostInBatch *
+             static_cast<std::int64_t>(sizeof(SweepStats));
     } else if (laplacian->weighting == Weighting::uniform) {
       iterating += n * 4 + n / 4 + SlicedRings::kMostPadding * mesh.edges * 2 * 4;
     }

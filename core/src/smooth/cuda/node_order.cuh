@@ -129,7 +129,7 @@ __global__ void __launch_bounds__(kSmallOrderThreads)
   std::uint32_t keys[kSmallOrderItems], callers[kSmallOrderItems];
 #pragma unroll
   for (int i = 0; i < kSmallOrderItems; ++i) {
-    callers[i] = i * kSmallOrderThreads + threadIdx.x;
+    callers[i] = threadIdx.x * kSmallOrderItems + i;  // so that ties keep the caller's order
     // What is no node comes last.
     keys[i] = callers[i] < order.node_count ? order.key(callers[i], box, bits) : 1U << (3 * bits);
   }

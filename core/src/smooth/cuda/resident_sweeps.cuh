@@ -314,7 +314,7 @@ __device__ inline void publish_moves(const SweepBatch& batch, int sweep,
   for (int at = lane; at < count; at += kWarp) {
     const double squared = squared_moves[at];
     const long long bits = __double_as_longlong(squared);
-    if (bits < 0) continue;
+    if (squared < 0) continue;
     largest = bits > largest ? bits : largest;
     sum += squared;
     ++moved;
@@ -345,7 +345,8 @@ inline constexpr int kMostResidentMovers = 768;  // threads that move nodes
 /// Form A of a mesh that the shared memories of the device hold together. Blocks
 /// exchange only what lies between them, through `tagged` (two per node, by the
 /// sweep's parity), and nobody waits for more than the neighbours: what a block reads
-/// of sweep s, its owner replaces in sweep s + 2, for which it needs this block's s + 1.
+/// of sweep s, its owner replaces in sweep s + 2, for which it needs this block's s + 1:
+/// rings are symmetric, so whoever is read by a moving node reads it too.
 /// The last warp keeps the books: that the tolerance was met in sweep s is learnt before
 /// sweep s + 2, when the positions after s are still there.
 __global__ void __launch_bounds__(kMostResidentMovers + kWarp, 1)
@@ -435,7 +436,7 @@ inline bool run_resident_sweeps(CudaExecutor& executor, const PatchSizes& sizes,
   auto tagged = executor.allocate<TaggedPosition>(2 * around.node_count);
   auto misfits = executor.allocate<unsigned int>(1);
   executor.clear(misfits.data(), 1);
-  return run_batches<kMostInLongBatch>(
+  return run_batches(
       executor, around.node_count, blocks, watch,
       [&](const SweepBatch& batch) {
         executor.launch_cooperative<kKernel>(blocks, threads, sizes.bytes(), around, factor, sizes,

@@ -115,10 +115,11 @@ __device__ void sort_by_network(std::uint32_t (&values)[kCount], std::index_sequ
 
 /// Sorts this thread's row by `key(entry)`, of which there are not more than `key_count`.
 /// A key and an entry's place make one word where they fit it, so that a row is sorted in
-/// registers without a branch; else the place goes with its key in `keys`.
+/// registers without a branch; else the place goes with its key in `keys`. `wide`: some
+/// row of the warp has more than half the capacity.
 template <class Key>
-__device__ void sort_own_row(RowEntries& row, RowEntries& keys, int count, std::size_t key_count,
-                             const Key& key) {
+__device__ void sort_own_row(RowEntries& row, RowEntries& keys, int count, bool wide,
+                             std::size_t key_count, const Key& key) {
   const unsigned int t = threadIdx.x;
   constexpr int kPlaceBits = 5;
   static_assert(kRowCapacity == 1 << kPlaceBits);
@@ -139,7 +140,7 @@ __device__ void sort_own_row(RowEntries& row, RowEntries& keys, int count, std::
         if (k < count) row[k][t] = static_cast<int>(words[k]);
       }
     };
-    if (__any_sync(__activemask(), count > kRowCapacity / 2)) {
+    if (wide) {
       sort.template operator()<kRowCapacity>();
     } else {
       sort.template operator()<kRowCapacity / 2>();
@@ -489,7 +490,8 @@ __device__ inline void sort_balls(const RowTask& task, std::size_t first, RowEnt
     const auto start = static_cast<unsigned int>(begin - stretch);
     ElementId* const entries = task.ball_entries + stretch;
     copy_rows<false>(rows, keys, entries, start, size);
-    sort_own_row(rows, keys, static_cast<int>(size), task.elements.count,
+    const bool wide = __any_sync(kAllLanes, size > kRowCapacity / 2) != 0;
+    sort_own_row(rows, keys, static_cast<int>(size), wide, task.elements.count,
                  [=](int e) { return names == nullptr ? e : names[static_cast<ElementId>(e)]; });
     copy_rows<true>(rows, keys, entries, start, size);
     return;
@@ -582,8 +584,9 @@ __global__ void __launch_bounds__(kRowsPerBlock, kBlocks) row_kernel(RowTask tas
   // Nobody shall wait for what is still to be done here.
   const LookBack look_back(task.look_back, block);
   if (t == 0) look_back.publish(total);
+  const bool wide = __any_sync(kAllLanes, is_short && degree > kRowCapacity / 2) != 0;
   if (is_short) {
-    sort_own_row(rows, scratch.entries, degree, task.node_count,
+    sort_own_row(rows, scratch.entries, degree, wide, task.node_count,
                  [&](int node) { return task.caller_of[node]; });
   }
   if (warp == 0) {

@@ -20,9 +20,8 @@ struct SweepBatch {
   int* done;                    // sweeps done, host memory; 0: it could not be done this way
 };
 
-inline constexpr int kMostInBatch = 64;
-/// Where a kernel has much to do before its first sweep.
-inline constexpr int kMostInLongBatch = 128;
+/// No longer than the watch looks ahead.
+inline constexpr int kMostInBatch = ConvergenceWatch::kPatience;
 
 /// A squared move as a word of the same order; 0 is no move, and a move whose square is
 /// 0 is still one.
@@ -123,18 +122,18 @@ __device__ void report(const Grid& grid, const SweepBatch& batch, int done) {
 
 /// Runs batches until the watch says that it is done. `launch(batch)` starts one,
 /// `finish(sweeps)` learns how many sweeps it did. False when a batch did none at all.
-template <int kMost = kMostInBatch, class Launch, class Finish>
+template <class Launch, class Finish>
 bool run_batches(CudaExecutor& executor, std::size_t node_count, unsigned int blocks,
                  ConvergenceWatch& watch, const Launch& launch, const Finish& finish) {
   using Clock = std::chrono::steady_clock;
   constexpr double kAimSeconds = 0.02;  // between two looks at the caller
-  auto largest = executor.allocate<unsigned long long>(kMost);
-  auto partial = executor.allocate<SweepStats>(std::size_t{kMost} * blocks);
+  auto largest = executor.allocate<unsigned long long>(kMostInBatch);
+  auto partial = executor.allocate<SweepStats>(std::size_t{kMostInBatch} * blocks);
   auto* const stats = executor.lane().mapped<SweepStats>(CudaExecutor::kSweepsOffset);
-  int* const done = reinterpret_cast<int*>(stats + kMost);
+  int* const done = reinterpret_cast<int*>(stats + kMostInBatch);
   // What a sweep costs is not known yet: small meshes are done at one go.
-  int most =
-      static_cast<int>(std::clamp<std::size_t>((std::size_t{1} << 23) / node_count, 1, kMost));
+  int most = static_cast<int>(
+      std::clamp<std::size_t>((std::size_t{1} << 23) / node_count, 1, kMostInBatch));
   for (bool ended = false; !ended;) {
     const SweepBatch batch{std::min(most, watch.sweeps_ahead()),
                            watch.tolerance(),
@@ -152,7 +151,7 @@ bool run_batches(CudaExecutor& executor, std::size_t node_count, unsigned int bl
     finish(*done);
     for (int sweep = 0; sweep < *done; ++sweep) ended |= watch.ended_by(stats[sweep]);
     ended = ended || watch.interrupted();
-    most = static_cast<int>(std::clamp(kAimSeconds / seconds * *done, 1.0, double{kMost}));
+    most = static_cast<int>(std::clamp(kAimSeconds / seconds * *done, 1.0, double{kMostInBatch}));
   }
   return true;
 }
