@@ -21,19 +21,6 @@ std::string label(QualityMetric metric) {
   return name;
 }
 
-/// One character a bin; any element at all shows.
-std::string draw_histogram(const std::vector<std::int64_t>& bins) {
-  static constexpr std::array kHeights = {" ", "▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
-  const std::int64_t highest = bins.empty() ? 0 : *std::ranges::max_element(bins);
-  std::string text;
-  for (const std::int64_t count : bins) {
-    const auto height =
-        count == 0 ? 0 : std::max<std::int64_t>(1, (count * 8 + highest / 2) / highest);
-    text += kHeights[static_cast<std::size_t>(height)];
-  }
-  return text;
-}
-
 std::string metric_line(const MetricStats& m) {
   const int digits = is_angle(m.metric) ? 2 : 4;
   return fmt::format("{:<19} {:>9.{}f} {:>9.{}f} {:>9.{}f} {:>9.{}f}  {:>4g} |{}| {:g}\n",
@@ -55,6 +42,18 @@ std::string worst_lines(const QualityStats& stats,
 }
 
 }  // namespace
+
+std::string draw_histogram(const std::vector<std::int64_t>& bins) {
+  static constexpr std::array kHeights = {" ", "▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
+  const std::int64_t highest = bins.empty() ? 0 : *std::ranges::max_element(bins);
+  std::string text;
+  for (const std::int64_t count : bins) {
+    const auto height =
+        count == 0 ? 0 : std::max<std::int64_t>(1, (count * 8 + highest / 2) / highest);
+    text += kHeights[static_cast<std::size_t>(height)];
+  }
+  return text;
+}
 
 std::string describe_quality(const QualityStats& stats,
                              const std::function<std::int64_t(std::int64_t)>& file_element_id) {

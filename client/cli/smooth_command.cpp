@@ -69,6 +69,13 @@ double bounding_box_diagonal(const Mesh& mesh) {
   return mesh.node_count() == 0 ? 0 : norm(upper - lower);
 }
 
+/// A sweep in which no node moves as far as this is the last; 0: no such rule.
+double least_move(const Mesh& mesh, const SmoothOptions& options) {
+  if (!options.tolerance.relative) return options.tolerance.value;
+  if (std::holds_alternative<Optimize>(options.method)) return 0;  // it goes by its energy
+  return options.tolerance.value * bounding_box_diagonal(mesh);
+}
+
 /// The caller's fixed nodes, and those that hold the elements of a lower
 /// dimension in place. With a free boundary the latter follow their nodes.
 void fix_nodes(formats::MeshFile& file, const SmoothCommand& command, BoundaryPolicy boundary) {
@@ -95,9 +102,8 @@ void check_outputs(const SmoothCommand& command) {
 client::SmoothReport call_server(formats::MeshFile& file, const SmoothCommand& command,
                                  const SmoothOptions& options, const Interrupt& interrupt) {
   Connection connection(command.server, command.backend);
-  const double unit = options.tolerance.relative ? bounding_box_diagonal(file.mesh) : 1;
   ProgressDisplay display(std::cerr, ::isatty(STDERR_FILENO) == 1,
-                          {options.max_iterations, options.tolerance.value * unit});
+                          {options.max_iterations, least_move(file.mesh, options)});
   client::RequestOptions request;
   request.request_id = command.request_id;
   // The server inside runs nothing but the backend it was started with.

@@ -2,7 +2,9 @@
 
 #include <CLI/Option.hpp>
 #include <CLI/Validators.hpp>
+#include <charconv>
 #include <map>
+#include <system_error>
 #include <vector>
 
 #include "meshsmooth/error.hpp"
@@ -15,6 +17,8 @@ const std::map<std::string, Weighting> kWeightings = {
     {"inverse-edge-length", Weighting::inverse_edge_length},
     {"edge-length", Weighting::edge_length},
     {"ball-volume", Weighting::ball_volume}};
+const std::map<std::string, Goal> kGoals = {
+    {"average", Goal::average}, {"balanced", Goal::balanced}, {"worst", Goal::worst}};
 const std::map<std::string, Form> kForms = {
     {"jacobi", Form::jacobi}, {"gauss-seidel", Form::gauss_seidel}, {"racing", Form::racing}};
 
@@ -25,7 +29,7 @@ std::vector<std::string> names(const std::map<std::string, Value>& values) {
   return result;
 }
 
-/// Refuses flags that the chosen method does not have.
+/// Refuses flags and forms that the chosen method does not have.
 void check_belonging(const SmoothFlags& flags) {
   const bool weighted = flags.method == "laplacian" || flags.method == "weighted-laplacian" ||
                         flags.method == "smart-laplacian";
@@ -37,6 +41,8 @@ void check_belonging(const SmoothFlags& flags) {
   };
   const bool taubin = flags.method == "taubin";
   const bool hc = flags.method == "hc-laplacian";
+  const bool optimize = flags.method == "optimize";
+  const bool jacobi = flags.form == "jacobi", racing = flags.form == "racing";
   const Belonging belongings[] = {
       {flags.weighting.has_value(), weighted, "--weighting",
        "laplacian, weighted-laplacian, smart-laplacian"},
@@ -46,7 +52,11 @@ void check_belonging(const SmoothFlags& flags) {
       {flags.mu.has_value(), taubin, "--mu", "taubin"},
       {flags.alpha.has_value(), hc, "--alpha", "hc-laplacian"},
       {flags.beta.has_value(), hc, "--beta", "hc-laplacian"},
-      {flags.goal.has_value(), flags.method == "optimize", "--goal", "optimize"}};
+      {flags.goal.has_value(), optimize, "--goal", "optimize"},
+      {flags.target_quality.has_value(), optimize, "--target-quality", "optimize"},
+      {jacobi, !optimize, "--form jacobi", "every method but optimize"},
+      {racing, !optimize && !hc, "--form racing", "every method but optimize, hc-laplacian"},
+      {flags.form == "gauss-seidel", !hc, "--form gauss-seidel", "every method but hc-laplacian"}};
   for (const Belonging& belonging : belongings) {
     if (!belonging.given || belonging.allowed) continue;
     throw InvalidOption("OPTION_MISPLACED",
@@ -77,10 +87,25 @@ Method to_method(const SmoothFlags& flags) {
     method.beta = flags.beta.value_or(method.beta);
     return method;
   }
-  throw NotSupported(
-      "OPTION_NOT_SUPPORTED",
-      "--method " + flags.method + " is not available in this version; use smart-laplacian",
-      {{"field", "method"}});
+  Optimize method;
+  if (flags.goal) method.goal = kGoals.at(*flags.goal);
+  method.target_quality = flags.target_quality.value_or(method.target_quality);
+  return method;
+}
+
+/// Of "0.5", a length in the mesh's unit, or "2%" of the bounding box's diagonal.
+MovementLimit to_movement_limit(const std::string& text) {
+  const bool relative = text.ends_with('%');
+  const char* const end = text.data() + text.size() - (relative ? 1 : 0);
+  double value = 0;
+  const auto [rest, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc() || rest != end) {
+    throw InvalidOption(
+        "OPTION_OUT_OF_RANGE",
+        "--movement-limit " + text + " is neither a length (0.5) nor a share of the diagonal (2%)",
+        {{"field", "--movement-limit"}});
+  }
+  return {.value = relative ? value / 100 : value, .relative = relative};
 }
 
 }  // namespace
@@ -88,8 +113,8 @@ Method to_method(const SmoothFlags& flags) {
 void add_smooth_flags(CLI::App& command, SmoothFlags& flags) {
   command
       .add_option("--method", flags.method,
-                  "laplacian | weighted-laplacian | smart-laplacian | taubin | hc-laplacian | "
-                  "optimize (not yet available)")
+                  "optimize | smart-laplacian | laplacian | weighted-laplacian | taubin | "
+                  "hc-laplacian")
       ->check(CLI::IsMember({"laplacian", "weighted-laplacian", "smart-laplacian", "taubin",
                              "hc-laplacian", "optimize"}))
       ->capture_default_str();
@@ -102,8 +127,13 @@ void add_smooth_flags(CLI::App& command, SmoothFlags& flags) {
   command.add_option("--mu", flags.mu, "taubin: growing step, below minus lambda");
   command.add_option("--alpha", flags.alpha, "hc-laplacian: weight of the original place, [0, 1]");
   command.add_option("--beta", flags.beta, "hc-laplacian: share of the own push, [0, 1]");
-  command.add_option("--goal", flags.goal, "optimize: what to improve")
-      ->check(CLI::IsMember({"average", "balanced", "worst"}));
+  command
+      .add_option("--goal", flags.goal,
+                  "optimize: improve the average, the worst elements, or both [balanced]")
+      ->check(CLI::IsMember(names(kGoals)));
+  command.add_option(
+      "--target-quality", flags.target_quality,
+      "optimize: done when the worst mean ratio that can change is this good, [0, 1)");
   command.add_option("--form", flags.form, "Order of the moves of a sweep [the method's best]")
       ->check(CLI::IsMember(names(kForms)));
   command
@@ -124,13 +154,19 @@ void add_smooth_flags(CLI::App& command, SmoothFlags& flags) {
       ->capture_default_str();
   CLI::Option* relative = command.add_option(
       "--tolerance", flags.tolerance,
-      "Done when no node moves by more than this share of the bounding box's diagonal [1e-4]");
+      "Done when no node moves by more than this share of the bounding box's diagonal; "
+      "optimize: when a sweep lowers the energies by less than this share [1e-4]");
   command
       .add_option("--absolute-tolerance", flags.absolute_tolerance,
-                  "The same as a length in the mesh's unit")
+                  "Done when no node moves by more than this, in the mesh's unit")
       ->excludes(relative);
+  command.add_option("--movement-limit", flags.movement_limit,
+                     "How far a node may end from where it began: in the mesh's unit, or with % "
+                     "as a share of the bounding box's diagonal");
   command.add_option("--compute-budget", flags.compute_budget_seconds,
                      "Seconds of computing, after which the best result reached is returned");
+  command.add_flag("--history", flags.history,
+                   "Each sweep's moves, energy and worst element in the report");
 }
 
 SmoothOptions to_smooth_options(const SmoothFlags& flags) {
@@ -143,6 +179,8 @@ SmoothOptions to_smooth_options(const SmoothFlags& flags) {
   if (flags.absolute_tolerance) {
     options.tolerance = {.value = *flags.absolute_tolerance, .relative = false};
   }
+  if (flags.movement_limit) options.movement_limit = to_movement_limit(*flags.movement_limit);
+  options.history = flags.history;
   options.boundary = flags.boundary == "free" ? BoundaryPolicy::free : BoundaryPolicy::fixed;
   options.guard = flags.guard == "on";
   options.tangled = flags.tangled == "refuse" ? TangledPolicy::refuse : TangledPolicy::repair;

@@ -10,7 +10,7 @@ namespace meshsmooth::cli {
 
 /// The flags of `smooth` that say how to smooth, as text and numbers.
 struct SmoothFlags {
-  std::string method = "smart-laplacian";
+  std::string method = "optimize";
   std::optional<std::string> weighting;
   std::optional<double> relaxation;
   std::optional<double> lambda;
@@ -18,6 +18,7 @@ struct SmoothFlags {
   std::optional<double> alpha;
   std::optional<double> beta;
   std::optional<std::string> goal;
+  std::optional<double> target_quality;
   std::optional<std::string> form;
   std::string tangled = "repair";
   std::string guard = "on";
@@ -25,7 +26,9 @@ struct SmoothFlags {
   int iterations = SmoothOptions{}.max_iterations;
   std::optional<double> tolerance;
   std::optional<double> absolute_tolerance;
+  std::optional<std::string> movement_limit;  // "0.5", "2%"
   std::optional<double> compute_budget_seconds;
+  bool history = false;
 };
 
 /// Adds the flags to a command; `flags` must outlive it.

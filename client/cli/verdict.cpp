@@ -5,16 +5,25 @@
 #include <algorithm>
 #include <iterator>
 
+#include "quality_report.hpp"
 #include "readable.hpp"
 
 namespace meshsmooth::cli {
 namespace {
 
-std::string stop_sentence(const SmoothSummary& summary) {
+/// What the last sweep came to, beside what would have ended the job.
+std::string last_sweep(const Convergence& convergence, const SmoothOptions& options) {
+  const bool by_energy =
+      options.tolerance.relative && std::holds_alternative<Optimize>(options.method);
+  return fmt::format("largest move {:.3g}, {} {:.3g}", convergence.last_max_displacement,
+                     by_energy ? "energy tolerance" : "tolerance",
+                     by_energy ? options.tolerance.value : convergence.tolerance);
+}
+
+std::string stop_sentence(const SmoothSummary& summary, const SmoothOptions& options) {
   const Convergence& convergence = summary.convergence;
   const std::string after = "after " + counted(convergence.iteration_count, "iteration");
-  const std::string move = fmt::format("largest move {:.3g}, tolerance {:.3g}",
-                                       convergence.last_max_displacement, convergence.tolerance);
+  const std::string move = last_sweep(convergence, options);
   switch (summary.stop_reason) {
     case StopReason::converged:
       return fmt::format("converged {} ({})", after, move);
@@ -56,6 +65,9 @@ std::string quality_table(const SmoothSummary& summary) {
       {scaled_jacobian, "scaled jacobian  min", &MetricStats::min, kRatio},
       {scaled_jacobian, "                 1 %", &MetricStats::percentile_1, kRatio},
       {scaled_jacobian, "                 mean", &MetricStats::mean, kRatio},
+      {radius_ratio, "radius ratio     min", &MetricStats::min, kRatio},
+      {radius_ratio, "                 1 %", &MetricStats::percentile_1, kRatio},
+      {radius_ratio, "                 mean", &MetricStats::mean, kRatio},
       {min_dihedral_angle, "dihedral angle   min", &MetricStats::min, kAngle},
       {max_dihedral_angle, "                 max", &MetricStats::max, kAngle},
       {min_angle, "angle            min", &MetricStats::min, kAngle},
@@ -68,6 +80,29 @@ std::string quality_table(const SmoothSummary& summary) {
     text += fmt::format(fmt::runtime(row.format), row.label, before->*row.value, after->*row.value);
   }
   return text;
+}
+
+/// How the mean ratios were and are spread.
+std::string histograms(const SmoothSummary& summary) {
+  std::string text;
+  const char* label = "mean ratio       before";
+  for (const QualityStats* stats : {&summary.quality_before, &summary.quality_after}) {
+    if (const MetricStats* m = find_metric(*stats, QualityMetric::mean_ratio)) {
+      text += fmt::format("  {:<24} {:g} |{}| {:g}\n", label, m->histogram_lower,
+                          draw_histogram(m->histogram), m->histogram_upper);
+    }
+    label = "                 after";
+  }
+  return text;
+}
+
+/// Elements that overlap fill more than the boundary encloses.
+std::string volume_sentence(const QualityStats& stats) {
+  if (stats.enclosed_volume == 0) return {};
+  return fmt::format(
+      "volume: the elements fill {:.6g}, the boundary encloses {:.6g} ({:.1e} more)\n",
+      stats.sum_absolute_volume, stats.enclosed_volume,
+      stats.sum_absolute_volume - stats.enclosed_volume);
 }
 
 std::string locked_sentence(const LockedStats& locked,
@@ -87,14 +122,15 @@ std::string locked_sentence(const LockedStats& locked,
   return text + "\n";
 }
 
-std::string nodes_sentence(const SmoothSummary& summary) {
+std::string nodes_sentence(const SmoothSummary& summary, const SmoothOptions& options) {
   const NodeCounts& nodes = summary.nodes;
   std::string text =
       fmt::format("{}: {} moved, {} fixed ({} on the boundary)", counted(nodes.total, "node"),
                   with_commas(nodes.moved), with_commas(nodes.fixed), with_commas(nodes.boundary));
   if (nodes.isolated > 0) text += fmt::format(", {} in no element", with_commas(nodes.isolated));
   if (summary.convergence.held_node_count > 0) {
-    text += fmt::format("; the guard held {} back in the last sweep",
+    text += fmt::format("; the guard{} held {} back in the last sweep",
+                        options.movement_limit ? " or the movement limit" : "",
                         with_commas(summary.convergence.held_node_count));
   }
   return text + "\n";
@@ -162,13 +198,14 @@ std::string describe_verdict(const client::SmoothReport& report, const SmoothOpt
                              double total_seconds,
                              const std::function<std::int64_t(std::int64_t)>& file_element_id) {
   const SmoothSummary& summary = report.summary;
-  std::string text = stop_sentence(summary) + "\n" + quality_table(summary) +
-                     describe_inverted(summary, options) + "\n";
+  std::string text = stop_sentence(summary, options) + "\n" + quality_table(summary) +
+                     histograms(summary) + describe_inverted(summary, options) + "\n";
   if (const std::int64_t degenerate = summary.quality_after.degenerate_count; degenerate > 0) {
     text += fmt::format("{} {} degenerate (no volume that double precision can tell from 0)\n",
                         counted(degenerate, "element"), degenerate == 1 ? "is" : "are");
   }
-  return text + locked_sentence(summary.locked, file_element_id) + nodes_sentence(summary) +
+  return text + volume_sentence(summary.quality_after) +
+         locked_sentence(summary.locked, file_element_id) + nodes_sentence(summary, options) +
          times_sentence(report, total_seconds);
 }
 

@@ -1,12 +1,17 @@
 """Smoothing real files by the embedded server and by one of its own."""
 
 import json
+import math
 import re
 import struct
 from pathlib import Path
 
-from programs import (DONE, LONG, REFUSED, STOPPED, CliTest, ServerProgram, interrupt, main,
-                      read_vtk_points)
+from programs import (BAD_MESH, DONE, LONG, REFUSED, STOPPED, CliTest, ServerProgram, interrupt,
+                      main, read_vtk_points)
+
+
+def mean_ratio(report, when):
+    return next(m for m in report[when]["metrics"] if m["metric"] == "QUALITY_METRIC_MEAN_RATIO")
 
 
 class Smooth(CliTest):
@@ -16,8 +21,115 @@ class Smooth(CliTest):
                               *arguments)
         return result, json.loads(Path(report).read_text())
 
-    def test_smart_laplacian_leaves_a_valid_mesh_valid(self):
+    def test_optimize_is_the_default_and_leaves_a_valid_mesh_valid(self):
         result, report = self.smooth(self.generate("in.vtu"))
+
+        self.assertIn("no element is inverted", result.stdout)
+        self.assertEqual(report["options"]["optimize"]["goal"], "GOAL_BALANCED")
+        self.assertEqual(report["options"]["form"], "FORM_UNSPECIFIED")
+        self.assertEqual(report["stop_reason"], "STOP_REASON_CONVERGED")
+        for when in ("quality_before", "quality_after"):
+            self.assertEqual(report[when]["inverted_element_count"], "0")
+        self.assertGreater(mean_ratio(report, "quality_after")["mean"],
+                           mean_ratio(report, "quality_before")["mean"])
+        self.assertGreater(mean_ratio(report, "quality_after")["percentile_1"],
+                           mean_ratio(report, "quality_before")["percentile_1"])
+
+    def test_goals_put_the_average_or_the_worst_first(self):
+        mesh = self.generate("in.vtu")
+        average, balanced, worst = (
+            mean_ratio(self.smooth(mesh, "--goal", goal)[1], "quality_after")
+            for goal in ("average", "balanced", "worst"))
+
+        self.assertGreater(average["mean"], balanced["mean"])
+        self.assertGreater(balanced["mean"], worst["mean"])
+        self.assertGreater(worst["percentile_1"], average["percentile_1"])
+
+    def test_target_quality_ends_the_job_early(self):
+        mesh = self.generate("in.vtu")
+        _, whole = self.smooth(mesh, "--goal", "worst", "--history")
+        reached = whole["convergence"]["worst_mean_ratios"]
+        target = (reached[0] + max(reached)) / 2
+
+        result, report = self.smooth(mesh, "--goal", "worst", "--history",
+                                     "--target-quality", target)
+
+        self.assertIn("reached the wanted quality", result.stdout)
+        self.assertEqual(report["stop_reason"], "STOP_REASON_TARGET_REACHED")
+        self.assertEqual(report["options"]["target_quality"], target)
+        self.assertGreaterEqual(report["convergence"]["worst_mean_ratios"][-1], target)
+        self.assertLess(report["convergence"]["iteration_count"],
+                        whole["convergence"]["iteration_count"])
+
+    def test_movement_limit_is_a_length_or_a_share_of_the_diagonal(self):
+        mesh = self.generate("in.vtk")
+        before = struct.unpack(">6000d", read_vtk_points(mesh))
+        farthest = {}
+        for limit in ("1e9", "1%", "0.02"):
+            _, report = self.smooth(mesh, "--movement-limit", limit, output="out.vtk")
+            after = struct.unpack(">6000d", read_vtk_points(self.path("out.vtk")))
+            farthest[limit] = max(math.dist(before[i:i + 3], after[i:i + 3])
+                                  for i in range(0, len(before), 3))
+            self.assertEqual(report["quality_after"]["inverted_element_count"], "0")
+        diagonal = report["convergence"]["bounding_box_diagonal"]
+        for limit, length in (("1%", 0.01 * diagonal), ("0.02", 0.02)):
+            self.assertGreater(farthest["1e9"], 1.5 * length)
+            self.assertLessEqual(farthest[limit], length * (1 + 1e-12))
+            self.assertGreater(farthest[limit], 0.9 * length)
+
+    def test_tangled_mesh_is_untangled_or_refused(self):
+        mesh = self.generate("in.vtu", tangle=0.3)
+
+        result, report = self.smooth(mesh)
+
+        self.assertGreater(int(report["quality_before"]["inverted_element_count"]), 100)
+        self.assertEqual(report["quality_after"]["inverted_element_count"], "0")
+        self.assertIn("no element is inverted any more", result.stdout)
+        volumes = [report[when]["sum_absolute_volume"] - report[when]["enclosed_volume"]
+                   for when in ("quality_before", "quality_after")]
+        self.assertGreater(volumes[0], 0.01)
+        self.assertAlmostEqual(volumes[1], 0, places=12)
+        error = self.error_of("smooth", mesh, "-o", self.path("out.vtu"), "--tangled", "refuse",
+                              exit_code=BAD_MESH)
+        self.assertIn("MESH_TANGLED", error)
+
+    def test_report_has_the_whole_verdict(self):
+        result, report = self.smooth(self.generate("in.vtu"), "--history")
+
+        for when in ("quality_before", "quality_after"):
+            metrics = {m["metric"].removeprefix("QUALITY_METRIC_"): m
+                       for m in report[when]["metrics"]}
+            self.assertEqual(set(metrics), {"MEAN_RATIO", "SCALED_JACOBIAN", "RADIUS_RATIO",
+                                            "MIN_DIHEDRAL_ANGLE", "MAX_DIHEDRAL_ANGLE"})
+            for m in metrics.values():
+                self.assertEqual(sum(map(int, m["histogram"])), int(m["element_count"]))
+                self.assertTrue(m["min"] <= m["percentile_1"] <= m["mean"] <= m["max"])
+            self.assertAlmostEqual(report[when]["enclosed_volume"],
+                                   report[when]["sum_absolute_volume"], places=12)
+        self.assertAlmostEqual(report["volume"]["enclosed"], report["volume"]["sum_absolute"],
+                               places=12)
+        self.assertRegex(result.stdout,
+                         r"volume: the elements fill (\S+), the boundary encloses \1")
+        convergence = report["convergence"]
+        energies = convergence["energies"]
+        self.assertEqual(energies, sorted(energies, reverse=True))
+        self.assertGreater(energies[0], energies[-1])
+        for history in ("energies", "worst_mean_ratios", "moved_node_counts",
+                        "max_displacements"):
+            self.assertEqual(len(convergence[history]), convergence["iteration_count"])
+        locked = report["locked"]
+        self.assertGreater(int(locked["element_count"]), 0)
+        self.assertIn(f"the worst, element {locked['worst_element']['element']}, has mean ratio "
+                      f"{locked['worst_element']['mean_ratio']:.4f}", result.stdout)
+
+    def test_history_is_left_out_unless_asked_for(self):
+        _, report = self.smooth(self.generate("in.vtu"))
+
+        self.assertGreater(report["convergence"]["iteration_count"], 0)
+        self.assertEqual(report["convergence"]["energies"], [])
+
+    def test_smart_laplacian_leaves_a_valid_mesh_valid(self):
+        result, report = self.smooth(self.generate("in.vtu"), "--method", "smart-laplacian")
 
         self.assertIn("no element is inverted", result.stdout)
         self.assertEqual(report["quality_before"]["inverted_element_count"], "0")
@@ -44,7 +156,7 @@ class Smooth(CliTest):
         surface = self.generate("square.vtu", shape="square")
         for mesh in (volume, surface):
             for method in ("laplacian", "weighted-laplacian", "smart-laplacian", "taubin",
-                           "hc-laplacian"):
+                           "hc-laplacian", "optimize"):
                 with self.subTest(mesh=mesh, method=method):
                     _, report = self.smooth(mesh, "--method", method, "--iterations", "20")
                     self.assertEqual(report["quality_after"]["inverted_element_count"], "0")
@@ -203,7 +315,7 @@ class WithServer(CliTest):
     def test_info_health_and_jobs(self):
         with ServerProgram() as server:
             at = ["--server", server.address]
-            self.assertIn("smart_laplacian", self.run_cli("info", *at).stdout)
+            self.assertIn("optimize", self.run_cli("info", *at).stdout)
             self.assertIn("limits", json.loads(self.run_cli("info", "--json", *at).stdout))
             self.assertEqual(self.run_cli("health", *at).stdout, "SERVING\n")
             self.assertEqual(self.run_cli("jobs", *at).stdout, "no jobs\n")

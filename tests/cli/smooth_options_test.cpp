@@ -29,10 +29,13 @@ ExitCode exit_code(const std::vector<std::string>& arguments) {
   return ExitCode::done;
 }
 
-TEST(SmoothOptions, AreCoresDefaultsWithoutFlags) {
+TEST(SmoothOptions, OptimizeByCoresDefaultsWithoutFlags) {
   const SmoothOptions options = parse({});
 
-  EXPECT_TRUE(std::holds_alternative<SmartLaplacian>(options.method));
+  EXPECT_EQ(std::get<Optimize>(options.method).goal, Goal::balanced);
+  EXPECT_EQ(std::get<Optimize>(options.method).target_quality, 0);
+  EXPECT_FALSE(options.movement_limit);
+  EXPECT_FALSE(options.history);
   EXPECT_EQ(options.max_iterations, SmoothOptions{}.max_iterations);
   EXPECT_EQ(options.tolerance.value, SmoothOptions{}.tolerance.value);
   EXPECT_TRUE(options.tolerance.relative);
@@ -62,6 +65,9 @@ TEST(SmoothOptions, TakeEveryFlag) {
                                        "12",
                                        "--absolute-tolerance",
                                        "0.25",
+                                       "--movement-limit",
+                                       "0.75",
+                                       "--history",
                                        "--compute-budget",
                                        "1.5"});
 
@@ -74,6 +80,9 @@ TEST(SmoothOptions, TakeEveryFlag) {
   EXPECT_EQ(options.max_iterations, 12);
   EXPECT_EQ(options.tolerance.value, 0.25);
   EXPECT_FALSE(options.tolerance.relative);
+  EXPECT_EQ(options.movement_limit.value().value, 0.75);
+  EXPECT_FALSE(options.movement_limit.value().relative);
+  EXPECT_TRUE(options.history);
   EXPECT_EQ(options.compute_budget, std::chrono::milliseconds(1500));
 }
 
@@ -84,6 +93,12 @@ TEST(SmoothOptions, GiveEachMethodItsOwnParameters) {
   const auto hc = std::get<HcLaplacian>(
       parse({"--method", "hc-laplacian", "--alpha", "0.1", "--beta", "0.6"}).method);
 
+  const auto optimize =
+      std::get<Optimize>(parse({"--goal", "worst", "--target-quality", "0.3"}).method);
+
+  EXPECT_EQ(optimize.goal, Goal::worst);
+  EXPECT_EQ(optimize.target_quality, 0.3);
+  EXPECT_EQ(std::get<Optimize>(parse({"--goal", "average"}).method).goal, Goal::average);
   EXPECT_EQ(weighted.weighting, Weighting::inverse_edge_length);
   EXPECT_EQ(taubin.lambda, 0.3);
   EXPECT_EQ(taubin.mu, -0.35);
@@ -94,7 +109,34 @@ TEST(SmoothOptions, GiveEachMethodItsOwnParameters) {
 TEST(SmoothOptions, RefuseWhatTheMethodDoesNotHave) {
   EXPECT_EQ(exit_code({"--method", "laplacian", "--lambda", "0.5"}), ExitCode::usage);
   EXPECT_EQ(exit_code({"--method", "taubin", "--relaxation", "0.5"}), ExitCode::usage);
-  EXPECT_EQ(exit_code({"--goal", "worst"}), ExitCode::usage);
+  EXPECT_EQ(exit_code({"--lambda", "0.5"}), ExitCode::usage);
+  EXPECT_EQ(exit_code({"--method", "smart-laplacian", "--goal", "worst"}), ExitCode::usage);
+  EXPECT_EQ(exit_code({"--method", "laplacian", "--target-quality", "0.3"}), ExitCode::usage);
+  EXPECT_EQ(exit_code({"--form", "jacobi"}), ExitCode::usage);
+  EXPECT_EQ(exit_code({"--form", "racing"}), ExitCode::usage);
+  EXPECT_EQ(exit_code({"--form", "gauss-seidel"}), ExitCode::done);
+  EXPECT_EQ(exit_code({"--method", "hc-laplacian", "--form", "gauss-seidel"}), ExitCode::usage);
+  EXPECT_EQ(exit_code({"--method", "smart-laplacian", "--form", "jacobi"}), ExitCode::done);
+}
+
+TEST(SmoothOptions, NameTheFlagThatDoesNotBelong) {
+  try {
+    parse({"--form", "racing"});
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("--form racing means nothing to --method "
+                                                   "optimize"));
+  }
+}
+
+TEST(SmoothOptions, TakeAMovementLimitAsALengthOrAShare) {
+  const MovementLimit share = parse({"--movement-limit", "2.5%"}).movement_limit.value();
+
+  EXPECT_EQ(share.value, 0.025);
+  EXPECT_TRUE(share.relative);
+  for (const char* wrong : {"0", "-1", "0%", "nan", "%", "2 %", "2mm", "1e999"}) {
+    EXPECT_EQ(exit_code({"--movement-limit", wrong}), ExitCode::usage) << wrong;
+  }
 }
 
 TEST(SmoothOptions, RefuseUnknownWordsAndValuesOutOfRange) {
@@ -105,13 +147,11 @@ TEST(SmoothOptions, RefuseUnknownWordsAndValuesOutOfRange) {
   EXPECT_EQ(exit_code({"--iterations", "many"}), ExitCode::usage);
   EXPECT_EQ(exit_code({"--tolerance", "-1"}), ExitCode::usage);
   EXPECT_EQ(exit_code({"--tolerance", "nan"}), ExitCode::usage);
-  EXPECT_EQ(exit_code({"--relaxation", "1.5"}), ExitCode::usage);
+  EXPECT_EQ(exit_code({"--method", "laplacian", "--relaxation", "1.5"}), ExitCode::usage);
   EXPECT_EQ(exit_code({"--compute-budget", "0"}), ExitCode::usage);
+  EXPECT_EQ(exit_code({"--target-quality", "1"}), ExitCode::usage);
+  EXPECT_EQ(exit_code({"--goal", "best"}), ExitCode::usage);
   EXPECT_EQ(exit_code({"--tolerance", "1", "--absolute-tolerance", "1"}), ExitCode::usage);
-}
-
-TEST(SmoothOptions, KnowOptimizeByNameButRefuseItClearly) {
-  EXPECT_EQ(exit_code({"--method", "optimize", "--goal", "worst"}), ExitCode::refused);
 }
 
 }  // namespace

@@ -76,12 +76,72 @@ TEST(DescribeVerdict, NamesStopReasonQualityLockedNodesAndTimes) {
   EXPECT_THAT(text, AllOf(HasSubstr("converged after 87 iterations (largest move 9e-05, tolerance "
                                     "0.00017)\n"),
                           HasSubstr("mean ratio       min"), HasSubstr("dihedral angle   min"),
+                          HasSubstr("radius ratio     min"), HasSubstr("scaled jacobian  min"),
                           Not(HasSubstr("\n  angle")), HasSubstr("no element is inverted\n")));
   EXPECT_THAT(text, HasSubstr("224 elements are locked: all nodes fixed, no smoothing can mend "
                               "them; the worst, element 104, has mean ratio 0.0123\n"));
   EXPECT_THAT(text, HasSubstr("100,000 nodes: 87,997 moved, 12,003 fixed (12,000 on the boundary), "
                               "1 in no element; the guard held 12 back in the last sweep\n"));
   EXPECT_THAT(text, HasSubstr("time 1.92 s: iterate 1.5 s (cpu, 2 threads)\n"));
+}
+
+std::string verdict_of(const SmoothSummary& summary, const SmoothOptions& options) {
+  client::SmoothReport report;
+  report.summary = summary;
+  return describe_verdict(report, options, 1, [](std::int64_t id) { return id; });
+}
+
+TEST(DescribeVerdict, NamesTheToleranceThatOptimizeGoesBy) {
+  SmoothSummary summary = summary_of(0, 0);
+  summary.convergence.iteration_count = 8;
+  summary.convergence.last_max_displacement = 0.25;
+  summary.convergence.tolerance = 0.5;
+  const Tolerance absolute{.value = 0.5, .relative = false};
+
+  EXPECT_THAT(
+      verdict_of(summary, {.method = Optimize{}, .tolerance = {.value = 0.0625}}),
+      HasSubstr("converged after 8 iterations (largest move 0.25, energy tolerance 0.0625)"));
+  EXPECT_THAT(verdict_of(summary, {.method = Optimize{}, .tolerance = absolute}),
+              HasSubstr("converged after 8 iterations (largest move 0.25, tolerance 0.5)"));
+  summary.stop_reason = StopReason::target_reached;
+  EXPECT_THAT(verdict_of(summary, {.method = Optimize{}}),
+              HasSubstr("reached the wanted quality after 8 iterations\n"));
+}
+
+TEST(DescribeVerdict, DrawsTheMeanRatiosBeforeAndAfter) {
+  SmoothSummary summary;
+  summary.quality_before = measure_quality(test::inverted(test::tet_ball()));
+  summary.quality_after = measure_quality(test::tet_ball());
+
+  const std::string text = verdict_of(summary, {});
+
+  for (const auto& [label, stats] : {std::pair{"before", &summary.quality_before},
+                                     std::pair{"after ", &summary.quality_after}}) {
+    EXPECT_THAT(text, HasSubstr(std::string(label) + "   -1 |" +
+                                draw_histogram(stats->metrics[0].histogram) + "| 1\n"));
+  }
+}
+
+TEST(DescribeVerdict, SetsTheVolumeOfTheElementsAgainstTheEnclosedOne) {
+  SmoothSummary summary;
+  summary.quality_after.sum_absolute_volume = 1.25;
+  summary.quality_after.enclosed_volume = 1;
+  EXPECT_THAT(
+      verdict_of(summary, {}),
+      HasSubstr("volume: the elements fill 1.25, the boundary encloses 1 (2.5e-01 more)\n"));
+
+  SmoothSummary surface;
+  surface.quality_after = measure_quality(test::lattice(ElementType::triangle, 2));
+  EXPECT_THAT(verdict_of(surface, {}), Not(HasSubstr("volume")));
+}
+
+TEST(DescribeVerdict, SaysWhatMayHaveHeldNodesBack) {
+  SmoothSummary summary = summary_of(0, 0);
+  summary.convergence.held_node_count = 3;
+
+  EXPECT_THAT(verdict_of(summary, {}), HasSubstr("; the guard held 3 back"));
+  EXPECT_THAT(verdict_of(summary, {.movement_limit = MovementLimit{.value = 1}}),
+              HasSubstr("; the guard or the movement limit held 3 back"));
 }
 
 TEST(DescribeQuality, ShowsEveryMetricWithItsHistogramAndTheWorstElements) {
