@@ -11,7 +11,7 @@ int main(int, char** argv) {
       {meshsmooth::ElementType::tetrahedron, {4, 1, 2, 3, 0, 4, 2, 3, 0, 1, 4, 3, 0, 1, 2, 4}}};
 
   meshsmooth::client::Client client(argv[1]);
-  const auto report = client.smooth(mesh, {.method = meshsmooth::SmartLaplacian{}});
+  const auto report = client.smooth(mesh, {.method = meshsmooth::Optimize{}});
 
   std::cout << "inverted: " << report.summary.quality_after.inverted_count
             << ", moved: " << report.summary.nodes.moved << '\n';
