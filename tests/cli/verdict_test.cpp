@@ -115,9 +115,9 @@ TEST(DescribeVerdict, DrawsTheMeanRatiosBeforeAndAfter) {
 
   const std::string text = verdict_of(summary, {});
 
-  for (const auto& [label, stats] : {std::pair{"before", &summary.quality_before},
-                                     std::pair{"after ", &summary.quality_after}}) {
-    EXPECT_THAT(text, HasSubstr(std::string(label) + "   -1 |" +
+  for (const auto& [label, stats] : {std::pair{"before  ", &summary.quality_before},
+                                     std::pair{"after   ", &summary.quality_after}}) {
+    EXPECT_THAT(text, HasSubstr(std::string(label) + "-1 |" +
                                 draw_histogram(stats->metrics[0].histogram) + "| 1\n"));
   }
 }
