@@ -30,6 +30,8 @@ VOLUME_RUNS = [
     ("Laplacian, guard off", "#e4003a", ["--method", "laplacian", "--guard", "off"]),
     ("Laplacian", "#f4a259", ["--method", "laplacian"]),
     ("smart Laplacian", "#1b7f79", ["--method", "smart-laplacian"]),
+    ("optimize, balanced", "#274690", ["--method", "optimize"]),
+    ("optimize, worst", "#7b2cbf", ["--method", "optimize", "--goal", "worst"]),
 ]
 SURFACE_RUNS = [
     ("Laplacian", ["--method", "laplacian", "--guard", "off", "--iterations", "20"]),
