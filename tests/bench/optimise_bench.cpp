@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <exception>
 
 #include "formats/mesh_file.hpp"
 #include "meshsmooth/smoother.hpp"
@@ -69,15 +70,7 @@ void print(const char* name, const Run& run) {
               run.seconds);
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  if (argc < 2 || argc > 3) {
-    std::fprintf(stderr, "usage: optimise_bench MESH [THREADS]\n");
-    return 2;
-  }
-  const Mesh mesh = formats::read_mesh_file(argv[1]).mesh;
-  const int threads = argc == 3 ? std::atoi(argv[2]) : 2;
+int compare(const Mesh& mesh, int threads) {
   const Run converged = run_product(mesh, threads, 200, 1e-7);
   print("product, converged", converged);
   Run near;
@@ -95,4 +88,19 @@ int main(int argc, char** argv) {
   std::printf("the product on %d threads is %.0f times as fast as the textbook\n", threads,
               textbook.seconds / near.seconds);
   return textbook.mean >= 0.995 * converged.mean ? 0 : 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 2 || argc > 3) {
+    std::fprintf(stderr, "usage: optimise_bench MESH [THREADS]\n");
+    return 2;
+  }
+  try {
+    return compare(formats::read_mesh_file(argv[1]).mesh, argc == 3 ? std::atoi(argv[2]) : 2);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "optimise_bench: %s\n", error.what());
+    return 1;
+  }
 }
