@@ -2,8 +2,9 @@
 
 #include <gmock/gmock.h>
 
+#include <numbers>
+
 #include "core/smoothing.hpp"
-#include "meshsmooth/error.hpp"
 #include "support/cells.hpp"
 
 namespace meshsmooth {
@@ -173,6 +174,188 @@ TEST(Slide, MakesABetterMeshThanAFixedBoundary) {
     EXPECT_GT(mean_of_mean_ratios(slid.summary.quality_after),
               mean_of_mean_ratios(held.summary.quality_after) + 0.02)
         << element_shape(type).name;
+  }
+}
+
+TEST(Slide, GivesTheSameBitsOnAnyNumberOfThreads) {
+  const Cells cells(ElementType::tetrahedron, 17, shapes(17)[4].second);
+  const Mesh mesh = valid_mesh(cells, 5);
+  for (const Method& method : std::vector<Method>{Optimize{}, SmartLaplacian{}, Laplacian{}}) {
+    const Mesh one = test::smooth(mesh, sliding(method), 1).mesh;
+    EXPECT_TRUE(same_bits(one, test::smooth(mesh, sliding(method), 2).mesh));
+    EXPECT_TRUE(same_bits(one, test::smooth(mesh, sliding(method), 5).mesh));
+  }
+}
+
+TEST(Slide, KeepsTheCallersNodesAndTheMovementLimit) {
+  const Cells cells(ElementType::hexahedron, 4, shapes(4)[0].second);
+  Mesh mesh = valid_mesh(cells, 6);
+  for (std::size_t n = 0; n < mesh.node_count(); ++n) mesh.fixed.push_back(n % 3 == 0 ? 1 : 0);
+  SmoothOptions options = sliding();
+  options.movement_limit = 0.05;
+
+  const Job job = test::smooth(mesh, options);
+
+  double farthest = 0;
+  for (std::size_t n = 0; n < mesh.node_count(); ++n) {
+    const double way = norm(points(job.mesh)[n] - points(mesh)[n]);
+    farthest = std::max(farthest, way);
+    if (mesh.fixed[n] != 0) {
+      EXPECT_EQ(way, 0);
+    }
+  }
+  EXPECT_GT(farthest, 0.049);
+  EXPECT_LE(farthest, 0.05 * (1 + 1e-12));
+  EXPECT_EQ(strayed(cells, mesh, job.mesh), 0);
+}
+
+/// Only nodes with `inner` freedoms are thrown about, until an element is inverted.
+Mesh tangled_inside(const Cells& cells, int inner) {
+  for (double size = 0.7;; size *= 1.2) {
+    Mesh mesh = cells.thrown(size, 7);
+    for (std::size_t n = 0; n < mesh.node_count(); ++n) {
+      if (cells.freedoms(n) < inner) points(mesh)[n] = points(cells.mesh())[n];
+    }
+    if (measure_quality(mesh).inverted_count > 0) return mesh;
+  }
+}
+
+TEST(Slide, UntanglesInsideAPlaneBoundary) {
+  for (const ElementType type : kElementTypes) {
+    for (const auto& [name, region] : shapes(4)) {
+      SCOPED_TRACE(name + " of " + std::string(element_shape(type).name));
+      const Cells cells(type, 4, region);
+      const Mesh mesh = tangled_inside(cells, test::oracle::is_surface(type) ? 2 : 3);
+      SmoothOptions options = sliding();
+      options.max_iterations = 300;
+
+      const Job job = test::smooth(mesh, options);
+
+      EXPECT_EQ(job.summary.quality_after.inverted_count, 0);
+      EXPECT_EQ(strayed(cells, mesh, job.mesh), 0);
+      EXPECT_NEAR(job.summary.quality_after.sum_absolute_volume,
+                  measure_quality(cells.mesh()).sum_absolute_volume, 1e-12 * 64);
+    }
+  }
+}
+
+/// A block bent by an angle along the plane x = 2.
+Mesh bent(ElementType type, double degrees) {
+  const double slope = std::tan(degrees * std::numbers::pi / 180);
+  return test::mapped(test::lattice(type, 4), [=](Vec3d p) {
+    const double rise = slope * std::max(0.0, p.x - 2);
+    return test::oracle::is_surface(type) ? Vec3d{p.x, p.y + rise, p.z}
+                                          : Vec3d{p.x, p.y, p.z + rise};
+  });
+}
+
+TEST(Slide, TakesPlanesThatMeetAtLessThanTheFeatureAngleForCurved) {
+  for (const auto& [degrees, angle, curved, on_line] :
+       std::vector<std::tuple<double, double, int, int>>{
+           {20, 30, 10, 32}, {20, 15, 0, 32 + 6}, {0, 30, 0, 36}}) {
+    SmoothOptions options = sliding();
+    options.feature_angle = angle;
+    const NodeCounts counts =
+        test::smooth(bent(ElementType::hexahedron, degrees), options).summary.nodes;
+    SCOPED_TRACE(std::to_string(degrees) + " " + std::to_string(angle));
+    EXPECT_EQ(counts.curved, curved);
+    EXPECT_EQ(counts.sliding_on_line, on_line);
+    EXPECT_EQ(counts.sliding_in_plane, 6 * 9 - (degrees == 0 ? 0 : 6));
+  }
+  // Of a surface the edges that go on at an angle stay in any case.
+  for (const double angle : {15.0, 30.0}) {
+    SmoothOptions options = sliding();
+    options.feature_angle = angle;
+    const NodeCounts counts = test::smooth(bent(ElementType::quad, 20), options).summary.nodes;
+    EXPECT_EQ(counts.curved, angle > 20 ? 2 : 0);
+    EXPECT_EQ(counts.sliding_on_line, 4 * 3 - 2);
+  }
+}
+
+TEST(Slide, LeavesACurvedBoundaryWhereItIs) {
+  Mesh mesh = test::spokes(3);
+  points(mesh).back() = {0.2, 0.1, -0.1};
+
+  const Job job = test::smooth(mesh, sliding());
+
+  EXPECT_EQ(job.summary.nodes.curved, job.summary.nodes.boundary);
+  EXPECT_EQ(job.summary.nodes.fixed, job.summary.nodes.boundary);
+  EXPECT_EQ(job.summary.nodes.moved, 1);
+}
+
+TEST(Slide, LeavesTheFrontOfASlitWhereItIs) {
+  Mesh mesh = test::lattice(ElementType::hexahedron, 4);
+  const std::size_t whole = mesh.node_count();
+  std::vector<NodeId> upper(whole, -1);  // the second node of one on the slit x < 2, y = 2
+  std::vector<std::size_t> front;
+  for (std::size_t n = 0; n < whole; ++n) {
+    const Vec3d p = points(mesh)[n];
+    if (p.y != 2 || p.x > 2) continue;
+    if (p.x == 2) {
+      front.push_back(n);
+      continue;
+    }
+    upper[n] = static_cast<NodeId>(mesh.node_count());
+    points(mesh).push_back(p);
+  }
+  const std::vector<Vec3d>& x = points(mesh);
+  for (std::size_t e = 0; e < mesh.blocks[0].nodes.size(); e += 8) {
+    NodeId* const nodes = &mesh.blocks[0].nodes[e];
+    if (x[nodes[6]].y < 2.5) continue;
+    for (int k = 0; k < 8; ++k) {
+      if (static_cast<std::size_t>(nodes[k]) < whole && upper[nodes[k]] >= 0) {
+        nodes[k] = upper[nodes[k]];
+      }
+    }
+  }
+  for (std::size_t n = 0; n < mesh.node_count(); ++n) {
+    const bool inner = points(mesh)[n].x == 1 && points(mesh)[n].z > 0 && points(mesh)[n].z < 4;
+    if (inner) points(mesh)[n].x += 0.3;
+  }
+
+  const Job job = test::smooth(mesh, sliding());
+
+  ASSERT_EQ(front.size(), 5U);
+  for (const std::size_t n : front) EXPECT_EQ(points(job.mesh)[n], points(mesh)[n]);
+  const Vec3d lip = points(mesh)[upper[2 * 25 + 2 * 5 + 1]];
+  const Vec3d slid = points(job.mesh)[upper[2 * 25 + 2 * 5 + 1]];
+  EXPECT_LT(slid.x, lip.x - 0.01);
+  EXPECT_EQ(slid.y, 2);
+}
+
+TEST(Regions, AreKeptLikeTheBoundary) {
+  for (const ElementType type : kElementTypes) {
+    for (const auto& [name, region] : shapes(4)) {
+      SCOPED_TRACE(name + " of " + std::string(element_shape(type).name));
+      const Cells cells(type, 4, region);
+      const Mesh mesh = valid_mesh(cells, 8);
+      const int inner = test::oracle::is_surface(type) ? 2 : 3;
+      const std::vector<bool> used = cells.used();
+      std::int64_t between = 0;
+      const std::set<NodeId> boundary = test::oracle::boundary_nodes(mesh);
+      for (std::size_t n = 0; n < used.size(); ++n) {
+        const bool kept = used[n] && cells.freedoms(n) < inner;
+        between += kept && boundary.count(static_cast<NodeId>(n)) == 0 ? 1 : 0;
+      }
+      for (const Method& method : std::vector<Method>{Laplacian{}, SmartLaplacian{}, Optimize{}}) {
+        SmoothOptions options = sliding(method);
+        options.boundary = BoundaryPolicy::fixed;
+
+        const Job job = test::smooth(mesh, options);
+
+        for (int freedoms = 0; freedoms < inner; ++freedoms) {
+          EXPECT_EQ(moved(cells, freedoms, mesh, job.mesh), 0);
+        }
+        EXPECT_GT(moved(cells, inner, mesh, job.mesh), 0);
+        const NodeCounts& counts = job.summary.nodes;
+        EXPECT_EQ(counts.fixed, counts.boundary + between);
+        EXPECT_GE(counts.between_regions, between);
+        EXPECT_EQ(counts.sliding_in_plane + counts.sliding_on_line, 0);
+
+        options.boundary = BoundaryPolicy::free;
+        EXPECT_EQ(test::smooth(mesh, options).summary.nodes.fixed, 0);
+      }
+    }
   }
 }
 
