@@ -2,7 +2,9 @@
 
 #include <gmock/gmock.h>
 
+#include <map>
 #include <numbers>
+#include <set>
 
 #include "core/smoothing.hpp"
 #include "support/cells.hpp"
@@ -235,6 +237,44 @@ TEST(Slide, UntanglesInsideAPlaneBoundary) {
       EXPECT_EQ(strayed(cells, mesh, job.mesh), 0);
       EXPECT_NEAR(job.summary.quality_after.sum_absolute_volume,
                   measure_quality(cells.mesh()).sum_absolute_volume, 1e-12 * 64);
+    }
+  }
+}
+
+/// The areas of all triangles on the boundary of tetrahedra.
+double boundary_area(const Mesh& mesh) {
+  std::map<std::set<NodeId>, int> uses;
+  const std::vector<NodeId>& nodes = mesh.blocks[0].nodes;
+  for (std::size_t e = 0; e < nodes.size(); e += 4) {
+    for (std::size_t skipped = 0; skipped < 4; ++skipped) {
+      std::set<NodeId> facet(&nodes[e], &nodes[e] + 4);
+      facet.erase(nodes[e + skipped]);
+      ++uses[facet];
+    }
+  }
+  double area = 0;
+  for (const auto& [facet, count] : uses) {
+    if (count != 1) continue;
+    const std::vector<NodeId> corner(facet.begin(), facet.end());
+    const Vec3d a = points(mesh)[corner[0]];
+    area += norm(cross(points(mesh)[corner[1]] - a, points(mesh)[corner[2]] - a)) / 2;
+  }
+  return area;
+}
+
+TEST(Slide, FoldsNoFacetWithoutTheGuard) {
+  for (const auto& [name, region] : shapes(4)) {
+    const Cells cells(ElementType::tetrahedron, 4, region);
+    const double area = boundary_area(cells.mesh());
+    for (unsigned seed = 0; seed < 20; ++seed) {
+      const Mesh mesh = valid_mesh(cells, seed, 0.5);
+      for (const Form form : {Form::jacobi, Form::gauss_seidel, Form::racing}) {
+        SmoothOptions options =
+            sliding(Laplacian{.weighting = Weighting::edge_length, .relaxation = 1}, form);
+        options.guard = false;
+        options.max_iterations = 10;
+        EXPECT_NEAR(boundary_area(test::smooth(mesh, options).mesh), area, 1e-10) << name;
+      }
     }
   }
 }
