@@ -22,6 +22,10 @@ const std::map<std::string, Goal> kGoals = {
 const std::map<std::string, Form> kForms = {
     {"jacobi", Form::jacobi}, {"gauss-seidel", Form::gauss_seidel}, {"racing", Form::racing}};
 
+const std::map<std::string, BoundaryPolicy> kBoundaries = {{"fixed", BoundaryPolicy::fixed},
+                                                           {"slide", BoundaryPolicy::slide},
+                                                           {"free", BoundaryPolicy::free}};
+
 template <class Value>
 std::vector<std::string> names(const std::map<std::string, Value>& values) {
   std::vector<std::string> result;
@@ -147,9 +151,14 @@ void add_smooth_flags(CLI::App& command, SmoothFlags& flags) {
       ->capture_default_str();
   command
       .add_option("--boundary", flags.boundary,
-                  "free: the boundary and the file's lower-dimensional elements move too")
-      ->check(CLI::IsMember({"fixed", "free"}))
+                  "slide: boundary nodes move in their plane and along their crease, corners stay; "
+                  "free: they move like all others. In both, the file's lower-dimensional elements "
+                  "move with their nodes")
+      ->check(CLI::IsMember(names(kBoundaries)))
       ->capture_default_str();
+  command.add_option("--feature-angle", flags.feature_angle,
+                     "--boundary slide: planes that meet at less are one curved part, which stays; "
+                     "degrees, 1 to 90 [30]");
   command.add_option("--iterations", flags.iterations, "Sweeps at most; 0 only judges the mesh")
       ->capture_default_str();
   CLI::Option* relative = command.add_option(
@@ -181,7 +190,15 @@ SmoothOptions to_smooth_options(const SmoothFlags& flags) {
   }
   if (flags.movement_limit) options.movement_limit = to_movement_limit(*flags.movement_limit);
   options.history = flags.history;
-  options.boundary = flags.boundary == "free" ? BoundaryPolicy::free : BoundaryPolicy::fixed;
+  options.boundary = kBoundaries.at(flags.boundary);
+  if (flags.feature_angle) {
+    if (options.boundary != BoundaryPolicy::slide) {
+      throw InvalidOption("OPTION_MISPLACED",
+                          "--feature-angle means nothing without --boundary slide",
+                          {{"field", "--feature-angle"}});
+    }
+    options.feature_angle = *flags.feature_angle;
+  }
   options.guard = flags.guard == "on";
   options.tangled = flags.tangled == "refuse" ? TangledPolicy::refuse : TangledPolicy::repair;
   if (flags.compute_budget_seconds) {

@@ -23,6 +23,7 @@ struct SmoothFlags {
   std::string tangled = "repair";
   std::string guard = "on";
   std::string boundary = "fixed";
+  std::optional<double> feature_angle;
   int iterations = SmoothOptions{}.max_iterations;
   std::optional<double> tolerance;
   std::optional<double> absolute_tolerance;

@@ -127,6 +127,12 @@ std::string nodes_sentence(const SmoothSummary& summary, const SmoothOptions& op
   std::string text =
       fmt::format("{}: {} moved, {} fixed ({} on the boundary)", counted(nodes.total, "node"),
                   with_commas(nodes.moved), with_commas(nodes.fixed), with_commas(nodes.boundary));
+  if (options.boundary == BoundaryPolicy::slide) {
+    text += fmt::format(", {} slide in their plane and {} along their crease",
+                        with_commas(nodes.sliding_in_plane), with_commas(nodes.sliding_on_line));
+    if (nodes.curved > 0)
+      text += fmt::format(", {} on curved parts stay", with_commas(nodes.curved));
+  }
   if (nodes.isolated > 0) text += fmt::format(", {} in no element", with_commas(nodes.isolated));
   if (summary.convergence.held_node_count > 0) {
     text += fmt::format("; the guard{} held {} back in the last sweep",

@@ -185,10 +185,22 @@ BoundaryPolicy decode_boundary(v1::BoundaryPolicy policy) {
     case v1::BOUNDARY_POLICY_FREE:
       return BoundaryPolicy::free;
     case v1::BOUNDARY_POLICY_SLIDE:
-      throw_not_supported("boundary_policy", "this server cannot slide boundary nodes");
+      return BoundaryPolicy::slide;
     default:
       throw_not_supported("boundary_policy", "unknown policy " + std::to_string(policy));
   }
+}
+
+v1::BoundaryPolicy encode_boundary(BoundaryPolicy policy) {
+  switch (policy) {
+    case BoundaryPolicy::fixed:
+      return v1::BOUNDARY_POLICY_FIXED;
+    case BoundaryPolicy::free:
+      return v1::BOUNDARY_POLICY_FREE;
+    case BoundaryPolicy::slide:
+      return v1::BOUNDARY_POLICY_SLIDE;
+  }
+  __builtin_unreachable();
 }
 
 TangledPolicy decode_tangled(v1::TangledPolicy policy) {
@@ -215,8 +227,10 @@ v1::SmoothingOptions encode_options(const SmoothOptions& options) {
   } else {
     message.set_absolute_tolerance(options.tolerance.value);
   }
-  message.set_boundary_policy(options.boundary == BoundaryPolicy::fixed ? v1::BOUNDARY_POLICY_FIXED
-                                                                        : v1::BOUNDARY_POLICY_FREE);
+  message.set_boundary_policy(encode_boundary(options.boundary));
+  if (options.boundary == BoundaryPolicy::slide) {
+    message.set_feature_angle_degrees(options.feature_angle);
+  }
   message.set_guard(options.guard);
   message.set_tangled_policy(options.tangled == TangledPolicy::repair ? v1::TANGLED_POLICY_REPAIR
                                                                       : v1::TANGLED_POLICY_REFUSE);
@@ -235,8 +249,9 @@ v1::SmoothingOptions encode_options(const SmoothOptions& options) {
 
 SmoothOptions decode_options(const v1::SmoothingOptions& message) {
   refuse_unknown_fields(message, "options");
-  if (message.has_feature_angle_degrees()) {
-    throw_not_supported("feature_angle_degrees", "this server does not have the option");
+  if (message.has_feature_angle_degrees() &&
+      message.boundary_policy() != v1::BOUNDARY_POLICY_SLIDE) {
+    throw_not_supported("feature_angle_degrees", "only a boundary that slides has it");
   }
   if (message.has_target_quality() && !message.has_optimize()) {
     throw_not_supported("target_quality", "only optimize stops at a quality");
@@ -251,6 +266,7 @@ SmoothOptions decode_options(const v1::SmoothingOptions& message) {
     options.tolerance = {.value = message.convergence_tolerance(), .relative = true};
   }
   options.boundary = decode_boundary(message.boundary_policy());
+  if (message.has_feature_angle_degrees()) options.feature_angle = message.feature_angle_degrees();
   if (message.has_guard()) options.guard = message.guard();
   options.tangled = decode_tangled(message.tangled_policy());
   if (message.has_absolute_movement_limit()) {

@@ -223,6 +223,10 @@ v1::Summary encode_summary(const SmoothSummary& summary) {
   nodes->set_fixed(summary.nodes.fixed);
   nodes->set_isolated(summary.nodes.isolated);
   nodes->set_moved(summary.nodes.moved);
+  nodes->set_between_tags(summary.nodes.between_regions);
+  nodes->set_sliding_in_plane(summary.nodes.sliding_in_plane);
+  nodes->set_sliding_on_line(summary.nodes.sliding_on_line);
+  nodes->set_curved(summary.nodes.curved);
 
   encode_times(summary.times, message.mutable_timings());
 
@@ -255,7 +259,11 @@ SmoothSummary decode_summary(const v1::Summary& message) {
                    .boundary = message.nodes().boundary(),
                    .fixed = message.nodes().fixed(),
                    .isolated = message.nodes().isolated(),
-                   .moved = message.nodes().moved()};
+                   .moved = message.nodes().moved(),
+                   .between_regions = message.nodes().between_tags(),
+                   .sliding_in_plane = message.nodes().sliding_in_plane(),
+                   .sliding_on_line = message.nodes().sliding_on_line(),
+                   .curved = message.nodes().curved()};
   summary.times = decode_times(message.timings());
   const v1::Execution& execution = message.execution();
   summary.backend = decode_backend(execution);

@@ -107,6 +107,16 @@ TEST(ValidateMesh, NamesAFixedMaskOfAnotherSize) {
   EXPECT_STREQ(error.what(), "the fixed mask has 4 bytes, the mesh has 5 nodes");
 }
 
+TEST(ValidateMesh, NamesRegionsOfAnotherSize) {
+  Mesh mesh = test::two_tets();
+  mesh.regions.assign(3, 0);
+
+  const InvalidMesh error = error_of(mesh);
+
+  EXPECT_EQ(error.reason(), "ARRAY_SIZE_MISMATCH");
+  EXPECT_STREQ(error.what(), "the mesh has regions for 3 elements, but 2 elements");
+}
+
 TEST(ValidateMesh, NamesMoreNodesThanIdsCanCount) {
   const Mesh mesh = test::two_tets();
   const std::vector<ElementBlockView> blocks = mesh.block_views();

@@ -81,6 +81,20 @@ TEST(ValidateOptions, HoldsTheMovementLimitAboveZero) {
   EXPECT_EQ(rejected_field({.movement_limit = MovementLimit{.value = 1e-9}}), "");
 }
 
+TEST(ValidateOptions, HoldsTheFeatureAngleUpToARightOne) {
+  for (const double wrong : {0.0, 0.99, 90.5, -30.0, kNan, kInfinity}) {
+    EXPECT_EQ(rejected_field({.feature_angle = wrong}), "feature_angle");
+  }
+  EXPECT_EQ(rejected_field({.feature_angle = 1}), "");
+  EXPECT_EQ(rejected_field({.feature_angle = 90}), "");
+  try {
+    validate({.feature_angle = 120});
+    FAIL() << "nothing thrown";
+  } catch (const InvalidOption& error) {
+    EXPECT_STREQ(error.what(), "feature_angle is 120, it must be from 1 to 90 degrees");
+  }
+}
+
 TEST(ValidateOptions, HoldsLimitsAboveZero) {
   using namespace std::chrono_literals;
   EXPECT_EQ(rejected_field({.max_iterations = -1}), "max_iteration_count");

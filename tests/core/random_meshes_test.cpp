@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <map>
 #include <random>
 
 #include "core/smoothing.hpp"
@@ -22,8 +23,25 @@ bool is_valid(const Mesh& mesh) {
   return quality.inverted_count == 0 && quality.degenerate_count == 0;
 }
 
+/// The volume (area) of each region.
+std::map<int, double> region_volumes(const Mesh& mesh) {
+  const std::vector<Vec3d> x = test::points_as_double(mesh);
+  std::map<int, double> volumes;
+  std::size_t element = 0;
+  for (const ElementBlock& block : mesh.blocks) {
+    const auto width = static_cast<std::size_t>(element_shape(block.type).node_count);
+    for (std::size_t at = 0; at < block.nodes.size(); at += width, ++element) {
+      Vec3d corners[8];
+      for (std::size_t k = 0; k < width; ++k) corners[k] = x[block.nodes[at + k]];
+      volumes[mesh.regions.empty() ? 0 : mesh.regions[element]] +=
+          measure_element(block.type, corners, {0, 0, 0}).volume;
+    }
+  }
+  return volumes;
+}
+
 /// A lattice, or all volume types together, sheared, stretched, thrown about, some of its
-/// nodes fixed.
+/// nodes fixed, its elements of several regions.
 class RandomMesh {
  public:
   explicit RandomMesh(unsigned seed) : random_(seed), seed_(seed) {
@@ -34,6 +52,12 @@ class RandomMesh {
     if (pick(0, 1) == 1) {
       for (std::size_t n = 0; n < lattice_.node_count(); ++n) {
         lattice_.fixed.push_back(pick(0, 3) == 0 ? 1 : 0);
+      }
+    }
+    if (pick(0, 2) == 0) {
+      const int run = pick(1, 40);
+      for (std::size_t e = 0; e < lattice_.element_count(); ++e) {
+        lattice_.regions.push_back(static_cast<int>(e) / run % 3);
       }
     }
     const bool surface = !mixed && test::oracle::is_surface(static_cast<ElementType>(kind));
@@ -73,6 +97,7 @@ class RandomMesh {
 TEST(RandomMeshes, NeverBecomeInvalidByAnyMethod) {
   const std::vector<test::Way> ways = test::ways(true);
   int moved = 0;
+  std::int64_t slid = 0;
   for (int seed = 0; seed < mesh_count(); ++seed) {
     RandomMesh random(static_cast<unsigned>(seed));
     Mesh mesh = random.valid();
@@ -84,7 +109,9 @@ TEST(RandomMeshes, NeverBecomeInvalidByAnyMethod) {
     for (const test::Way& way : tried) {
       SmoothOptions options{
           .method = way.method, .form = way.form, .max_iterations = random.pick(1, 30)};
-      if (random.pick(0, 4) == 0) options.boundary = BoundaryPolicy::free;
+      const int policy = random.pick(0, 4);
+      if (policy == 0) options.boundary = BoundaryPolicy::free;
+      if (policy >= 3) options.boundary = BoundaryPolicy::slide;
       if (random.pick(0, 4) == 0) {
         options.movement_limit = MovementLimit{.value = random.uniform(0.01, 0.3)};
       }
@@ -94,9 +121,17 @@ TEST(RandomMeshes, NeverBecomeInvalidByAnyMethod) {
       moved += job.summary.nodes.moved > 0 ? 1 : 0;
       EXPECT_EQ(job.summary.quality_after.inverted_count, 0) << seed << " " << way.name;
       EXPECT_EQ(job.summary.quality_after.degenerate_count, 0) << seed << " " << way.name;
+      if (policy == 0) continue;
+      slid += job.summary.nodes.sliding_in_plane + job.summary.nodes.sliding_on_line;
+      const double rounding = mesh.positions.index() == 0 ? 1e-5 : 1e-11;
+      const std::map<int, double> volumes = region_volumes(job.mesh);
+      for (const auto& [region, volume] : region_volumes(mesh)) {
+        EXPECT_NEAR(volumes.at(region), volume, rounding * volume) << seed << " " << way.name;
+      }
     }
   }
   EXPECT_GT(moved, mesh_count());
+  EXPECT_GT(slid, mesh_count());
 }
 
 TEST(RandomMeshes, NeverGetMoreEnergyByASweep) {

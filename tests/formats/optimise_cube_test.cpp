@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 
 #include "formats/generate.hpp"
 #include "meshsmooth/error.hpp"
@@ -79,6 +80,43 @@ TEST_F(Cube, WorstIsBestInTheWorst) {
   const Figures figures = optimise(10000, Goal::worst);
   EXPECT_EQ(figures.inverted, 0);
   EXPECT_GE(figures.worst_angle, 9.5);
+}
+
+TEST_F(Cube, IsBetterYetWithASlidingBoundary) {
+  const Mesh given = formats::generate_cube(10000, 1);
+  Mesh mesh = given;
+  SmoothSummary summary = make_smoother("cpu", 2)->smooth(
+      mesh, {.method = Optimize{}, .boundary = BoundaryPolicy::slide});
+  const auto& before = std::get<std::vector<Vec3d>>(given.positions);
+  const auto& after = std::get<std::vector<Vec3d>>(mesh.positions);
+  Vec3d low = before.front(), high = before.front();
+  for (const Vec3d& p : before) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+  for (std::size_t n = 0; n < before.size(); ++n) {
+    for (double Vec3d::*const c : {&Vec3d::x, &Vec3d::y, &Vec3d::z}) {
+      if (before[n].*c == low.*c || before[n].*c == high.*c) {
+        EXPECT_EQ(after[n].*c, before[n].*c) << n;
+      }
+    }
+  }
+  const double volume = summary.quality_before.sum_absolute_volume;
+  EXPECT_NEAR(summary.quality_after.sum_absolute_volume, volume, 1e-12 * volume);
+  EXPECT_EQ(summary.nodes.fixed, 8);
+  EXPECT_EQ(summary.nodes.sliding_in_plane + summary.nodes.sliding_on_line + 8,
+            summary.nodes.boundary);
+  const Figures slid = figures_of(mesh, std::move(summary));
+  const Figures held = optimise(10000, Goal::balanced);
+  std::printf("slid:  mean %.4f, worst %.2f, under ten %.4f %%, sweeps %d\n", slid.mean,
+              slid.worst_angle, 100 * slid.share_under_ten,
+              slid.summary.convergence.iteration_count);
+  std::printf("fixed: mean %.4f, worst %.2f, under ten %.4f %%, sweeps %d\n", held.mean,
+              held.worst_angle, 100 * held.share_under_ten,
+              held.summary.convergence.iteration_count);
+  EXPECT_EQ(slid.inverted, 0);
+  EXPECT_GT(slid.mean, held.mean);
+  EXPECT_GE(slid.worst_angle, held.worst_angle);
 }
 
 TEST_F(Cube, HoldsItsFiguresWithAHundredThousandNodes) {

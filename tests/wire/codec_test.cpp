@@ -73,6 +73,7 @@ TEST(DecodeOptions, ReadsWhatEncodeWrote) {
   for (const Form form : {Form::automatic, Form::jacobi, Form::gauss_seidel, Form::racing}) {
     expect_round_trip({.form = form});
   }
+  expect_round_trip({.boundary = BoundaryPolicy::slide, .feature_angle = 45});
   expect_round_trip({.max_iterations = 0,
                      .tolerance = {.value = 0.125, .relative = false},
                      .boundary = BoundaryPolicy::free,
@@ -202,8 +203,6 @@ TEST(DecodeOptions, RefusesWhatThisServerDoesNotHave) {
               o.set_form(v1::FORM_JACOBI);
             }),
             "OPTION_NOT_SUPPORTED form");
-  EXPECT_EQ(refusal([](auto& o) { o.set_boundary_policy(v1::BOUNDARY_POLICY_SLIDE); }),
-            "OPTION_NOT_SUPPORTED boundary_policy");
   EXPECT_EQ(refusal([](auto& o) { o.set_target_quality(0.5); }),
             "OPTION_NOT_SUPPORTED target_quality");
   EXPECT_EQ(refusal([](auto& o) { o.set_feature_angle_degrees(30); }),
@@ -286,7 +285,15 @@ SmoothSummary full_summary() {
   s.quality_after.element_count = 29;
   s.quality_after.enclosed_volume = 51;
   s.locked = {30, 31, ElementQuality{32, ElementType::hexahedron, 33, 34}};
-  s.nodes = {.total = 35, .boundary = 36, .fixed = 37, .isolated = 38, .moved = 39};
+  s.nodes = {.total = 35,
+             .boundary = 36,
+             .fixed = 37,
+             .isolated = 38,
+             .moved = 39,
+             .between_regions = 52,
+             .sliding_in_plane = 53,
+             .sliding_on_line = 54,
+             .curved = 55};
   s.times = {.upload_seconds = 40,
              .find_neighbours_seconds = 41,
              .find_boundary_seconds = 42,
@@ -318,6 +325,10 @@ TEST(DecodeSummary, ReadsWhatEncodeWrote) {
   EXPECT_EQ(s.quality_after.element_count, 29);
   EXPECT_EQ(s.locked.worst.value().element, 32);
   EXPECT_EQ(s.nodes.isolated, 38);
+  EXPECT_EQ(s.nodes.between_regions, 52);
+  EXPECT_EQ(s.nodes.sliding_in_plane, 53);
+  EXPECT_EQ(s.nodes.sliding_on_line, 54);
+  EXPECT_EQ(s.nodes.curved, 55);
   EXPECT_EQ(s.times.judge_seconds, 44);
   EXPECT_EQ(s.backend, "cuda:2");
   EXPECT_EQ(s.device_name, "NVIDIA H200");

@@ -27,6 +27,9 @@ struct TopologyView {
   std::size_t node_count = 0;
   std::span<const ElementBlockView> blocks;
   std::span<const std::uint8_t> fixed;  // node_count bytes, non-zero = fixed; or empty
+  /// A region per element: facets between two keep their place as the boundary does. Or empty:
+  /// one region.
+  std::span<const std::int32_t> regions = {};
 
   [[nodiscard]] std::size_t element_count() const;
 };
@@ -49,7 +52,8 @@ struct ElementBlock {
 struct Mesh {
   std::variant<std::vector<Vec3f>, std::vector<Vec3d>> positions = std::vector<Vec3d>{};
   std::vector<ElementBlock> blocks;
-  std::vector<std::uint8_t> fixed;  // one byte per node, non-zero = fixed; or empty
+  std::vector<std::uint8_t> fixed;         // one byte per node, non-zero = fixed; or empty
+  std::vector<std::int32_t> regions = {};  // one per element; or empty: one region
 
   [[nodiscard]] std::size_t node_count() const;
   [[nodiscard]] std::size_t element_count() const;
@@ -63,19 +67,23 @@ struct Mesh {
 class MeshTopology {
  public:
   explicit MeshTopology(const Mesh& mesh)
-      : blocks_(mesh.block_views()), node_count_(mesh.node_count()), fixed_(mesh.fixed) {}
-  [[nodiscard]] TopologyView view() const { return {node_count_, blocks_, fixed_}; }
+      : blocks_(mesh.block_views()),
+        node_count_(mesh.node_count()),
+        fixed_(mesh.fixed),
+        regions_(mesh.regions) {}
+  [[nodiscard]] TopologyView view() const { return {node_count_, blocks_, fixed_, regions_}; }
 
  private:
   std::vector<ElementBlockView> blocks_;
   std::size_t node_count_;
   std::span<const std::uint8_t> fixed_;
+  std::span<const std::int32_t> regions_;
 };
 
 /// Throws `InvalidMesh` naming the first offender (lowest id) unless the mesh
 /// has nodes and elements, blocks of one dimension and whole elements, every
 /// index in range, no element with a repeated node, only finite coordinates,
-/// and a fixed mask of the right size. Facets used more than twice are found
+/// and a fixed mask and regions of the right size. Facets used more than twice are found
 /// by the boundary step. O(nodes + elements), multi-threaded.
 ///
 /// Reasons: MESH_EMPTY, ARRAY_SIZE_MISMATCH, MIXED_DIMENSIONS,

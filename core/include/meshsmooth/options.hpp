@@ -15,7 +15,12 @@ enum class Form {
   racing,        // form B of the paper: in place, unordered; not deterministic
 };
 
-enum class BoundaryPolicy { fixed, free };
+/// What nodes of the boundary, and between regions, may do.
+enum class BoundaryPolicy {
+  fixed,  // they stay
+  free,   // they move like all others
+  slide,  // in their plane, along their crease; corners and curved parts stay
+};
 
 enum class TangledPolicy { repair, refuse };
 
@@ -42,6 +47,9 @@ struct SmoothOptions {
   int max_iterations = 1000;  // >= 0; 0 only judges the mesh
   Tolerance tolerance = {};
   BoundaryPolicy boundary = BoundaryPolicy::fixed;
+  /// With BoundaryPolicy::slide: planes that meet at less than this are one curved part, and
+  /// nodes where they meet stay. Degrees, from 1 to 90.
+  double feature_angle = 30;
   bool guard = true;  // a valid element stays valid
   TangledPolicy tangled = TangledPolicy::repair;
   std::optional<std::chrono::nanoseconds> compute_budget = {};

@@ -72,7 +72,8 @@ class Smoother {
   [[nodiscard]] virtual DeviceSpace device_space() const { return {}; }
 
   /// Upper bound of the bytes that `smooth` allocates for an ordinary
-  /// (conforming) mesh of this size, the caller's arrays not counted.
+  /// (conforming) mesh of this size, the caller's arrays not counted. For sliding, of one whose
+  /// regions meet in no more than a quarter as many nodes as a cube's boundary has.
   [[nodiscard]] virtual MemoryEstimate estimate(const MeshSize& size,
                                                 const SmoothOptions& options) const = 0;
 

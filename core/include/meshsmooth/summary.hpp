@@ -37,9 +37,15 @@ struct Convergence {
 struct NodeCounts {
   std::int64_t total = 0;
   std::int64_t boundary = 0;
-  std::int64_t fixed = 0;     // boundary and the caller's own
+  std::int64_t fixed = 0;     // boundary, between regions, the caller's own
   std::int64_t isolated = 0;  // in no element; they stay
   std::int64_t moved = 0;     // position differs from the input
+  std::int64_t between_regions = 0;
+  // With BoundaryPolicy::slide, of the nodes on the boundary and between regions; the rest
+  // of them is fixed.
+  std::int64_t sliding_in_plane = 0;
+  std::int64_t sliding_on_line = 0;
+  std::int64_t curved = 0;  // fixed because a part around them is not planar
 };
 
 struct StageTimes {

@@ -52,6 +52,10 @@ void validate_sizes(const TopologyView& topology, const PositionsView& positions
     throw_size("the fixed mask has " + std::to_string(topology.fixed.size()) +
                " bytes, the mesh has " + std::to_string(topology.node_count) + " nodes");
   }
+  if (!topology.regions.empty() && topology.regions.size() != topology.element_count()) {
+    throw_size("the mesh has regions for " + std::to_string(topology.regions.size()) +
+               " elements, but " + std::to_string(topology.element_count()) + " elements");
+  }
   const ElementShape& first = element_shape(topology.blocks.front().type);
   for (std::size_t b = 0; b < topology.blocks.size(); ++b) {
     const ElementBlockView& block = topology.blocks[b];

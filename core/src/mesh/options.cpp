@@ -65,6 +65,8 @@ void validate(const SmoothOptions& options) {
   need(tolerance >= 0 && std::isfinite(tolerance),
        options.tolerance.relative ? "convergence_tolerance" : "absolute_tolerance", tolerance,
        "finite and 0 or more");
+  need(options.feature_angle >= 1 && options.feature_angle <= 90, "feature_angle",
+       options.feature_angle, "from 1 to 90 degrees");
   if (options.compute_budget) {
     const double seconds = std::chrono::duration<double>(*options.compute_budget).count();
     need(seconds > 0, "compute_budget", seconds, "above 0 seconds");

@@ -222,6 +222,16 @@ MESHSMOOTH_HD inline NewtonStep newton_step(const BallDerivatives& at) {
   return {direction, -dot(g, direction) / at.energy};
 }
 
+/// Along the line with this unit direction.
+MESHSMOOTH_HD inline NewtonStep newton_step_on_line(const BallDerivatives& at, Vec3d direction) {
+  const Vec3d t = direction;
+  const double g = dot(at.gradient, t);
+  const double curvature = at.xx * t.x * t.x + at.yy * t.y * t.y + at.zz * t.z * t.z +
+                           2 * (at.xy * t.x * t.y + at.xz * t.x * t.z + at.yz * t.y * t.z);
+  if (!(curvature > 0)) return {};
+  return {(-g / curvature) * t, g * g / (curvature * at.energy)};
+}
+
 /// In the plane with this unit normal: exactly in it where it is a coordinate plane.
 MESHSMOOTH_HD inline NewtonStep newton_step_in_plane(const BallDerivatives& at, Vec3d normal) {
   const double ax = std::abs(normal.x), ay = std::abs(normal.y), az = std::abs(normal.z);

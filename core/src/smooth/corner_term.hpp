@@ -197,6 +197,7 @@ class BallTerms {
   }
 
   [[nodiscard]] MESHSMOOTH_HD Vec3<Real> place() const { return place_; }
+  [[nodiscard]] MESHSMOOTH_HD const P& positions() const { return x_; }
 
   template <class Body>
   MESHSMOOTH_HD void for_each(const Body& body) const {

@@ -16,7 +16,8 @@ namespace meshsmooth::detail {
 }
 
 [[nodiscard]] inline Acceptance acceptance_of(const SmoothOptions& options) {
-  return {options.guard, std::holds_alternative<SmartLaplacian>(options.method)};
+  return {options.guard, std::holds_alternative<SmartLaplacian>(options.method),
+          options.boundary == BoundaryPolicy::slide};
 }
 
 /// Whether a job needs the balls beyond finding rings and boundary.
@@ -79,7 +80,8 @@ class Sweeper {
   [[nodiscard]] const Colouring<E>& colouring() const { return colouring_; }
   [[nodiscard]] Form form() const { return form_; }
   [[nodiscard]] Acceptance acceptance() const { return acceptance_; }
-  [[nodiscard]] bool leashed() const { return leash_.home != nullptr; }
+  /// Whether some nodes may not go everywhere.
+  [[nodiscard]] bool leashed() const { return leash_.home != nullptr || around_.slides.any(); }
 
  private:
   void need_spare() {

@@ -54,7 +54,8 @@ struct FixedCounts {
 };
 
 /// Turns the boundary's marks into those of the nodes that stay: the boundary
-/// unless it is free, the caller's own, and nodes in no element.
+/// unless it is free, the caller's own, and nodes in no element. (`constrain` frees those
+/// that may slide.)
 ///
 /// takes  `mask` by the caller's ids, or null
 template <Executor E>
@@ -117,7 +118,7 @@ JobMesh<E, Real> prepare_job(E& executor, const TopologyView& topology,
     const FixedCounts counts =
         fix_nodes(executor, node_count, job.balls.view(), job.caller_of.data(),
                   topology.fixed.empty() ? nullptr : mask.data(),
-                  options.boundary == BoundaryPolicy::fixed, job.fixed.data());
+                  options.boundary != BoundaryPolicy::free, job.fixed.data());
     job.nodes = counts.nodes;
     job.free_count = static_cast<std::size_t>(counts.free);
   }

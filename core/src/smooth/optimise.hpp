@@ -374,7 +374,8 @@ void optimise(E& executor, const Surroundings& surroundings, const Colouring<E>&
     const bool goes_on = run({.power = 1, .guard = false}, {.when_untangled = true});
     tangled = last.tangled > 0;
     if (tangled && options.guard) {
-      limit_moves(executor, around, {.guard = true}, given.data(), positions);
+      limit_moves(executor, around, {.guard = true, .facets = around.slides.any()}, given.data(),
+                  positions);
     }
     if (!goes_on) return;
   }

@@ -37,16 +37,15 @@ struct Found {
 };
 
 /// Tries 1, 1/2, … 1/32 of `step` from `before`; after a whole step 2 and 4 times it, if
-/// `stretch`. Judges places as they will be stored. `judge(place)` is what is to fall;
-/// `value` what it is at `before`.
-template <class Real, class Judge>
-MESHSMOOTH_HD Found<Real> search_along(const Leash<Real>& leash, std::size_t node,
-                                       Vec3<Real> before, Vec3d step, bool stretch, double value,
-                                       const Judge& judge) {
+/// `stretch`. `hold(place)` gives the place as it will be stored, which is judged;
+/// `judge(place)` is what is to fall, `value` what it is at `before`.
+template <class Real, class Hold, class Judge>
+MESHSMOOTH_HD Found<Real> search_along(Vec3<Real> before, Vec3d step, bool stretch, double value,
+                                       const Hold& hold, const Judge& judge) {
   Found<Real> best{before, value};
   const Vec3d origin = vec3_cast<double>(before);
   const auto improves = [&](double length) {
-    const Vec3<Real> place = leash.hold(node, vec3_cast<Real>(origin + length * step));
+    const Vec3<Real> place = hold(vec3_cast<Real>(origin + length * step));
     if (place == best.place) return false;
     const double found = judge(place);
     if (!(found < best.value - kLeastFall * std::abs(best.value))) return false;
@@ -83,9 +82,17 @@ class NodeOptimiser {
  public:
   using Real = typename Terms::Real;
 
-  MESHSMOOTH_HD NodeOptimiser(const Team& team, Terms& terms, std::size_t node, Vec3d normal,
-                              const OptimisePhase& phase, const Leash<Real>& leash)
-      : team_(team), terms_(terms), node_(node), normal_(normal), phase_(phase), leash_(leash) {}
+  MESHSMOOTH_HD NodeOptimiser(const Team& team, const Surroundings& around, Terms& terms,
+                              std::size_t node, Vec3d normal, const OptimisePhase& phase,
+                              const Leash<Real>& leash)
+      : team_(team),
+        around_(around),
+        terms_(terms),
+        node_(node),
+        freedom_(around.slides.freedom(node)),
+        normal_(normal),
+        phase_(phase),
+        leash_(leash) {}
 
   MESHSMOOTH_HD Visit<Real> visit() {
     double worst = 1;
@@ -101,7 +108,27 @@ class NodeOptimiser {
 
  private:
   [[nodiscard]] MESHSMOOTH_HD NewtonStep newton(const BallDerivatives& at) const {
+    if (freedom_ != nullptr) {
+      return freedom_->kind == Freedom::line ? newton_step_on_line(at, freedom_->direction)
+                                             : newton_step_in_plane(at, freedom_->direction);
+    }
     return kDimension == 3 ? newton_step(at) : newton_step_in_plane(at, normal_);
+  }
+
+  /// `search_along` from where the node lies; `energy(d)` is that of the ball with the node
+  /// displaced.
+  template <class Energy>
+  [[nodiscard]] MESHSMOOTH_HD Found<Real> search(Vec3d step, bool stretch, double value,
+                                                 const Energy& energy) const {
+    return search_along(
+        terms_.place(), step, stretch, value,
+        [&](Vec3<Real> place) { return hold(around_, leash_, node_, place); },
+        [&](Vec3<Real> place) {
+          if (!keeps_facets(team_, around_.slides, terms_.positions(), node_, place)) {
+            return HUGE_VAL;
+          }
+          return energy(displacement(place));
+        });
   }
 
   [[nodiscard]] MESHSMOOTH_HD Vec3d displacement(Vec3<Real> place) const {
@@ -121,11 +148,9 @@ class NodeOptimiser {
     if (!(decrement >= kRestDecrement)) return {.place = terms_.place()};
     const Vec3d step =
         (kOverRelaxation * p_norm_length(energy.power, decrement)) * newton_step.direction;
-    const Found<Real> found = search_along(
-        leash_, node_, terms_.place(), step, decrement > kStretchDecrement, at.energy,
-        [&](Vec3<Real> place) {
-          return energy_at<kDimension>(team_, terms_, energy, displacement(place), true);
-        });
+    const Found<Real> found = search(step, decrement > kStretchDecrement, at.energy, [&](Vec3d d) {
+      return energy_at<kDimension>(team_, terms_, energy, d, true);
+    });
     return {.place = found.place,
             .gain = (at.energy - found.value) / (at.energy * energy.power),
             .held = found.place == terms_.place()};
@@ -144,10 +169,9 @@ class NodeOptimiser {
       // The value is taken as the trials take theirs, not with the derivatives' rounding.
       const double value =
           energy_at<kDimension>(team_, terms_, energy, Vec3d{0, 0, 0}, phase_.guard);
-      const Found<Real> found = search_along(
-          leash_, node_, terms_.place(), newton_step.direction, true, value, [&](Vec3<Real> place) {
-            return energy_at<kDimension>(team_, terms_, energy, displacement(place), phase_.guard);
-          });
+      const Found<Real> found = search(newton_step.direction, true, value, [&](Vec3d d) {
+        return energy_at<kDimension>(team_, terms_, energy, d, phase_.guard);
+      });
       if (found.place == terms_.place()) break;
       visit.place = found.place;
       visit.held = false;
@@ -163,8 +187,10 @@ class NodeOptimiser {
   }
 
   const Team& team_;
+  const Surroundings& around_;
   Terms& terms_;
   std::size_t node_;
+  const Freedom* freedom_;
   Vec3d normal_;
   const OptimisePhase& phase_;
   const Leash<Real>& leash_;
@@ -183,7 +209,8 @@ MESHSMOOTH_HD Visit<typename P::Real> optimise_node(const Team& team, const Surr
     if (normal == Vec3d{0, 0, 0}) return Visit<Real>{.place = x[node]};
   }
   BallTerms<kDimension, kCapacity, Team, P> terms(team, around, x, node, normal);
-  return NodeOptimiser<kDimension, Team, decltype(terms)>(team, terms, node, normal, phase, leash)
+  return NodeOptimiser<kDimension, Team, decltype(terms)>(team, around, terms, node, normal, phase,
+                                                          leash)
       .visit();
 }
 

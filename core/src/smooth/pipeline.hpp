@@ -5,6 +5,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "smooth/constraints.hpp"
 #include "smooth/iterate.hpp"
 #include "smooth/job_mesh.hpp"
 
@@ -60,7 +61,7 @@ inline void refuse_tangled(const QualityStats& quality, TangledPolicy policy, bo
   }
 }
 
-/// neighbours -> boundary -> iterate, in this order and timed: the one text of
+/// neighbours -> boundary -> constraints -> iterate, in this order and timed: the one text of
 /// every backend. `Judge` is the backend's way to the quality measures and back
 /// to the caller's positions.
 ///
@@ -76,6 +77,7 @@ SmoothSummary run_pipeline(E& executor, const TopologyView& topology,
   StageTimes& times = summary.times;
   JobMesh<E, Real> job = prepare_job(executor, topology, std::span<const Vec3<Real>>(positions),
                                      options, control, times);
+  const Constraints<E> constraints = constrain(executor, topology, options, control, job, times);
   summary.nodes = job.nodes;
 
   typename std::decay_t<Judge>::Orientation orientation;
@@ -90,6 +92,7 @@ SmoothSummary run_pipeline(E& executor, const TopologyView& topology,
     Surroundings around{job.node_count,      job.elements.view, job.rings.view(),
                         job.balls.view(),    job.fixed.data(),  orientation.references(),
                         orientation.common()};
+    around.slides = constraints.view();
     Colouring<E> colouring;
     if (resolve_form(options) == Form::gauss_seidel) {
       colouring = colour_nodes(executor, around, job.caller_of.data());

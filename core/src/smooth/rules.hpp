@@ -3,6 +3,7 @@
 #include "meshsmooth/methods.hpp"
 #include "meshsmooth/quality.hpp"
 #include "smooth/score.hpp"
+#include "smooth/slides.hpp"
 #include "smooth/topology.hpp"
 
 namespace meshsmooth::detail {
@@ -19,6 +20,7 @@ struct Surroundings {
   // Of a mesh of tetrahedra, for Optimize: beside each entry of the balls the three other
   // nodes, in the order of the corner's edges.
   const NodeId* opposite = nullptr;
+  Slides slides{};
 
   [[nodiscard]] MESHSMOOTH_HD Vec3d reference_of(std::size_t element) const {
     return references == nullptr ? reference : unpack_direction(references[element]);
@@ -138,12 +140,22 @@ struct Leash {
   }
 };
 
+/// The place nearest to `place` that the node may take: on its plane or line, and on its
+/// leash.
+template <class Real>
+MESHSMOOTH_HD Vec3<Real> hold(const Surroundings& around, const Leash<Real>& leash,
+                              std::size_t node, Vec3<Real> place) {
+  const Freedom* const freedom = around.slides.freedom(node);
+  return leash.hold(node, freedom == nullptr ? place : slide_to(*freedom, place));
+}
+
 /// Which moves are taken. Judged in double on the positions as they are stored.
 struct Acceptance {
-  bool guard = false;  // a valid element stays valid
-  bool smart = false;  // the worst score of the ball does not fall
+  bool guard = false;   // a valid element stays valid
+  bool smart = false;   // the worst score of the ball does not fall
+  bool facets = false;  // the facets around sliding nodes stay right
 
-  [[nodiscard]] MESHSMOOTH_HD bool active() const { return guard || smart; }
+  [[nodiscard]] MESHSMOOTH_HD bool active() const { return guard || smart || facets; }
 };
 
 /// Score of an element as it lies.
@@ -204,6 +216,7 @@ MESHSMOOTH_HD Vec3<typename P::Real> accept_move(const Team& team, const Surroun
   if (candidate == before) return before;
   const double worst = acceptance.smart ? worst_score(team, around, x, node) : 0.0;
   const auto allowed = [&](Vec3<Real> place) {
+    if (acceptance.facets && !keeps_facets(team, around.slides, x, node, place)) return false;
     bool right = true;
     const ElementId* const end = around.balls.end(node);
     for (const ElementId* e = around.balls.begin(node) + team.rank; right && e < end;

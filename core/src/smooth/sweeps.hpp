@@ -49,8 +49,8 @@ void copy_positions(E& executor, std::size_t node_count, const Vec3<Real>* from,
 }
 
 /// Cuts back the moves of a sweep in which nodes did not see each other: while
-/// an element breaks the acceptance, the moves of its nodes (guard) or of the
-/// node whose ball it worsens (smart) are halved, the fourth time taken back.
+/// an element or facet breaks the acceptance, the moves of its nodes (guard, facets) or of
+/// the node whose ball it worsens (smart) are halved, the fourth time taken back.
 /// Ends, because a sweep all taken back is acceptable. Returns how many nodes
 /// were held.
 ///
@@ -98,6 +98,19 @@ std::int64_t limit_moves(E& executor, const Surroundings& around, Acceptance acc
         const ElementView element = around.elements[e];
         for (int n = 0; n < element.shape->node_count; ++n) {
           E::store(mark[element.nodes[n]], std::uint8_t{1});
+        }
+      });
+    }
+    if (acceptance.facets) {
+      const Slides slides = around.slides;
+      executor.for_each(slides.facet_count, [=] MESHSMOOTH_HD(std::size_t f) {
+        const KeptFacet& facet = slides.facets[f];
+        const auto lies = [=](const Vec3<Real>* x) {
+          return facet_is_right(facet, [=](NodeId n) { return vec3_cast<double>(x[n]); });
+        };
+        if (lies(after) || !lies(before)) return;
+        for (const NodeId n : facet.nodes) {
+          if (n >= 0) E::store(mark[n], std::uint8_t{1});
         }
       });
     }
@@ -153,7 +166,7 @@ SweepStats sweep_jacobi(E& executor, const Surroundings& around, const Mean& mea
       around.node_count, SweepStats{},
       [=] MESHSMOOTH_HD(std::size_t node) {
         if (around.fixed[node] != 0) return SweepStats{};
-        after[node] = leash.hold(node, step_towards(mean, around, x, node, factor));
+        after[node] = hold(around, leash, node, step_towards(mean, around, x, node, factor));
         return stats_of_move(before[node], after[node], false);
       },
       AddStats{});
@@ -168,7 +181,7 @@ MESHSMOOTH_HD Vec3<typename P::Real> move_node(const Team& team, const Surroundi
                                                typename P::Real factor, Acceptance acceptance,
                                                bool& held, Leash<typename P::Real> leash = {}) {
   const Vec3<typename P::Real> place =
-      leash.hold(node, step_towards(mean, around, x, node, factor));
+      hold(around, leash, node, step_towards(mean, around, x, node, factor));
   return acceptance.active() ? accept_move(team, around, x, node, place, acceptance, held) : place;
 }
 
@@ -215,7 +228,8 @@ SweepStats sweep_racing(E& executor, const Surroundings& around, const Mean& mea
       [=] MESHSMOOTH_HD(std::size_t node) {
         if (around.fixed[node] != 0) return SweepStats{};
         const Vec3<Real> old_place = x[node];
-        const Vec3<Real> place = leash.hold(node, step_towards(mean, around, x, node, factor));
+        const Vec3<Real> place =
+            hold(around, leash, node, step_towards(mean, around, x, node, factor));
         x.store(node, place);
         return stats_of_move(old_place, place, false);
       },
@@ -241,8 +255,9 @@ SweepStats sweep_hc(E& executor, const Surroundings& around, Real alpha, Real be
   const QuietPositions<Real> b{differences};
   executor.for_each(around.node_count, [=] MESHSMOOTH_HD(std::size_t node) {
     if (around.fixed[node] != 0) return;
-    after[node] = leash.hold(node, after[node] - (beta * differences[node] +
-                                                  (1 - beta) * UniformMean{}(around, b, node)));
+    after[node] = hold(
+        around, leash, node,
+        after[node] - (beta * differences[node] + (1 - beta) * UniformMean{}(around, b, node)));
   });
   if (!acceptance.active()) return measure_moves(executor, around.node_count, before, after);
   return limit_and_measure(executor, around, acceptance, before, after);

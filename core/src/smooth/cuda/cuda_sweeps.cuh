@@ -13,7 +13,7 @@ void run_sweeps(CudaExecutor& executor, Sweeper<CudaExecutor, Real>& sweeper, co
                 double factor, ConvergenceWatch& watch) {
   const Surroundings& around = sweeper.around();
   const auto f = static_cast<Real>(factor);
-  // These kernels know no leash.
+  // These kernels know neither leash nor slides.
   if (sweeper.leashed()) return run_sweeps_one_by_one(sweeper, mean, factor, watch);
   if (sweeper.form() == Form::gauss_seidel) {
     // A thread per element of an ordinary ball.

@@ -339,7 +339,7 @@ JobMesh<CudaExecutor, Real> prepare_job(CudaExecutor& executor, const TopologyVi
                          std::move(ball_sizes), pieces, state);
   internal_of = {};
   PrepareState* const seen = lane.template mapped<PrepareState>(CudaExecutor::kStateOffset);
-  const bool boundary_fixed = options.boundary == BoundaryPolicy::fixed;
+  const bool boundary_fixed = options.boundary != BoundaryPolicy::free;
   FixedCounts counts;
   std::size_t rows_end = 0;
   for (std::size_t capacity = ring_entry_estimate(size_of(topology));;

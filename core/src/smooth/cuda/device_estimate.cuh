@@ -17,7 +17,8 @@ namespace meshsmooth::detail {
   const std::int64_t kept = 2 * n * position    // the caller's and ours
                             + n * 4 + n         // caller's node of a node, fixed or not
                             + mesh.entries * 4  // connectivity
-                            + (mesh.types > 1 ? mesh.elements * 4 : 0);
+                            + (mesh.types > 1 ? mesh.elements * 4 : 0) +
+                            constraint_bytes(mesh, options);
   const std::int64_t balls = (n + 1) * 8 + mesh.entries * 4;
   const std::int64_t rings = (n + 1) * 8 + mesh.edges * 2 * 4;
   const std::int64_t renumbering = n * (12 + 8 + 8);  // keys, ids, the sort's own; numbers, sizes
@@ -46,9 +47,13 @@ namespace meshsmooth::detail {
     iterating += mesh.elements * static_cast<std::int64_t>(sizeof(PackedDirection));
   }
   const std::int64_t colouring = resolve_form(options) == Form::gauss_seidel ? n * 25 : 0;
+  // Counts by node, the caller's mask and regions.
+  const std::int64_t constraining =
+      options.boundary == BoundaryPolicy::slide ? n * 9 + mesh.elements * 4 : 0;
   const std::int64_t held_balls = needs_balls(options) ? balls : 0;
   const std::int64_t peak =
       kept + std::max({renumbering, counting + balls, balls + rings + n / 4 + colouring,
+                       balls + rings + n / 4 + constraining,
                        held_balls + rings + iterating + (colouring > 0 ? n * 4 : 0)});
   return peak + peak / 50 + sums + (std::int64_t{128} << 10);  // and the judge's histograms
 }

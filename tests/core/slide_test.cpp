@@ -1,0 +1,403 @@
+// Nodes of the boundary, and between regions, that slide.
+
+#include <gmock/gmock.h>
+
+#include <map>
+#include <numbers>
+#include <set>
+
+#include "core/smoothing.hpp"
+#include "support/cells.hpp"
+
+namespace meshsmooth {
+namespace {
+
+using test::Cells;
+using test::Job;
+using test::points;
+using test::same_bits;
+
+bool is_valid(const QualityStats& quality) {
+  return quality.inverted_count == 0 && quality.degenerate_count == 0;
+}
+
+double mean_of_mean_ratios(const QualityStats& quality) {
+  for (const MetricStats& stats : quality.metrics) {
+    if (stats.metric == QualityMetric::mean_ratio) return stats.mean;
+  }
+  throw std::logic_error("no mean ratio");
+}
+
+SmoothOptions sliding(const Method& method = Optimize{}, Form form = Form::automatic) {
+  return {.method = method, .form = form, .max_iterations = 40, .boundary = BoundaryPolicy::slide};
+}
+
+/// One block, a step with an edge that goes inwards, a hole, two regions, four around a line.
+std::vector<std::pair<std::string, Cells::Region>> shapes(int n) {
+  const int half = n / 2;
+  return {
+      {"cube", [](int, int, int) { return 0; }},
+      {"step", [=](int x, int, int z) { return x >= half && z >= half ? Cells::kNone : 0; }},
+      {"notch", [=](int x, int y, int z) { return x >= half && y >= half && z >= half ? -1 : 0; }},
+      {"two_regions", [=](int x, int, int) { return x < half ? 7 : 3; }},
+      {"part_in_part",
+       [=](int x, int y, int z) { return x >= half && y >= half && z >= half ? 1 : 2; }},
+      {"four_regions", [=](int x, int y, int) { return (x < half ? 0 : 1) + (y < half ? 0 : 5); }}};
+}
+
+/// As far thrown about as leaves it valid.
+Mesh valid_mesh(const Cells& cells, unsigned seed, double size = 0.3) {
+  for (;; size *= 0.8) {
+    Mesh mesh = cells.thrown(size, seed);
+    if (is_valid(measure_quality(mesh))) return mesh;
+  }
+}
+
+double coordinate(const Vec3d& p, int axis) { return axis == 0 ? p.x : axis == 1 ? p.y : p.z; }
+
+/// How many coordinates that must not change have another value.
+int strayed(const Cells& cells, const Mesh& before, const Mesh& after) {
+  const std::vector<Vec3d> x = test::points_as_double(before), y = test::points_as_double(after);
+  int count = 0;
+  for (std::size_t n = 0; n < x.size(); ++n) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const bool same = coordinate(x[n], axis) == coordinate(y[n], axis);
+      if (!same && !cells.may_move(n, axis)) ++count;
+    }
+  }
+  return count;
+}
+
+/// Nodes with as many freedoms that have moved.
+int moved(const Cells& cells, int freedoms, const Mesh& before, const Mesh& after) {
+  const std::vector<Vec3d> x = test::points_as_double(before), y = test::points_as_double(after);
+  int count = 0;
+  for (std::size_t n = 0; n < x.size(); ++n) {
+    if (cells.freedoms(n) == freedoms && !(x[n] == y[n])) ++count;
+  }
+  return count;
+}
+
+class SlidingWay : public testing::TestWithParam<test::Way> {};
+INSTANTIATE_TEST_SUITE_P(Slide, SlidingWay, testing::ValuesIn(test::ways(true)), test::way_name);
+
+TEST_P(SlidingWay, KeepsPlanesCreasesAndCornersToTheBit) {
+  for (const ElementType type : kElementTypes) {
+    for (const auto& [name, region] : shapes(4)) {
+      SCOPED_TRACE(name + " of " + std::string(element_shape(type).name));
+      const Cells cells(type, 4, region);
+      const Mesh mesh = valid_mesh(cells, 1);
+
+      const Job job = test::smooth(mesh, sliding(GetParam().method, GetParam().form));
+
+      EXPECT_EQ(strayed(cells, mesh, job.mesh), 0);
+      EXPECT_TRUE(is_valid(job.summary.quality_after));
+      EXPECT_NEAR(job.summary.quality_after.sum_absolute_volume,
+                  measure_quality(cells.mesh()).sum_absolute_volume, 1e-12 * 64);
+      EXPECT_GT(moved(cells, 1, mesh, job.mesh), 0);
+      if (!test::oracle::is_surface(type)) {
+        EXPECT_GT(moved(cells, 2, mesh, job.mesh), 0);
+      }
+    }
+  }
+}
+
+TEST_P(SlidingWay, StaysValidOnARotatedPlane) {
+  const Eigen::Matrix3d turn =
+      (Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized())).toRotationMatrix();
+  for (const ElementType type : kElementTypes) {
+    for (const auto& [name, region] : shapes(4)) {
+      SCOPED_TRACE(name + " of " + std::string(element_shape(type).name));
+      const Cells cells(type, 4, region);
+      const auto turned = [&](const Eigen::Matrix3d& by, const Mesh& mesh) {
+        return test::mapped(mesh, [&](Vec3d p) {
+          const Eigen::Vector3d q = by * test::oracle::to_point(p);
+          return Vec3d{q.x(), q.y(), q.z()};
+        });
+      };
+      const Mesh mesh = valid_mesh(cells, 2);
+
+      const Job job = test::smooth(turned(turn, mesh), sliding(GetParam().method, GetParam().form));
+
+      const Mesh back = turned(turn.transpose(), job.mesh);
+      double farthest = 0;
+      for (std::size_t n = 0; n < mesh.node_count(); ++n) {
+        for (int axis = 0; axis < 3; ++axis) {
+          if (cells.may_move(n, axis)) continue;
+          farthest = std::max(farthest, std::abs(coordinate(points(back)[n], axis) -
+                                                 coordinate(points(mesh)[n], axis)));
+        }
+      }
+      EXPECT_LT(farthest, 1e-12 * test::diagonal(mesh));
+      EXPECT_TRUE(is_valid(job.summary.quality_after));
+      EXPECT_NEAR(job.summary.quality_after.sum_absolute_volume,
+                  measure_quality(mesh).sum_absolute_volume, 1e-12 * 64);
+      EXPECT_GT(job.summary.nodes.sliding_on_line, 0);
+      EXPECT_GT(moved(cells, 1, mesh, back), 0);
+    }
+  }
+}
+
+TEST(Slide, CountsWhatItFinds) {
+  for (const ElementType type : kElementTypes) {
+    for (const auto& [name, region] : shapes(4)) {
+      SCOPED_TRACE(name + " of " + std::string(element_shape(type).name));
+      const Cells cells(type, 4, region);
+      const std::vector<bool> used = cells.used();
+      const bool flat = test::oracle::is_surface(type);
+      std::int64_t in_plane = 0, on_line = 0, fixed = 0;
+      for (std::size_t n = 0; n < used.size(); ++n) {
+        if (!used[n]) continue;
+        fixed += cells.freedoms(n) == 0 ? 1 : 0;
+        on_line += cells.freedoms(n) == 1 ? 1 : 0;
+        in_plane += !flat && cells.freedoms(n) == 2 ? 1 : 0;
+      }
+
+      const NodeCounts counts = test::smooth(valid_mesh(cells, 3), sliding()).summary.nodes;
+
+      EXPECT_EQ(counts.sliding_in_plane, in_plane);
+      EXPECT_EQ(counts.sliding_on_line, on_line);
+      EXPECT_EQ(counts.fixed, fixed);
+      EXPECT_EQ(counts.curved, 0);
+    }
+  }
+}
+
+TEST(Slide, MakesABetterMeshThanAFixedBoundary) {
+  for (const ElementType type : kElementTypes) {
+    const Cells cells(type, 5, [](int, int, int) { return 0; });
+    const Mesh mesh = valid_mesh(cells, 4, 0.35);
+    SmoothOptions fixed = sliding();
+    fixed.boundary = BoundaryPolicy::fixed;
+
+    const Job slid = test::smooth(mesh, sliding());
+    const Job held = test::smooth(mesh, fixed);
+
+    EXPECT_GT(mean_of_mean_ratios(slid.summary.quality_after),
+              mean_of_mean_ratios(held.summary.quality_after) + 0.02)
+        << element_shape(type).name;
+  }
+}
+
+TEST(Slide, GivesTheSameBitsOnAnyNumberOfThreads) {
+  const Cells cells(ElementType::tetrahedron, 17, shapes(17)[4].second);
+  const Mesh mesh = valid_mesh(cells, 5);
+  for (const Method& method : std::vector<Method>{Optimize{}, SmartLaplacian{}, Laplacian{}}) {
+    const Mesh one = test::smooth(mesh, sliding(method), 1).mesh;
+    EXPECT_TRUE(same_bits(one, test::smooth(mesh, sliding(method), 2).mesh));
+    EXPECT_TRUE(same_bits(one, test::smooth(mesh, sliding(method), 5).mesh));
+  }
+}
+
+TEST(Slide, KeepsTheCallersNodesAndTheMovementLimit) {
+  const Cells cells(ElementType::hexahedron, 4, shapes(4)[0].second);
+  Mesh mesh = valid_mesh(cells, 6);
+  for (std::size_t n = 0; n < mesh.node_count(); ++n) mesh.fixed.push_back(n % 3 == 0 ? 1 : 0);
+  SmoothOptions options = sliding();
+  options.movement_limit = 0.05;
+
+  const Job job = test::smooth(mesh, options);
+
+  double farthest = 0;
+  for (std::size_t n = 0; n < mesh.node_count(); ++n) {
+    const double way = norm(points(job.mesh)[n] - points(mesh)[n]);
+    farthest = std::max(farthest, way);
+    if (mesh.fixed[n] != 0) {
+      EXPECT_EQ(way, 0);
+    }
+  }
+  EXPECT_GT(farthest, 0.049);
+  EXPECT_LE(farthest, 0.05 * (1 + 1e-12));
+  EXPECT_EQ(strayed(cells, mesh, job.mesh), 0);
+}
+
+/// Only nodes with `inner` freedoms are thrown about, until an element is inverted.
+Mesh tangled_inside(const Cells& cells, int inner) {
+  for (double size = 0.7;; size *= 1.2) {
+    Mesh mesh = cells.thrown(size, 7);
+    for (std::size_t n = 0; n < mesh.node_count(); ++n) {
+      if (cells.freedoms(n) < inner) points(mesh)[n] = points(cells.mesh())[n];
+    }
+    if (measure_quality(mesh).inverted_count > 0) return mesh;
+  }
+}
+
+TEST(Slide, UntanglesInsideAPlaneBoundary) {
+  for (const ElementType type : kElementTypes) {
+    for (const auto& [name, region] : shapes(4)) {
+      SCOPED_TRACE(name + " of " + std::string(element_shape(type).name));
+      const Cells cells(type, 4, region);
+      const Mesh mesh = tangled_inside(cells, test::oracle::is_surface(type) ? 2 : 3);
+      SmoothOptions options = sliding();
+      options.max_iterations = 300;
+
+      const Job job = test::smooth(mesh, options);
+
+      EXPECT_EQ(job.summary.quality_after.inverted_count, 0);
+      EXPECT_EQ(strayed(cells, mesh, job.mesh), 0);
+      EXPECT_NEAR(job.summary.quality_after.sum_absolute_volume,
+                  measure_quality(cells.mesh()).sum_absolute_volume, 1e-12 * 64);
+    }
+  }
+}
+
+/// The areas of all triangles on the boundary of tetrahedra.
+double boundary_area(const Mesh& mesh) {
+  std::map<std::set<NodeId>, int> uses;
+  const std::vector<NodeId>& nodes = mesh.blocks[0].nodes;
+  for (std::size_t e = 0; e < nodes.size(); e += 4) {
+    for (std::size_t skipped = 0; skipped < 4; ++skipped) {
+      std::set<NodeId> facet(&nodes[e], &nodes[e] + 4);
+      facet.erase(nodes[e + skipped]);
+      ++uses[facet];
+    }
+  }
+  double area = 0;
+  for (const auto& [facet, count] : uses) {
+    if (count != 1) continue;
+    const std::vector<NodeId> corner(facet.begin(), facet.end());
+    const Vec3d a = points(mesh)[corner[0]];
+    area += norm(cross(points(mesh)[corner[1]] - a, points(mesh)[corner[2]] - a)) / 2;
+  }
+  return area;
+}
+
+TEST(Slide, FoldsNoFacetWithoutTheGuard) {
+  for (const auto& [name, region] : shapes(4)) {
+    const Cells cells(ElementType::tetrahedron, 4, region);
+    const double area = boundary_area(cells.mesh());
+    for (unsigned seed = 0; seed < 20; ++seed) {
+      const Mesh mesh = valid_mesh(cells, seed, 0.5);
+      for (const Form form : {Form::jacobi, Form::gauss_seidel, Form::racing}) {
+        SmoothOptions options =
+            sliding(Laplacian{.weighting = Weighting::edge_length, .relaxation = 1}, form);
+        options.guard = false;
+        options.max_iterations = 10;
+        EXPECT_NEAR(boundary_area(test::smooth(mesh, options).mesh), area, 1e-10) << name;
+      }
+    }
+  }
+}
+
+/// A block bent by an angle along the plane x = 2.
+Mesh bent(ElementType type, double degrees) {
+  const double slope = std::tan(degrees * std::numbers::pi / 180);
+  return test::mapped(test::lattice(type, 4), [=](Vec3d p) {
+    const double rise = slope * std::max(0.0, p.x - 2);
+    return test::oracle::is_surface(type) ? Vec3d{p.x, p.y + rise, p.z}
+                                          : Vec3d{p.x, p.y, p.z + rise};
+  });
+}
+
+TEST(Slide, TakesPlanesThatMeetAtLessThanTheFeatureAngleForCurved) {
+  for (const auto& [degrees, angle, curved, on_line] :
+       std::vector<std::tuple<double, double, int, int>>{
+           {20, 30, 10, 32}, {20, 15, 0, 32 + 6}, {0, 30, 0, 36}}) {
+    SmoothOptions options = sliding();
+    options.feature_angle = angle;
+    const NodeCounts counts =
+        test::smooth(bent(ElementType::hexahedron, degrees), options).summary.nodes;
+    SCOPED_TRACE(std::to_string(degrees) + " " + std::to_string(angle));
+    EXPECT_EQ(counts.curved, curved);
+    EXPECT_EQ(counts.sliding_on_line, on_line);
+    EXPECT_EQ(counts.sliding_in_plane, 6 * 9 - (degrees == 0 ? 0 : 6));
+  }
+  // Of a surface the edges that go on at an angle stay in any case.
+  for (const double angle : {15.0, 30.0}) {
+    SmoothOptions options = sliding();
+    options.feature_angle = angle;
+    const NodeCounts counts = test::smooth(bent(ElementType::quad, 20), options).summary.nodes;
+    EXPECT_EQ(counts.curved, angle > 20 ? 2 : 0);
+    EXPECT_EQ(counts.sliding_on_line, 4 * 3 - 2);
+  }
+}
+
+TEST(Slide, LeavesACurvedBoundaryWhereItIs) {
+  Mesh mesh = test::spokes(3);
+  points(mesh).back() = {0.2, 0.1, -0.1};
+
+  const Job job = test::smooth(mesh, sliding());
+
+  EXPECT_EQ(job.summary.nodes.curved, job.summary.nodes.boundary);
+  EXPECT_EQ(job.summary.nodes.fixed, job.summary.nodes.boundary);
+  EXPECT_EQ(job.summary.nodes.moved, 1);
+}
+
+TEST(Slide, LeavesTheFrontOfASlitWhereItIs) {
+  Mesh mesh = test::lattice(ElementType::hexahedron, 4);
+  const std::size_t whole = mesh.node_count();
+  std::vector<NodeId> upper(whole, -1);  // the second node of one on the slit x < 2, y = 2
+  std::vector<std::size_t> front;
+  for (std::size_t n = 0; n < whole; ++n) {
+    const Vec3d p = points(mesh)[n];
+    if (p.y != 2 || p.x > 2) continue;
+    if (p.x == 2) {
+      front.push_back(n);
+      continue;
+    }
+    upper[n] = static_cast<NodeId>(mesh.node_count());
+    points(mesh).push_back(p);
+  }
+  const std::vector<Vec3d>& x = points(mesh);
+  for (std::size_t e = 0; e < mesh.blocks[0].nodes.size(); e += 8) {
+    NodeId* const nodes = &mesh.blocks[0].nodes[e];
+    if (x[nodes[6]].y < 2.5) continue;
+    for (int k = 0; k < 8; ++k) {
+      if (static_cast<std::size_t>(nodes[k]) < whole && upper[nodes[k]] >= 0) {
+        nodes[k] = upper[nodes[k]];
+      }
+    }
+  }
+  for (std::size_t n = 0; n < mesh.node_count(); ++n) {
+    const bool inner = points(mesh)[n].x == 1 && points(mesh)[n].z > 0 && points(mesh)[n].z < 4;
+    if (inner) points(mesh)[n].x += 0.3;
+  }
+
+  const Job job = test::smooth(mesh, sliding());
+
+  ASSERT_EQ(front.size(), 5U);
+  for (const std::size_t n : front) EXPECT_EQ(points(job.mesh)[n], points(mesh)[n]);
+  const Vec3d lip = points(mesh)[upper[2 * 25 + 2 * 5 + 1]];
+  const Vec3d slid = points(job.mesh)[upper[2 * 25 + 2 * 5 + 1]];
+  EXPECT_LT(slid.x, lip.x - 0.01);
+  EXPECT_EQ(slid.y, 2);
+}
+
+TEST(Regions, AreKeptLikeTheBoundary) {
+  for (const ElementType type : kElementTypes) {
+    for (const auto& [name, region] : shapes(4)) {
+      SCOPED_TRACE(name + " of " + std::string(element_shape(type).name));
+      const Cells cells(type, 4, region);
+      const Mesh mesh = valid_mesh(cells, 8);
+      const int inner = test::oracle::is_surface(type) ? 2 : 3;
+      const std::vector<bool> used = cells.used();
+      std::int64_t between = 0;
+      const std::set<NodeId> boundary = test::oracle::boundary_nodes(mesh);
+      for (std::size_t n = 0; n < used.size(); ++n) {
+        const bool kept = used[n] && cells.freedoms(n) < inner;
+        between += kept && boundary.count(static_cast<NodeId>(n)) == 0 ? 1 : 0;
+      }
+      for (const Method& method : std::vector<Method>{Laplacian{}, SmartLaplacian{}, Optimize{}}) {
+        SmoothOptions options = sliding(method);
+        options.boundary = BoundaryPolicy::fixed;
+
+        const Job job = test::smooth(mesh, options);
+
+        for (int freedoms = 0; freedoms < inner; ++freedoms) {
+          EXPECT_EQ(moved(cells, freedoms, mesh, job.mesh), 0);
+        }
+        EXPECT_GT(moved(cells, inner, mesh, job.mesh), 0);
+        const NodeCounts& counts = job.summary.nodes;
+        EXPECT_EQ(counts.fixed, counts.boundary + between);
+        EXPECT_GE(counts.between_regions, between);
+        EXPECT_EQ(counts.sliding_in_plane + counts.sliding_on_line, 0);
+
+        options.boundary = BoundaryPolicy::free;
+        EXPECT_EQ(test::smooth(mesh, options).summary.nodes.fixed, 0);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace meshsmooth
