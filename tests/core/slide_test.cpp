@@ -212,9 +212,9 @@ TEST(Slide, KeepsTheCallersNodesAndTheMovementLimit) {
 }
 
 /// Only nodes with `inner` freedoms are thrown about, until an element is inverted.
-Mesh tangled_inside(const Cells& cells, int inner) {
-  for (double size = 0.7;; size *= 1.2) {
-    Mesh mesh = cells.thrown(size, 7);
+Mesh tangled_inside(const Cells& cells, int inner, unsigned seed = 7, double size = 0.7) {
+  for (;; size *= 1.2) {
+    Mesh mesh = cells.thrown(size, seed);
     for (std::size_t n = 0; n < mesh.node_count(); ++n) {
       if (cells.freedoms(n) < inner) points(mesh)[n] = points(cells.mesh())[n];
     }
@@ -260,6 +260,22 @@ double boundary_area(const Mesh& mesh) {
     area += norm(cross(points(mesh)[corner[1]] - a, points(mesh)[corner[2]] - a)) / 2;
   }
   return area;
+}
+
+TEST(Slide, FoldsNoFacetOnTheWayOutOfATangle) {
+  for (const auto& [name, region] : shapes(4)) {
+    const Cells cells(ElementType::tetrahedron, 4, region);
+    const double area = boundary_area(cells.mesh());
+    for (unsigned seed = 0; seed < 20; ++seed) {
+      const Mesh mesh = tangled_inside(cells, 3, seed, 2.0);
+      for (const int sweeps : {1, 3}) {
+        SmoothOptions options = sliding();
+        options.guard = false;
+        options.max_iterations = sweeps;
+        EXPECT_NEAR(boundary_area(test::smooth(mesh, options).mesh), area, 1e-10) << name;
+      }
+    }
+  }
 }
 
 TEST(Slide, FoldsNoFacetWithoutTheGuard) {

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "formats/generate.hpp"
 #include "meshsmooth/error.hpp"
@@ -108,15 +108,10 @@ TEST_F(Cube, IsBetterYetWithASlidingBoundary) {
             summary.nodes.boundary);
   const Figures slid = figures_of(mesh, std::move(summary));
   const Figures held = optimise(10000, Goal::balanced);
-  std::printf("slid:  mean %.4f, worst %.2f, under ten %.4f %%, sweeps %d\n", slid.mean,
-              slid.worst_angle, 100 * slid.share_under_ten,
-              slid.summary.convergence.iteration_count);
-  std::printf("fixed: mean %.4f, worst %.2f, under ten %.4f %%, sweeps %d\n", held.mean,
-              held.worst_angle, 100 * held.share_under_ten,
-              held.summary.convergence.iteration_count);
   EXPECT_EQ(slid.inverted, 0);
-  EXPECT_GT(slid.mean, held.mean);
-  EXPECT_GE(slid.worst_angle, held.worst_angle);
+  EXPECT_GE(slid.mean, held.mean + 0.004);
+  EXPECT_LT(slid.share_under_ten, held.share_under_ten / 2);
+  EXPECT_GE(slid.worst_angle, 8.0);
 }
 
 TEST_F(Cube, HoldsItsFiguresWithAHundredThousandNodes) {
