@@ -194,7 +194,7 @@ TEST(Slide, KeepsTheCallersNodesAndTheMovementLimit) {
   Mesh mesh = valid_mesh(cells, 6);
   for (std::size_t n = 0; n < mesh.node_count(); ++n) mesh.fixed.push_back(n % 3 == 0 ? 1 : 0);
   SmoothOptions options = sliding();
-  options.movement_limit = 0.05;
+  options.movement_limit = MovementLimit{.value = 0.05};
 
   const Job job = test::smooth(mesh, options);
 
