@@ -28,8 +28,12 @@ enum class JobState { receiving, queued, running, sending, succeeded, failed, ca
 
 using Clock = std::chrono::steady_clock;
 
+/// Who asks when nothing says who.
+inline constexpr const char* kAnonymous = "anonymous";
+
 /// What the caller asked for, checked.
 struct JobRequest {
+  std::string identity = kAnonymous;  // who asks; the job is theirs alone
   std::string request_id;
   SmoothOptions options;
   Priority priority = Priority::normal;
