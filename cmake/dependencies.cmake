@@ -6,6 +6,12 @@ find_package(Protobuf 3.21 REQUIRED)
 find_package(gRPC 1.51 CONFIG REQUIRED)
 if(MESHSMOOTH_BUILD_SERVER)
   find_package(spdlog 1.10 REQUIRED)
+  # Not by their packages, which look for the whole of curl and zlib; an archive is taken
+  # where there is one.
+  find_path(PROMETHEUS_CPP_INCLUDE_DIR prometheus/registry.h REQUIRED)  # 1.0
+  find_library(PROMETHEUS_CPP_LIBRARY NAMES libprometheus-cpp-core.a prometheus-cpp-core REQUIRED)
+  find_path(CIVETWEB_INCLUDE_DIR civetweb.h REQUIRED)                   # 1.15
+  find_library(CIVETWEB_LIBRARY NAMES libcivetweb.a civetweb REQUIRED)
 endif()
 if(MESHSMOOTH_BUILD_SERVER OR MESHSMOOTH_BUILD_CLI)
   find_package(CLI11 2.1 REQUIRED)

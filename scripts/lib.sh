@@ -17,13 +17,13 @@ die() {
 build_packages=(
   g++ cmake ninja-build ccache
   libgrpc++-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc
-  libtbb-dev libspdlog-dev libcli11-dev
+  libtbb-dev libspdlog-dev libcli11-dev prometheus-cpp-dev libcivetweb-dev
   libvtk9-dev libgmsh-dev libtet1.5-dev
 )
 # What the tests need beside that.
 test_packages=(
   libgtest-dev libgmock-dev libeigen3-dev libbenchmark-dev
-  clang-format clang-tidy shellcheck python3
+  clang-format clang-tidy shellcheck python3 prometheus
 )
 # What scripts/bundle needs beside the first.
 bundle_packages=(libgtest-dev libgmock-dev libeigen3-dev libbenchmark-dev binutils zstd)

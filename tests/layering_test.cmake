@@ -43,6 +43,10 @@ forbid("(vtk|gmsh|tetgen)[A-Za-z0-9_]*\\.h" "file formats live on the client's s
   client/formats/ tests/)
 forbid("vtk[A-Z][A-Za-z0-9]*\\.h" "builds without VTK have the other formats"
   client/formats/vtk_ client/formats/gmsh_ tests/)
+forbid("prometheus/" "only one place knows how metrics are counted"
+  server/src/metrics\\.cpp)
+forbid("civetweb\\.h" "only one place knows how HTTP is spoken"
+  server/src/admin_server\\.cpp)
 forbid("(cuda|cub/|thrust/)" "CUDA stays in its backend"
   core/src/smooth/cuda/ tests/)
 forbid("meshsmooth/(server|client|wire)[./]" "core knows nobody outside itself"

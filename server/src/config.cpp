@@ -35,13 +35,15 @@ bool is_number(std::string_view text) {
 bool is_address(std::string_view text) {
   const std::size_t colon = text.rfind(':');
   return colon != std::string_view::npos && colon > 0 && is_number(text.substr(colon + 1)) &&
-         is_printable(text);
+         is_printable(text) && text.find_first_of(", ") == std::string_view::npos;
 }
 
 bool is_listen_address(std::string_view text) {
   if (text.starts_with("unix:")) return text.size() > 5 && is_printable(text);
   return text.empty() || is_address(text);
 }
+
+bool is_admin_address(std::string_view text) { return text.empty() || is_address(text); }
 
 bool is_backend(std::string_view text) {
   return text == "auto" || text == "cpu" || text == "cuda" ||
@@ -59,6 +61,9 @@ void visit_settings(Config& config, const Visit& visit) {
 
   visit("listen", config.listen, "HOST:PORT or unix:PATH to serve on; port 0 picks one",
         text_that("HOST:PORT or unix:PATH", is_listen_address));
+  visit("admin-listen", config.admin_listen,
+        "HOST:PORT of /metrics, /healthz and /readyz in plain HTTP; empty: none",
+        text_that("HOST:PORT", is_admin_address));
   visit("backend", config.backend, "auto, cpu, cuda or cuda:N",
         text_that("auto, cpu, cuda or cuda:N", is_backend));
   visit("lanes", config.lanes, "Jobs that run at the same time; 0: 4 on CUDA, 1 on the CPU",
@@ -95,6 +100,8 @@ void visit_settings(Config& config, const Visit& visit) {
         "On SIGTERM: not serving by health, but still accepting", seconds);
   visit("drain-grace-seconds", config.drain_grace_seconds,
         "After that: for the running jobs to finish", seconds);
+  visit("watchdog-seconds", config.watchdog_seconds,
+        "For a running job to stop when it is asked to; /healthz fails after", seconds);
 
   visit("early-data-bytes", config.early_data_bytes,
         "What clients may send before they are accepted", CLI::Range(0, 1 << 22));

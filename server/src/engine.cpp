@@ -225,8 +225,20 @@ void Engine::call_ended() {
 
 void Engine::retire(const Job& job) {
   store_.retire(job);
+  metrics_.job_ended(job);
   log_job_end(job);
   wake();
+}
+
+int Engine::stuck_job_count() const {
+  const auto patience = std::chrono::duration<double>(config_.watchdog_seconds);
+  int count = 0;
+  for (const auto& job : store_.living()) {
+    const JobSnapshot now = job->snapshot();
+    const auto& asked = now.times.stop_requested;
+    if (now.state == JobState::running && asked && Clock::now() - *asked > patience) ++count;
+  }
+  return count;
 }
 
 void Engine::hand_back_waiting() {

@@ -18,6 +18,7 @@
 #include "meshsmooth/server.hpp"
 #include "meshsmooth/server_config.hpp"
 #include "meshsmooth/staging_memory.hpp"
+#include "metrics.hpp"
 
 namespace meshsmooth::server {
 
@@ -60,10 +61,16 @@ class Engine {
   /// Every call that has a job says when it is over, with the last byte sent.
   void call_began() { ++calls_; }
   void call_ended();
+  [[nodiscard]] int call_count() const { return calls_; }
+  /// Jobs that still run `watchdog_seconds` after they were asked to stop: their
+  /// lanes hang.
+  [[nodiscard]] int stuck_job_count() const;
 
   [[nodiscard]] const JobStore& store() const { return store_; }
   [[nodiscard]] const JobQueue& queue() const { return queue_; }
   [[nodiscard]] const Ledger& ledger() const { return ledger_; }
+  [[nodiscard]] Metrics& metrics() { return metrics_; }
+  [[nodiscard]] const Metrics& metrics() const { return metrics_; }
   [[nodiscard]] const std::vector<std::unique_ptr<Lane>>& lanes() const { return lanes_; }
   [[nodiscard]] std::string_view backend() const { return lanes_.front()->smoother().backend(); }
   /// Why backends that "auto" prefers do not run; empty when the best one does.
@@ -105,6 +112,7 @@ class Engine {
   Ledger ledger_;
   JobQueue queue_;
   JobStore store_;
+  Metrics metrics_;
   std::atomic<bool> draining_ = false;
   std::atomic<std::int64_t> next_sequence_ = 1;
   std::atomic<int> calls_ = 0;

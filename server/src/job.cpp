@@ -123,6 +123,7 @@ bool Job::request_stop(std::exception_ptr cause) {
     const std::lock_guard lock(mutex_);
     if (has_ended(now_.state) || stop_cause_) return false;
     stop_cause_ = std::move(cause);
+    now_.times.stop_requested = Clock::now();
   }
   stop_.request_stop();
   observer_();

@@ -47,6 +47,7 @@ struct JobTimes {
   std::chrono::system_clock::time_point ended_wall;
   Clock::time_point admitted;
   std::optional<Clock::time_point> queued, started, finished, ended;
+  std::optional<Clock::time_point> stop_requested;
 
   [[nodiscard]] double receive_seconds() const { return seconds(admitted, queued); }
   [[nodiscard]] double queue_seconds() const { return queued ? seconds(*queued, started) : 0; }

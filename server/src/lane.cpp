@@ -21,11 +21,29 @@ void Lane::run() {
   while (!broken_) {
     const std::shared_ptr<Job> job = queue_.pop();
     if (!job) return;
-    busy_ = true;
+    set_busy(true);
     run_job(*job);
-    busy_ = false;
+    set_busy(false);
   }
   on_broken_();
+}
+
+bool Lane::busy() const {
+  const std::lock_guard lock(mutex_);
+  return busy_since_.has_value();
+}
+
+double Lane::busy_seconds() const {
+  const std::lock_guard lock(mutex_);
+  const auto running = busy_since_ ? Clock::now() - *busy_since_ : Clock::duration{};
+  return std::chrono::duration<double>(busy_before_ + running).count();
+}
+
+void Lane::set_busy(bool busy) {
+  const std::lock_guard lock(mutex_);
+  const auto now = Clock::now();
+  if (busy_since_) busy_before_ += now - *busy_since_;
+  busy_since_ = busy ? std::optional(now) : std::nullopt;
 }
 
 void Lane::run_job(Job& job) {

@@ -3,6 +3,8 @@
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <thread>
 
 #include "job.hpp"
@@ -25,18 +27,23 @@ class Lane {
   void join();
 
   [[nodiscard]] const Smoother& smoother() const { return *smoother_; }
-  [[nodiscard]] bool busy() const { return busy_; }
+  [[nodiscard]] bool busy() const;
+  /// With jobs, the running one included, since the start.
+  [[nodiscard]] double busy_seconds() const;
   [[nodiscard]] bool broken() const { return broken_; }
 
  private:
   void run();
   void run_job(Job& job);
+  void set_busy(bool busy);
 
   const std::unique_ptr<Smoother> smoother_;
   JobQueue& queue_;
   const std::function<void()> on_broken_;
-  std::atomic<bool> busy_ = false;
   std::atomic<bool> broken_ = false;
+  mutable std::mutex mutex_;
+  std::optional<Clock::time_point> busy_since_;
+  Clock::duration busy_before_{};
   std::thread thread_;
 };
 

@@ -7,8 +7,8 @@
 #include <memory>
 
 #include "config.hpp"
+#include "error_text.hpp"
 #include "job.hpp"
-#include "meshsmooth/error.hpp"
 
 namespace meshsmooth::server {
 namespace {
@@ -25,32 +25,14 @@ spdlog::logger& logger() {
   return *instance;
 }
 
-struct ErrorText {
-  std::string reason;
-  std::string message;
-  bool ours = false;  // not a bug
-};
-
-ErrorText error_text(const std::exception_ptr& error) {
-  if (!error) return {};
-  try {
-    std::rethrow_exception(error);
-  } catch (const Error& e) {
-    return {.reason = e.reason(), .message = e.what(), .ours = true};
-  } catch (const std::exception& e) {
-    return {.reason = "INTERNAL", .message = e.what(), .ours = false};
-  } catch (...) {
-    return {.reason = "INTERNAL", .message = "unknown exception", .ours = false};
-  }
-}
-
 }  // namespace
 
 void set_log_level(const std::string& level) { logger().set_level(spdlog::level::from_str(level)); }
 
-void log_start(const ServerConfig& config, const std::string& backend, int port,
+void log_start(const ServerConfig& config, const std::string& backend, int port, int admin_port,
                const std::string& passed_over) {
-  std::string line = fmt::format("event=start running_backend={} port={} ", backend, port);
+  std::string line = fmt::format("event=start running_backend={} port={} admin_port={} ", backend,
+                                 port, admin_port);
   if (!passed_over.empty())
     line += fmt::format("message=\"jobs run on {}; {}\" ", backend, passed_over);
   for (const auto& [key, value] : list_settings(config)) {

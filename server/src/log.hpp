@@ -13,7 +13,7 @@ struct ServerConfig;
 void set_log_level(const std::string& level);
 
 /// `passed_over`: why better backends do not run; a warning unless empty.
-void log_start(const ServerConfig& config, const std::string& backend, int port,
+void log_start(const ServerConfig& config, const std::string& backend, int port, int admin_port,
                const std::string& passed_over);
 /// The one line of a job.
 void log_job_end(const Job& job);

@@ -10,6 +10,7 @@
 #include <mutex>
 #include <utility>
 
+#include "admin_server.hpp"
 #include "engine.hpp"
 #include "log.hpp"
 #include "meshsmooth/error.hpp"
@@ -65,6 +66,36 @@ struct Server::Impl {
     health->SetServingStatus(v1::SmoothingService::service_full_name(), serving);
   }
 
+  // A process that hangs or lost its device helps nobody: start another.
+  [[nodiscard]] HttpAnswer health() const {
+    if (device_lost) return {503, "device lost\n"};
+    const Engine* its_engine = running_engine;
+    if (its_engine != nullptr && its_engine->stuck_job_count() > 0) {
+      return {503, "a job does not stop\n"};
+    }
+    return {200, "ok\n"};
+  }
+
+  // Whether new calls are welcome.
+  [[nodiscard]] HttpAnswer readiness() const {
+    if (device_lost) return {503, "device lost\n"};
+    if (draining) return {503, "draining\n"};
+    if (running_engine == nullptr) return {503, "starting\n"};
+    return {200, "ok\n"};
+  }
+
+  void start_admin() {
+    if (config.admin_listen.empty()) return;
+    admin = std::make_unique<AdminServer>(
+        config.admin_listen,
+        AdminServer::Pages{{"/metrics",
+                            [this] {
+                              return HttpAnswer{200, expose_metrics(running_engine)};
+                            }},
+                           {"/healthz", [this] { return health(); }},
+                           {"/readyz", [this] { return readiness(); }}});
+  }
+
   const ServerConfig config;
   const SmootherFactory factory;
   std::unique_ptr<Engine> engine;
@@ -73,8 +104,12 @@ struct Server::Impl {
   int port = 0;
 
   std::atomic<bool> device_lost = false;
+  std::atomic<bool> draining = false;
+  std::atomic<const Engine*> running_engine = nullptr;  // once it serves
   std::once_flag drained;
   std::atomic<bool> hurried = false;
+
+  std::unique_ptr<AdminServer> admin;  // asks all of the above
 };
 
 Server::Server(ServerConfig config, SmootherFactory factory)
@@ -92,6 +127,7 @@ void Server::start(std::function<void()> on_device_lost) {
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
 
   Impl& impl = *impl_;
+  impl.start_admin();  // before the device is warmed up, which may take long
   auto engine = std::make_unique<Engine>(
       impl.config, impl.factory, [&impl, lost = std::move(on_device_lost)] {
         log_error("lane_broken", "a lane lost its device; restart the server");
@@ -115,13 +151,16 @@ void Server::start(std::function<void()> on_device_lost) {
                         {{"field", "listen"}});
   }
   impl.set_serving(true);
-  log_start(impl.engine->config(), std::string(impl.engine->backend()), impl.port,
+  impl.running_engine = impl.engine.get();
+  log_start(impl.engine->config(), std::string(impl.engine->backend()), impl.port, admin_port(),
             impl.engine->passed_over());
 }
 
 bool Server::device_lost() const { return impl_->device_lost; }
 
 int Server::port() const { return impl_->port; }
+
+int Server::admin_port() const { return impl_->admin ? impl_->admin->port() : 0; }
 
 std::shared_ptr<grpc::Channel> Server::in_process_channel() {
   return impl_->server->InProcessChannel(grpc::ChannelArguments());
@@ -133,6 +172,7 @@ void Server::drain() {
     Engine& engine = *impl.engine;
     const ServerConfig& config = engine.config();
     log_event("drain");
+    impl.draining = true;
     impl.set_serving(false);
     engine.wait(Clock::now() + to_duration(config.lame_duck_seconds), impl.hurried);
     engine.refuse_new();

@@ -1,9 +1,17 @@
-"""meshsmooth-server as a program: its settings."""
+"""meshsmooth-server as a program: its settings, and what is seen of it from outside."""
 
+import json
 import os
+import shutil
+import socket
 import subprocess
+import sys
+import time
+import unittest
+import urllib.parse
+import urllib.request
 
-from programs import DONE, SERVER, USAGE, CliTest, main
+from programs import BAD_MESH, DONE, SERVER, USAGE, CliTest, Program, ServerProgram, main, vtk_text
 
 
 class Settings(CliTest):
@@ -51,6 +59,99 @@ class Settings(CliTest):
                                 exit_code=USAGE).stderr
         self.assertIn("listen", error)
         self.assertIn("203.0.113.1:1", error)
+
+
+def needs(program):
+    """Skips without a program of Debian's package prometheus, and says so."""
+    if shutil.which(program):
+        return lambda test: test
+    print(f"WARNING: {program} is not installed (apt-get install prometheus): its tests are SKIPPED",
+          file=sys.stderr)
+    return unittest.skip(f"{program} is not installed")
+
+
+def get(url):
+    with urllib.request.urlopen(url, timeout=10) as response:
+        return response.read().decode()
+
+
+def free_port():
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        return taken.getsockname()[1]
+
+
+class Metrics(CliTest):
+    """R18: a scrape equals what the callers counted."""
+
+    def run_jobs(self, server, succeeding=5, failing=3):
+        """Jobs of one after another; what they should come to on the server."""
+        mesh = self.generate("mesh.vtu", nodes=1000)
+        flat = self.folder / "flat.vtk"  # three tetrahedra on one triangle
+        flat.write_text(vtk_text([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, -1), (0, 0, 2)],
+                                 [(0, 1, 2, 3), (0, 2, 1, 4), (0, 1, 2, 5)]))
+        nodes = iterations = 0
+        for _ in range(succeeding):
+            self.run_cli("smooth", mesh, "-o", self.path("out.vtu"), "--server", server.address,
+                         "--report", self.path("report.json"), "--quiet")
+            report = json.loads((self.folder / "report.json").read_text())
+            nodes += int(report["nodes"]["total"])
+            iterations += report["convergence"]["iteration_count"]
+        for _ in range(failing):
+            self.error_of("smooth", flat, "-o", self.path("out.vtk"), "--server", server.address,
+                          exit_code=BAD_MESH)
+        self.error_of("smooth", mesh, "-o", self.path("out.vtu"), "--server", server.address,
+                      "--request-id", "mine", exit_code=USAGE)
+        self.assertGreater(iterations, 0)
+        return {
+            'meshsmooth_jobs_total{outcome="succeeded"}': succeeding,
+            'meshsmooth_jobs_total{outcome="failed",reason="FACET_OVERUSED"}': failing,
+            'meshsmooth_jobs_total{outcome="refused",reason="OPTION_OUT_OF_RANGE"}': 1,
+            "sum(meshsmooth_jobs_total)": succeeding + failing + 1,
+            "meshsmooth_nodes_total": nodes,
+            "meshsmooth_iterations_total": iterations,
+            "meshsmooth_job_seconds_count": succeeding,
+            "meshsmooth_queue_wait_seconds_count": succeeding + failing,
+            'meshsmooth_queue_depth{priority="normal"}': 0,
+            'meshsmooth_reserved_bytes{space="host"}': 0,
+        }
+
+    @needs("promtool")
+    def test_names_are_as_promtool_wants_them(self):
+        with ServerProgram("--admin-listen", "127.0.0.1:0") as server:
+            self.run_jobs(server, succeeding=1, failing=1)
+            text = get(f"http://{server.admin_address}/metrics")
+        checked = subprocess.run(["promtool", "check", "metrics"], input=text, text=True,
+                                 capture_output=True, timeout=60)
+        self.assertEqual((checked.returncode, checked.stdout + checked.stderr), (0, ""))
+
+    @needs("prometheus")
+    def test_prometheus_scrapes_what_the_callers_counted(self):
+        with ServerProgram("--admin-listen", "127.0.0.1:0") as server:
+            expected = self.run_jobs(server)
+            config = {"global": {"scrape_interval": "100ms", "scrape_timeout": "100ms"},
+                      "scrape_configs": [{"job_name": "meshsmooth", "static_configs": [
+                          {"targets": [server.admin_address]}]}]}
+            (self.folder / "prometheus.yml").write_text(json.dumps(config))  # JSON is YAML
+            address = f"127.0.0.1:{free_port()}"
+            prometheus = Program("prometheus", "--config.file", self.path("prometheus.yml"),
+                                 "--storage.tsdb.path", self.path("data"),
+                                 "--web.listen-address", address)
+            self.addCleanup(prometheus.kill)
+            prometheus.wait_for("Server is ready")
+            for query, value in expected.items():
+                self.assertEqual(self.ask(address, query), value, query)
+
+    def ask(self, prometheus, query):
+        url = f"http://{prometheus}/api/v1/query?" + urllib.parse.urlencode({"query": query})
+        deadline = time.monotonic() + 30
+        while time.monotonic() < deadline:
+            result = json.loads(get(url))["data"]["result"]
+            if result:
+                self.assertEqual(len(result), 1, result)
+                return float(result[0]["value"][1])
+            time.sleep(0.1)
+        self.fail(f"Prometheus knows nothing of {query}")
 
 
 if __name__ == "__main__":

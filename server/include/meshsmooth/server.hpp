@@ -41,6 +41,8 @@ class Server {
 
   /// The bound port; 0 when it listens on none.
   [[nodiscard]] int port() const;
+  /// The same of `admin_listen`.
+  [[nodiscard]] int admin_port() const;
 
   /// A channel to this server that passes no socket. Needs a started server and
   /// must not be used after it is gone.

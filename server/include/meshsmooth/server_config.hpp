@@ -9,6 +9,7 @@ namespace meshsmooth::server {
 /// the flags in src/config.cpp.
 struct ServerConfig {
   std::string listen = "127.0.0.1:50051";  // HOST:PORT, unix:PATH; empty: in-process only
+  std::string admin_listen = "";  // HOST:PORT of /metrics, /healthz, /readyz; empty: none
   std::string backend = "auto";
   int lanes = 0;             // jobs that run at the same time; 0: 4 on CUDA, 1 on the CPU
   int threads_per_lane = 0;  // 0: all cores shared by the lanes
@@ -31,6 +32,7 @@ struct ServerConfig {
   double drop_timeout_seconds = 1;          // after StopSending, until half-close
   double lame_duck_seconds = 5;             // not serving, but still accepting
   double drain_grace_seconds = 30;          // for the running jobs, after that
+  double watchdog_seconds = 30;  // for a running job to stop when asked; /healthz fails after
 
   int early_data_bytes = 64 * 1024;
   int max_chunk_bytes = 2 * 1024 * 1024;

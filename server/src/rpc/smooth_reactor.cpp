@@ -89,6 +89,7 @@ void SmoothReactor::ingest() {
         throw InvalidMesh("ARRAY_SIZE_MISMATCH", "a chunk came after the last announced byte");
       }
       job_->mesh().add(request_.chunk());
+      engine_.metrics().received(static_cast<std::int64_t>(request_.chunk().data().size()));
       break;
     case v1::SmoothRequest::MESSAGE_NOT_SET:
       throw NotSupported("OPTION_NOT_SUPPORTED", "a message that this server does not know");
@@ -103,34 +104,32 @@ void SmoothReactor::ingest_spec(const v1::JobSpec& spec) {
   if (job_) {
     throw InvalidOption("OPTION_OUT_OF_RANGE", "spec: it came twice", {{"field", "spec"}});
   }
-  try {
-    DecodedSpec decoded = decode_spec(spec, engine_);
-    decoded.job.deadline = call_deadline(*context_);
-    MemoryEstimate estimate;
-    std::shared_ptr<Job> job;
-    if (decoded.call.validate_only) {
-      estimate = engine_.estimate(decoded.job);
-    } else {
-      job = engine_.admit(std::move(decoded.job), [weak = weak_from_this()] {
-        if (const auto reactor = weak.lock()) reactor->pump();
-      });
-      engine_.call_began();
-    }
-    const std::lock_guard lock(mutex_);
-    job_ = std::move(job);
-    estimate_ = estimate;
-    call_ = decoded.call;
-    output_ = Output::accepted;
-  } catch (...) {
-    log_refused(std::current_exception());
-    throw;
+  DecodedSpec decoded = decode_spec(spec, engine_);
+  decoded.job.deadline = call_deadline(*context_);
+  MemoryEstimate estimate;
+  std::shared_ptr<Job> job;
+  if (decoded.call.validate_only) {
+    estimate = engine_.estimate(decoded.job);
+  } else {
+    job = engine_.admit(std::move(decoded.job), [weak = weak_from_this()] {
+      if (const auto reactor = weak.lock()) reactor->pump();
+    });
+    engine_.call_began();
   }
+  const std::lock_guard lock(mutex_);
+  job_ = std::move(job);
+  estimate_ = estimate;
+  call_ = decoded.call;
+  output_ = Output::accepted;
 }
 
 void SmoothReactor::OnWriteDone(bool ok) {
   {
     const std::lock_guard lock(mutex_);
     writing_ = false;
+    if (ok && response_.has_chunk()) {
+      engine_.metrics().sent(static_cast<std::int64_t>(response_.chunk().data().size()));
+    }
     if (!ok && !client_gone_) {
       client_gone_ = true;
       fail(std::make_exception_ptr(Cancelled("CANCELLED_BY_CLIENT", "the client is gone")));
@@ -222,6 +221,10 @@ void SmoothReactor::perform(Step step) {
       return context_->TryCancel();
     case Step::finish:
       alarm_.reset();
+      if (error_ && !job_) {
+        engine_.metrics().refused(error_);
+        log_refused(error_);
+      }
       Finish(error_ ? to_status(describe_error(error_, job_ ? job_->name() : "this call"))
                     : grpc::Status::OK);
       return;

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <cstdint>
+
+namespace meshsmooth::server {
+
+/// What this process takes of the machine. 0 where the kernel does not say.
+struct ProcessStats {
+  std::int64_t resident_bytes = 0;
+  double cpu_seconds = 0;
+  std::int64_t open_descriptors = 0;
+  std::int64_t threads = 0;
+};
+
+[[nodiscard]] ProcessStats process_stats();
+
+}  // namespace meshsmooth::server
