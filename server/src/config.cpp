@@ -62,6 +62,14 @@ void add_options(CLI::App& app, ServerConfig& config) {
   add("--max-kept-jobs", config.max_kept_jobs, "Ended jobs that ListJobs still knows")
       ->check(CLI::Range(0, 1'000'000));
 
+  add("--max-result-ttl-seconds", config.max_result_ttl_seconds,
+      "Longest that a result is kept for a caller who asks for it")
+      ->check(seconds);
+  add("--max-kept-result-bytes", config.max_kept_result_bytes,
+      "Positions kept so, the oldest go first; 0: a quarter of the host memory limit")
+      ->transform(size)
+      ->check(any_bytes);
+
   add("--max-queue-timeout-seconds", config.max_queue_timeout_seconds, "Longest wait in the queue")
       ->check(seconds);
   add("--stream-idle-timeout-seconds", config.stream_idle_timeout_seconds,

@@ -17,7 +17,7 @@ std::shared_ptr<Job> make_job(JobQueue& queue, std::int64_t sequence) {
   request.layout.coordinates_bytes = 24;
   return std::make_shared<Job>(
       "jobs/" + std::to_string(sequence), sequence, std::move(request), Reservation(),
-      queue.admit(24), std::pmr::new_delete_resource(), [](const Job&) {}, [] {});
+      24, queue.admit(24), std::pmr::new_delete_resource(), [](const Job&) {});
 }
 
 TEST(JobQueue, HandsOutByPriorityThenByAge) {
