@@ -63,7 +63,7 @@ Job::Job(std::string name, std::int64_t sequence, JobRequest request, Reservatio
 }
 
 bool Job::joinable_now() const {
-  return !stop_cause_ && (!has_ended(now_.state) || now_.result != nullptr);
+  return !stop_cause_ && (!has_ended(now_.state) || (request_.kept() && now_.result));
 }
 
 bool Job::joinable() const {
