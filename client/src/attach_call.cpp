@@ -21,18 +21,15 @@ AttachCall::AttachCall(v1::SmoothingService::StubInterface& stub, std::string se
       result_(mesh) {}
 
 SmoothReport AttachCall::run() {
-  const auto deadline = std::chrono::steady_clock::now() + timeout_;
-  const auto wall_deadline =
-      std::chrono::system_clock::now() +
-      std::chrono::duration_cast<std::chrono::system_clock::duration>(timeout_);
-  for (int number = 1;; ++number) {
+  Retry retry(request_, timeout_);
+  for (bool done = false; !done;) {
     const std::size_t before = result_.received_bytes();
     try {
-      attempt(wall_deadline);
-      break;
+      attempt(retry.left());
+      done = true;
     } catch (const ServiceError& error) {
-      if (result_.received_bytes() > before) number = 1;  // it goes on
-      if (!wait_to_retry(error, number, request_, deadline)) throw;
+      if (result_.received_bytes() > before) retry.succeeded_in_part();
+      retry.wait(error);
     }
   }
   if (!summary_) throw broken_answer("the server ended the call without a summary");
@@ -41,9 +38,10 @@ SmoothReport AttachCall::run() {
   return report;
 }
 
-void AttachCall::attempt(std::chrono::system_clock::time_point deadline) {
+void AttachCall::attempt(std::chrono::nanoseconds timeout) {
   grpc::ClientContext context;
-  context.set_deadline(deadline);
+  context.set_deadline(std::chrono::system_clock::now() +
+                       std::chrono::duration_cast<std::chrono::system_clock::duration>(timeout));
   const std::stop_callback cancel_on_stop(request_.stop, [&context] { context.TryCancel(); });
   v1::AttachJobRequest message;
   message.set_name(job_name_);
@@ -60,9 +58,10 @@ void AttachCall::attempt(std::chrono::system_clock::time_point deadline) {
   }
   const grpc::Status status = stream->Finish();
   if (status.ok()) return;
-  throw to_service_error(status, {.server = server_,
-                                  .cancelled_by_caller = request_.stop.stop_requested(),
-                                  .timeout_seconds = std::chrono::duration<double>(timeout_).count()});
+  throw to_service_error(status,
+                         {.server = server_,
+                          .cancelled_by_caller = request_.stop.stop_requested(),
+                          .timeout_seconds = std::chrono::duration<double>(timeout_).count()});
 }
 
 void AttachCall::handle(const v1::AttachJobResponse& response) {

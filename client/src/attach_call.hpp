@@ -19,7 +19,7 @@ class AttachCall {
   SmoothReport run();
 
  private:
-  void attempt(std::chrono::system_clock::time_point deadline);
+  void attempt(std::chrono::nanoseconds timeout);
   void handle(const v1::AttachJobResponse& response);
 
   v1::SmoothingService::StubInterface& stub_;

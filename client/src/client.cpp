@@ -103,14 +103,13 @@ SmoothReport Client::smooth(Mesh& mesh, const SmoothOptions& options,
                             const RequestOptions& request) {
   RequestOptions attempt = request;
   if (attempt.request_id.empty()) attempt.request_id = make_request_id();
-  const auto deadline = std::chrono::steady_clock::now() +
-                        request.timeout.value_or(default_timeout(mesh, options));
-  for (int number = 1;; ++number) {
-    attempt.timeout = deadline - std::chrono::steady_clock::now();
+  Retry retry(attempt, request.timeout.value_or(default_timeout(mesh, options)));
+  for (;;) {
+    attempt.timeout = retry.left();
     try {
       return SmoothCall(*impl_->stub, impl_->name, mesh, options, attempt).run();
     } catch (const ServiceError& error) {
-      if (!wait_to_retry(error, number, attempt, deadline)) throw;
+      retry.wait(error);
     }
   }
 }

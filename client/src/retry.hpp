@@ -1,30 +1,35 @@
 #pragma once
 
-#include <algorithm>
 #include <chrono>
-#include <condition_variable>
-#include <mutex>
-#include <stop_token>
+#include <optional>
 
 #include "meshsmooth/client.hpp"
 
 namespace meshsmooth::client {
 
-/// Waits until it is time for the next attempt, each twice as long after the second as
-/// after the one before. False when there is none: the error is final, or time or attempts
-/// are used up. A requested stop ends the wait: the next attempt then says so.
-inline bool wait_to_retry(const ServiceError& error, int attempt, const RequestOptions& request,
-                          std::chrono::steady_clock::time_point deadline) {
-  using namespace std::chrono_literals;
-  if (!error.retry_delay() || attempt >= request.max_attempts) return false;
-  const std::chrono::nanoseconds backoff = attempt == 1 ? 0ms : 50ms * (1 << std::min(attempt, 8));
-  const auto until = std::chrono::steady_clock::now() + std::max(*error.retry_delay(), backoff);
-  if (until >= deadline) return false;
-  std::mutex mutex;
-  std::condition_variable_any stopped;
-  std::unique_lock lock(mutex);
-  stopped.wait_until(lock, request.stop, until, [] { return false; });
-  return true;
-}
+/// The attempts at one request: as many, and as long, as it allows.
+class Retry {
+ public:
+  Retry(const RequestOptions& request, std::chrono::nanoseconds timeout)
+      : request_(request), deadline_(Clock::now() + timeout) {}
+
+  [[nodiscard]] std::chrono::nanoseconds left() const { return deadline_ - Clock::now(); }
+
+  /// Waits until it is time for the next attempt, longer each time. Throws the error when there
+  /// is none: it is final, or time or attempts are used up. A requested stop ends the wait: the
+  /// next attempt then says so.
+  void wait(const ServiceError& error);
+
+  /// Counts anew: the last attempt got further.
+  void succeeded_in_part() { attempt_ = 0; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  const RequestOptions& request_;
+  const Clock::time_point deadline_;
+  int attempt_ = 0;
+  std::optional<ServiceError> broken_;  // what cut off an attempt that had been under way
+};
 
 }  // namespace meshsmooth::client

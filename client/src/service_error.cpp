@@ -104,7 +104,11 @@ ServiceError to_service_error(const grpc::Status& status, const CallFacts& facts
   const auto code = static_cast<StatusCode>(status.error_code());
   const auto details = wire::decode_status_details(status.error_details());
   if (!details || details->reason.empty()) {
-    return {code, {}, foreign_message(status, facts), {}, foreign_hint(status, facts),
+    return {code,
+            {},
+            foreign_message(status, facts),
+            {},
+            foreign_hint(status, facts),
             foreign_retry_delay(status)};
   }
   std::string hint;

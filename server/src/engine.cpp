@@ -9,7 +9,6 @@
 #include "log.hpp"
 #include "memory_limit.hpp"
 #include "meshsmooth/error.hpp"
-#include "same_spec.hpp"
 
 namespace meshsmooth::server {
 namespace {
@@ -99,6 +98,19 @@ std::int64_t stream_bytes(const ServerConfig& config) {
   const std::int64_t window =
       config.stream_window_bytes > 0 ? config.stream_window_bytes : kAdaptiveWindowBytes;
   return window + 2 * std::int64_t{config.max_receive_message_bytes};
+}
+
+// The first field in which two requests differ; empty when in none.
+std::string differing_field(const std::map<std::string, std::string>& a,
+                            const std::map<std::string, std::string>& b) {
+  for (const auto* from : {&a, &b}) {
+    for (const auto& [name, bytes] : *from) {
+      const auto* const other = from == &a ? &b : &a;
+      const auto found = other->find(name);
+      if (found == other->end() || found->second != bytes) return name;
+    }
+  }
+  return {};
 }
 
 }  // namespace
@@ -225,7 +237,7 @@ Attendance Engine::admit(JobRequest request, const Job::Observer& observer) {
 std::optional<Attendance> Engine::join(const JobRequest& request, const Job::Observer& observer) {
   const auto job = store_.find_request(request.identity, request.request_id);
   if (!job || !job->joinable()) return std::nullopt;
-  if (const std::string field = differing_field(job->request().spec, request.spec);
+  if (const std::string field = differing_field(job->request().fields, request.fields);
       !field.empty()) {
     throw Error("REQUEST_ID_REUSED",
                 "request_id " + request.request_id + " is that of " + job->name() + ", whose " +
@@ -320,8 +332,7 @@ void Engine::keep_house(const std::stop_token& stop) {
   std::mutex mutex;
   std::condition_variable_any stopped;
   std::unique_lock lock(mutex);
-  while (!stopped.wait_for(lock, stop, kInterval, [] { return false; }) &&
-         !stop.stop_requested()) {
+  while (!stopped.wait_for(lock, stop, kInterval, [] { return false; }) && !stop.stop_requested()) {
     const auto now = Clock::now();
     results_.expire(now);
     for (const auto& job : store_.living()) {

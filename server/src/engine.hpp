@@ -18,10 +18,10 @@
 #include "job_store.hpp"
 #include "lane.hpp"
 #include "ledger.hpp"
-#include "result_store.hpp"
 #include "meshsmooth/server.hpp"
 #include "meshsmooth/server_config.hpp"
 #include "meshsmooth/staging_memory.hpp"
+#include "result_store.hpp"
 
 namespace meshsmooth::server {
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <exception>
 #include <functional>
+#include <map>
 #include <memory>
 #include <memory_resource>
 #include <mutex>
@@ -18,7 +19,6 @@
 #include "meshsmooth/options.hpp"
 #include "meshsmooth/smoother.hpp"
 #include "meshsmooth/summary.hpp"
-#include "meshsmooth/v1/smoothing.pb.h"
 #include "wire/mesh_assembler.hpp"
 
 namespace meshsmooth::server {
@@ -46,7 +46,8 @@ inline constexpr const char* kAnonymous = "anonymous";
 struct JobRequest {
   std::string identity = kAnonymous;  // who asks; the job is theirs alone
   std::string request_id;             // empty: nobody can join
-  v1::JobSpec spec;                   // as it came, to tell a joining call's from it
+  /// All fields that were set, by name, in bytes: equal for the same job.
+  std::map<std::string, std::string> fields;
   SmoothOptions options;
   Priority priority = Priority::normal;
   wire::MeshLayout layout;

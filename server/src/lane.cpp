@@ -34,8 +34,8 @@ void Lane::run_job(Job& job) {
     return;
   }
   if (job.request().deadline && Clock::now() >= *job.request().deadline) {
-    job.end(std::make_exception_ptr(DeadlineExceeded(
-        "DEADLINE_IN_QUEUE", "the deadline passed before the job could run")));
+    job.end(std::make_exception_ptr(
+        DeadlineExceeded("DEADLINE_IN_QUEUE", "the deadline passed before the job could run")));
     return;
   }
   job.start();

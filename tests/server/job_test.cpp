@@ -13,9 +13,9 @@ class JobTest : public ::testing::Test {
     JobRequest request;
     request.layout.node_count = 1;
     request.layout.coordinates_bytes = 24;
-    job_ = std::make_shared<Job>(
-        "jobs/1", 1, std::move(request), ledger_.reserve({100, 0}), 24, queue_.admit(24),
-        std::pmr::new_delete_resource(), [this](const Job&) { ++end_count_; });
+    job_ = std::make_shared<Job>("jobs/1", 1, std::move(request), ledger_.reserve({100, 0}), 24,
+                                 queue_.admit(24), std::pmr::new_delete_resource(),
+                                 [this](const Job&) { ++end_count_; });
     watcher_ = job_->watch([this] { ++change_count_; }).value();
   }
 

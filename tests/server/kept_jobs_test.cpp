@@ -189,8 +189,8 @@ TEST_F(SharedJobs, OutliveTheirCallWhenAsked) {
   server_.fake().release();
 
   const v1::Job job = wait_for_state(stub_, name, v1::STATE_SUCCEEDED);
-  EXPECT_EQ(job.expire_time(), job.end_time() + google::protobuf::util::TimeUtil::SecondsToDuration(
-                                                    3600));
+  EXPECT_EQ(job.expire_time(),
+            job.end_time() + google::protobuf::util::TimeUtil::SecondsToDuration(3600));
   AttachCall attach(stub_, name);
   EXPECT_TRUE(attach.finish().ok()) << attach.finish().error_message();
   EXPECT_EQ(attach.result(), mesh_.moved());

@@ -96,7 +96,7 @@ struct RequestOptions {
   int max_attempts = 4;
   /// Set: the job goes on when this call ends, and its result is kept so long for `attach`.
   std::optional<std::chrono::nanoseconds> result_ttl;
-  std::stop_token stop;                                 // cancels the call
+  std::stop_token stop;  // cancels the call
 };
 
 /// The answer to one job.

@@ -27,8 +27,7 @@ void check_offset(const Job& job, std::int64_t offset) {
 }  // namespace
 
 AttachReactor* AttachReactor::start(Engine& engine, grpc::CallbackServerContext* context,
-                                    std::shared_ptr<Job> job,
-                                    const v1::AttachJobRequest& request) {
+                                    std::shared_ptr<Job> job, const v1::AttachJobRequest& request) {
   const std::shared_ptr<AttachReactor> reactor(
       new AttachReactor(engine, context, std::move(job), request.result_offset_bytes()));
   reactor->self_ = reactor;
@@ -174,8 +173,8 @@ bool AttachReactor::prepare_write(const JobSnapshot& job, Clock::time_point now)
   seen_state_ = job.state;
   seen_progress_count_ = job.progress_count;
   next_progress_ = now + kProgressInterval;
-  *response_.mutable_progress() = encode_progress(
-      job, job.state == JobState::queued ? engine_.queue().position(*job_) : 0);
+  *response_.mutable_progress() =
+      encode_progress(job, job.state == JobState::queued ? engine_.queue().position(*job_) : 0);
   return true;
 }
 
@@ -187,12 +186,12 @@ void AttachReactor::wake_at(Clock::time_point time) {
   if (alarm_at_ && *alarm_at_ <= time && Clock::now() < *alarm_at_) return;
   alarm_at_ = time;
   alarm_ = std::make_unique<grpc::Alarm>();
-  alarm_->Set(std::chrono::system_clock::now() +
-                  std::chrono::duration_cast<std::chrono::system_clock::duration>(time -
-                                                                                  Clock::now()),
-              [weak = weak_from_this()](bool) {
-                if (const auto reactor = weak.lock()) reactor->pump();
-              });
+  alarm_->Set(
+      std::chrono::system_clock::now() +
+          std::chrono::duration_cast<std::chrono::system_clock::duration>(time - Clock::now()),
+      [weak = weak_from_this()](bool) {
+        if (const auto reactor = weak.lock()) reactor->pump();
+      });
 }
 
 }  // namespace meshsmooth::server

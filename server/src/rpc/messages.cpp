@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <map>
 #include <string_view>
 #include <variant>
+#include <vector>
 
 #include "meshsmooth/error.hpp"
 #include "rpc/status.hpp"
@@ -78,6 +80,22 @@ void check_backend(v1::BackendKind wanted, std::string_view backend) {
                      {{"field", "backend_kind"}});
 }
 
+// What makes the job: not how its call wants to be told.
+std::map<std::string, std::string> fields_of(v1::JobSpec spec) {
+  spec.clear_progress_interval();
+  spec.clear_max_result_chunk_bytes();
+  const google::protobuf::Reflection* const reflection = spec.GetReflection();
+  std::vector<const google::protobuf::FieldDescriptor*> set;
+  reflection->ListFields(spec, &set);
+  std::map<std::string, std::string> fields;
+  for (const google::protobuf::FieldDescriptor* field : set) {
+    v1::JobSpec alone;
+    reflection->SwapFields(&spec, &alone, {field});
+    fields[field->name()] = alone.SerializeAsString();
+  }
+  return fields;
+}
+
 void check_can_be_kept(const wire::MeshLayout& layout, const ServerConfig& config) {
   if (layout.coordinates_bytes <= config.max_kept_result_bytes) return;
   const std::string need = std::to_string(layout.coordinates_bytes);
@@ -124,7 +142,7 @@ DecodedSpec decode_spec(const v1::JobSpec& spec, const Engine& engine) {
 
   DecodedSpec decoded;
   decoded.job.request_id = spec.request_id();
-  decoded.job.spec = spec;
+  decoded.job.fields = fields_of(spec);
   decoded.job.options = wire::decode_options(spec.options());
   decoded.job.options.history = spec.iteration_history_included();
   decoded.job.priority = decode_priority(spec.priority());

@@ -256,8 +256,7 @@ SmoothReactor::Step SmoothReactor::next_step() {
       finished_ = true;
       return Step::finish;
     }
-    if (output_ == Output::chunks &&
-        sent_bytes_ == job_->request().layout.coordinates_bytes) {
+    if (output_ == Output::chunks && sent_bytes_ == job_->request().layout.coordinates_bytes) {
       output_ = Output::summary;
       return Step::succeed_job;
     }
