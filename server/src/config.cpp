@@ -90,6 +90,11 @@ void visit_settings(Config& config, const Visit& visit) {
   visit("max-kept-jobs", config.max_kept_jobs, "Ended jobs that ListJobs still knows",
         CLI::Range(0, 1'000'000));
 
+  visit("max-result-ttl-seconds", config.max_result_ttl_seconds,
+        "Longest that a result is kept for a caller who asks for it", seconds);
+  visit("max-kept-result-bytes", config.max_kept_result_bytes,
+        "Positions kept so, the oldest go first; 0: a quarter of the host memory limit", bytes);
+
   visit("max-queue-timeout-seconds", config.max_queue_timeout_seconds, "Longest wait in the queue",
         seconds);
   visit("stream-idle-timeout-seconds", config.stream_idle_timeout_seconds,

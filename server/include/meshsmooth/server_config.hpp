@@ -9,7 +9,7 @@ namespace meshsmooth::server {
 /// the flags in src/config.cpp.
 struct ServerConfig {
   std::string listen = "127.0.0.1:50051";  // HOST:PORT, unix:PATH; empty: in-process only
-  std::string admin_listen = "";  // HOST:PORT of /metrics, /healthz, /readyz; empty: none
+  std::string admin_listen = "";           // HOST:PORT of /metrics, /healthz, /readyz; empty: none
   std::string backend = "auto";
   int lanes = 0;             // jobs that run at the same time; 0: 4 on CUDA, 1 on the CPU
   int threads_per_lane = 0;  // 0: all cores shared by the lanes
@@ -26,6 +26,9 @@ struct ServerConfig {
   int max_queued_jobs = 100;          // admitted, not yet running
   std::int64_t max_queued_bytes = 0;  // mesh bytes of those; 0: the host memory limit
   int max_kept_jobs = 1000;           // ended jobs that ListJobs still knows
+
+  double max_result_ttl_seconds = 3600;    // of results that outlive their call
+  std::int64_t max_kept_result_bytes = 0;  // of all those; 0: a quarter of the host memory limit
 
   double max_queue_timeout_seconds = 3600;
   double stream_idle_timeout_seconds = 60;  // between two chunks of an upload
