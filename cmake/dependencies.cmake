@@ -4,6 +4,7 @@ find_package(Threads REQUIRED)
 find_package(TBB 2021.8 REQUIRED)
 find_package(Protobuf 3.21 REQUIRED)
 find_package(gRPC 1.51 CONFIG REQUIRED)
+find_package(OpenSSL 3.0 REQUIRED)
 if(MESHSMOOTH_BUILD_SERVER)
   find_package(spdlog 1.10 REQUIRED)
   # Not by their packages, which look for the whole of curl and zlib; an archive is taken
@@ -44,22 +45,9 @@ if(MESHSMOOTH_BUILD_BENCHMARKS)
   find_package(benchmark 1.7 REQUIRED)
 endif()
 
-# A third of every program that speaks gRPC is its TLS and xDS.
-option(MESHSMOOTH_GRPC_TLS "Link the gRPC that can do TLS, which nothing here asks of it yet" ON)
-if(NOT MESHSMOOTH_GRPC_TLS)
-  # The imported target takes the place of the other: the reflection library names that.
-  get_target_property(configurations gRPC::grpc++_unsecure IMPORTED_CONFIGURATIONS)
-  set_target_properties(gRPC::grpc++ PROPERTIES IMPORTED_CONFIGURATIONS "${configurations}")
-  list(TRANSFORM configurations PREPEND IMPORTED_LOCATION_ OUTPUT_VARIABLE properties)
-  foreach(property IN LISTS properties ITEMS INTERFACE_LINK_LIBRARIES)
-    get_target_property(value gRPC::grpc++_unsecure ${property})
-    set_target_properties(gRPC::grpc++ PROPERTIES ${property} "${value}")
-  endforeach()
-endif()
-
 option(MESHSMOOTH_STATIC_GRPC "Link gRPC, protobuf and what they need from their archives" ON)
 # The sanitizers' suppressions name the shared libraries.
 if(MESHSMOOTH_STATIC_GRPC AND NOT CMAKE_CXX_FLAGS MATCHES "-fsanitize")
   include(static_archives)
-  meshsmooth_prefer_archives(gRPC::grpc++ gRPC::grpc++_reflection protobuf::libprotobuf)
+  meshsmooth_prefer_archives(gRPC::grpc++ gRPC::grpc++_reflection protobuf::libprotobuf OpenSSL::SSL)
 endif()

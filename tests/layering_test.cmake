@@ -45,6 +45,8 @@ forbid("vtk[A-Z][A-Za-z0-9]*\\.h" "builds without VTK have the other formats"
   client/formats/vtk_ client/formats/gmsh_ tests/)
 forbid("prometheus/" "only one place knows how metrics are counted"
   server/src/metrics\\.cpp)
+forbid("openssl/" "secrets and certificates are handled in few places"
+  server/src/token_file\\.cpp server/src/rpc/transport_security\\.cpp tests/)
 forbid("civetweb\\.h" "only one place knows how HTTP is spoken"
   server/src/admin_server\\.cpp)
 forbid("(cuda|cub/|thrust/)" "CUDA stays in its backend"

@@ -3,20 +3,21 @@
 #include <memory>
 
 #include "commands.hpp"
+#include "connection.hpp"
 #include "meshsmooth/client.hpp"
 
 namespace meshsmooth::cli {
 namespace {
 
 struct CancelCommand {
-  std::string server;
+  ServerAddress server;
   std::string job;
   bool keep_result = false;
 };
 
 ExitCode run(const CancelCommand& command) {
   const std::string name = command.job.starts_with("jobs/") ? command.job : "jobs/" + command.job;
-  const client::JobInfo job = client::Client(command.server).cancel_job(name, command.keep_result);
+  const client::JobInfo job = command.server.connect().cancel_job(name, command.keep_result);
   std::cout << job.name << " is " << client::job_state_name(job.state) << std::endl;
   return ExitCode::done;
 }
@@ -27,7 +28,7 @@ void add_cancel_command(CLI::App& app, Action& action) {
   auto command = std::make_shared<CancelCommand>();
   CLI::App* sub = app.add_subcommand("cancel", "Stop a job of a server");
   sub->add_option("JOB", command->job, "Its name, as `meshsmooth jobs` prints it")->required();
-  sub->add_option("--server", command->server, "HOST:PORT or unix:PATH")->required();
+  add_server_flags(*sub, command->server);
   sub->add_flag("--keep-result", command->keep_result,
                 "Its caller gets the positions reached so far instead of an error");
   sub->callback([&action, command] { action = [command] { return run(*command); }; });

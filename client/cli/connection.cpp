@@ -1,12 +1,35 @@
 #include "connection.hpp"
 
+#include <CLI/Option.hpp>
+#include <vector>
+
 #include "client_access.hpp"
 
 namespace meshsmooth::cli {
 
-Connection::Connection(const std::optional<std::string>& address, const std::string& backend) {
-  if (address) {
-    client_.emplace(*address);
+void add_server_flags(CLI::App& app, ServerAddress& server, bool required) {
+  CLI::Option* address = app.add_option(
+      "--server", server.address,
+      required ? "HOST:PORT or unix:PATH" : "HOST:PORT or unix:PATH [a server inside]");
+  if (required) address->required();
+  client::Credentials& credentials = server.credentials;
+  const std::vector<CLI::Option*> options = {
+      app.add_flag("--tls", credentials.tls, "Speak TLS, as the next four do"),
+      app.add_option("--tls-ca", credentials.tls_ca,
+                     "PEM file: who may have signed the server's certificate [the system's]"),
+      app.add_option("--tls-cert", credentials.tls_cert,
+                     "PEM file: our certificate, for servers that ask for one"),
+      app.add_option("--tls-key", credentials.tls_key, "PEM file: its key"),
+      app.add_option("--tls-server-name", credentials.tls_server_name,
+                     "The name in the server's certificate [the host of --server]"),
+      app.add_option("--token-file", credentials.token_file,
+                     "File with the bearer token that says who we are")};
+  for (CLI::Option* option : options) option->needs(address)->group("Security");
+}
+
+Connection::Connection(const ServerAddress& server, const std::string& backend) {
+  if (!server.address.empty()) {
+    client_.emplace(server.connect());
     return;
   }
   embedded_ = std::make_unique<server::Server>(server::ServerConfig{

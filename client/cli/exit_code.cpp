@@ -34,8 +34,9 @@ bool is_about_availability(std::string_view reason) {
 }
 
 bool is_about_usage(std::string_view reason) {
-  static constexpr std::array<std::string_view, 4> kReasons = {
-      "OPTION_OUT_OF_RANGE", "OPTION_MISPLACED", "FIXED_NODES_INVALID", "FORMAT_UNKNOWN"};
+  static constexpr std::array<std::string_view, 5> kReasons = {
+      "OPTION_OUT_OF_RANGE", "OPTION_MISPLACED", "FIXED_NODES_INVALID", "FORMAT_UNKNOWN",
+      "CREDENTIALS_UNUSABLE"};
   return contains(kReasons, reason);
 }
 

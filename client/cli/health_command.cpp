@@ -3,17 +3,18 @@
 #include <memory>
 
 #include "commands.hpp"
+#include "connection.hpp"
 #include "meshsmooth/client.hpp"
 
 namespace meshsmooth::cli {
 
 void add_health_command(CLI::App& app, Action& action) {
-  auto server = std::make_shared<std::string>();
+  auto server = std::make_shared<ServerAddress>();
   CLI::App* sub = app.add_subcommand("health", "Does a server serve? Exit code 0 yes, 4 no");
-  sub->add_option("--server", *server, "HOST:PORT or unix:PATH")->required();
+  add_server_flags(*sub, *server);
   sub->callback([&action, server] {
     action = [server] {
-      const bool serving = client::Client(*server).healthy();
+      const bool serving = server->connect().healthy();
       std::cout << (serving ? "SERVING" : "NOT_SERVING") << std::endl;
       return serving ? ExitCode::done : ExitCode::refused;
     };

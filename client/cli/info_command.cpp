@@ -5,18 +5,19 @@
 #include <memory>
 
 #include "commands.hpp"
+#include "connection.hpp"
 #include "meshsmooth/client.hpp"
 
 namespace meshsmooth::cli {
 namespace {
 
 struct InfoCommand {
-  std::string server;
+  ServerAddress server;
   bool json = false;
 };
 
 ExitCode run(const InfoCommand& command) {
-  const client::ServerInfo info = client::Client(command.server).server_info();
+  const client::ServerInfo info = command.server.connect().server_info();
   if (command.json) {
     std::cout << info.json << std::endl;
     return ExitCode::done;
@@ -35,7 +36,7 @@ ExitCode run(const InfoCommand& command) {
 void add_info_command(CLI::App& app, Action& action) {
   auto command = std::make_shared<InfoCommand>();
   CLI::App* sub = app.add_subcommand("info", "What a server is and can");
-  sub->add_option("--server", command->server, "HOST:PORT or unix:PATH")->required();
+  add_server_flags(*sub, command->server);
   sub->add_flag("--json", command->json, "All of it, with limits and defaults");
   sub->callback([&action, command] { action = [command] { return run(*command); }; });
 }

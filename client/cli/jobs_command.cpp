@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "commands.hpp"
+#include "connection.hpp"
 #include "meshsmooth/client.hpp"
 #include "readable.hpp"
 
@@ -12,7 +13,7 @@ namespace meshsmooth::cli {
 namespace {
 
 struct JobsCommand {
-  std::string server;
+  ServerAddress server;
   bool json = false;
 };
 
@@ -45,7 +46,7 @@ void print_json(const std::vector<client::JobInfo>& jobs) {
 }
 
 ExitCode run(const JobsCommand& command) {
-  const std::vector<client::JobInfo> jobs = client::Client(command.server).list_jobs();
+  const std::vector<client::JobInfo> jobs = command.server.connect().list_jobs();
   if (command.json) {
     print_json(jobs);
   } else if (jobs.empty()) {
@@ -61,7 +62,7 @@ ExitCode run(const JobsCommand& command) {
 void add_jobs_command(CLI::App& app, Action& action) {
   auto command = std::make_shared<JobsCommand>();
   CLI::App* sub = app.add_subcommand("jobs", "The jobs of a server, running and ended");
-  sub->add_option("--server", command->server, "HOST:PORT or unix:PATH")->required();
+  add_server_flags(*sub, command->server);
   sub->add_flag("--json", command->json, "As a list of meshsmooth.v1.Job in proto3 JSON");
   sub->callback([&action, command] { action = [command] { return run(*command); }; });
 }

@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 struct SmoothCommand {
   fs::path input;
   fs::path output;
-  std::optional<std::string> server;
+  ServerAddress server;
   SmoothFlags smoothing;
   std::optional<fs::path> fixed_nodes;
   std::string backend = "auto";
@@ -107,7 +107,7 @@ client::SmoothReport call_server(formats::MeshFile& file, const SmoothCommand& c
   client::RequestOptions request;
   request.request_id = command.request_id;
   // The server inside runs nothing but the backend it was started with.
-  request.backend = command.server ? command.backend : "auto";
+  request.backend = !command.server.address.empty() ? command.backend : "auto";
   request.stop = interrupt.token();
   if (command.timeout_seconds) {
     request.timeout = std::chrono::duration_cast<std::chrono::nanoseconds>(
@@ -131,7 +131,7 @@ client::SmoothReport call_server(formats::MeshFile& file, const SmoothCommand& c
 ExitCode run(const SmoothCommand& command) {
   const auto start = std::chrono::steady_clock::now();
   const SmoothOptions options = to_smooth_options(command.smoothing);
-  if (command.server && command.backend.starts_with("cuda:")) {
+  if (!command.server.address.empty() && command.backend.starts_with("cuda:")) {
     throw InvalidOption("OPTION_MISPLACED",
                         "--backend " + command.backend +
                             " names a device of this machine, but --server computes elsewhere; "
@@ -168,7 +168,7 @@ void add_smooth_command(CLI::App& app, Action& action) {
   sub->add_option("-o,--output", command->output,
                   "Where it goes: " + formats::writable_extensions())
       ->required();
-  sub->add_option("--server", command->server, "HOST:PORT or unix:PATH [a server inside]");
+  add_server_flags(*sub, command->server, false);
   add_smooth_flags(*sub, command->smoothing);
   sub->add_option("--fixed-nodes", command->fixed_nodes,
                   "File of nodes to hold: a node index (from 0) a line, # comments");

@@ -2,13 +2,13 @@
 
 #include <google/protobuf/empty.pb.h>
 #include <google/protobuf/wrappers.pb.h>
-#include <grpcpp/create_channel.h>
 #include <grpcpp/generic/generic_stub.h>
 
 #include <array>
 #include <future>
 
 #include "attach_call.hpp"
+#include "channel.hpp"
 #include "client_access.hpp"
 #include "meshsmooth/v1/smoothing.grpc.pb.h"
 #include "request_id.hpp"
@@ -26,16 +26,6 @@ constexpr std::chrono::seconds kShortTimeout{30};
 constexpr std::array<std::string_view, 9> kJobStateNames = {"unspecified", "receiving", "queued",
                                                             "running",     "sending",   "succeeded",
                                                             "failed",      "cancelled", "expired"};
-
-/// Finds out within a minute when a server has gone without a word. Servers
-/// allow a ping every 15 s.
-std::shared_ptr<grpc::Channel> open_channel(const std::string& target) {
-  grpc::ChannelArguments arguments;
-  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 30'000);
-  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 20'000);
-  arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
-  return grpc::CreateCustomChannel(target, grpc::InsecureChannelCredentials(), arguments);
-}
 
 JobInfo decode_job(const v1::Job& job) {
   JobInfo info;
@@ -92,8 +82,8 @@ Client ClientAccess::make(std::shared_ptr<grpc::Channel> channel, const std::str
   return Client(std::make_unique<Client::Impl>(std::move(channel), name));
 }
 
-Client::Client(const std::string& target)
-    : impl_(std::make_unique<Impl>(open_channel(target), target)) {}
+Client::Client(const std::string& target, const Credentials& credentials)
+    : impl_(std::make_unique<Impl>(open_channel(target, credentials), target)) {}
 Client::Client(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Client::~Client() = default;
 Client::Client(Client&&) noexcept = default;

@@ -30,7 +30,8 @@ bool was_reset(std::string_view message, int code) {
 }
 
 bool never_connected(std::string_view message) {
-  return contains_any(message, {"failed to connect", "onnection refused", "resolution failed"});
+  return contains_any(message, {"failed to connect", "onnection refused", "resolution failed",
+                                "empty address list"});
 }
 
 /// A connection that broke may come back; an address where nobody answers does not.
@@ -42,10 +43,35 @@ std::optional<std::chrono::nanoseconds> foreign_retry_delay(const grpc::Status& 
   return std::chrono::milliseconds(100);
 }
 
+/// Why no secure connection came about; empty when TLS is not to blame. The texts
+/// are those of gRPC 1.51 with OpenSSL 3.
+std::string tls_hint(std::string_view message, const std::string& server) {
+  if (contains_any(message, {"certificate verify failed"})) {
+    return "nobody whom this client trusts has signed the certificate of " + server +
+           ", or it has expired; name the authority by --tls-ca";
+  }
+  if (contains_any(message, {"is not in peer certificate"})) {
+    return "the certificate is another's; if that is whom you mean, say --tls-server-name";
+  }
+  if (contains_any(message, {"wrong version number"})) {
+    return "the server at " + server + " speaks without TLS; leave out --tls and its like";
+  }
+  if (never_connected(message) && contains_any(message, {"Socket closed", "onnection reset"})) {
+    return "the server closed the connection before the call: it may ask for TLS (--tls, --tls-ca) "
+           "or for a certificate that it trusts and that has not expired (--tls-cert, --tls-key)";
+  }
+  if (contains_any(message, {"empty address list"})) {
+    return "the files of --tls-cert and --tls-key cannot be used: are they PEM, and do they belong "
+           "together?";
+  }
+  return {};
+}
+
 std::string unavailable_hint(std::string_view message, const std::string& server) {
   if (contains_any(message, {"http2 header with status: 50"})) {
     return "a proxy answers at " + server + ", but no server behind it does";
   }
+  if (std::string hint = tls_hint(message, server); !hint.empty()) return hint;
   if (never_connected(message)) {
     return "no server answers there; check the address, or start one with: "
            "meshsmooth-server --listen " +
@@ -115,6 +141,9 @@ ServiceError to_service_error(const grpc::Status& status, const CallFacts& facts
   if (details->retry_delay) {
     const double delay = std::chrono::duration<double>(*details->retry_delay).count();
     hint = delay > 0 ? "try again in " + seconds_text(delay) : "try again at once, or elsewhere";
+  }
+  if (code == StatusCode::unauthenticated) {
+    hint = "say who you are by --token-file (in C++ Credentials::token_file)";
   }
   return {code,
           details->reason,

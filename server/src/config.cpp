@@ -55,6 +55,8 @@ bool is_backend(std::string_view text) {
 template <class Config, class Visit>
 void visit_settings(Config& config, const Visit& visit) {
   const Bytes bytes;
+  const CLI::Validator none;
+  const auto text = text_that("printable", is_printable);
   const auto seconds = CLI::Range(0.0, 1e6);
   const auto message_bytes = CLI::Range(4096, 1 << 30);
   const auto counts = CLI::Range(std::int64_t{1}, std::int64_t{INT32_MAX});
@@ -64,6 +66,22 @@ void visit_settings(Config& config, const Visit& visit) {
   visit("admin-listen", config.admin_listen,
         "HOST:PORT of /metrics, /healthz and /readyz in plain HTTP; empty: none",
         text_that("HOST:PORT", is_admin_address));
+  visit("insecure", config.insecure,
+        "Serve in clear even on an address that others reach; something else protects it", none);
+  visit("tls-cert", config.tls_cert, "PEM file: the server's certificate, with its chain", text);
+  visit("tls-key", config.tls_key, "PEM file: its key", text);
+  visit("tls-client-ca", config.tls_client_ca,
+        "PEM file: clients must show a certificate that one of these has signed", text);
+  visit("token-file", config.token_file,
+        "File of lines IDENTITY:TOKEN or IDENTITY:sha256:HEX; calls must carry such a token", text);
+  visit("credentials-reload-interval-seconds", config.credentials_reload_interval_seconds,
+        "How often those files are looked at", seconds);
+  visit("max-metadata-bytes", config.max_metadata_bytes, "Of one call", CLI::Range(1024, 1 << 20));
+  visit("max-jobs-per-identity", config.max_jobs_per_identity,
+        "Living jobs of one caller; 0: no limit", CLI::Range(0, 1'000'000));
+  visit("max-bytes-per-identity", config.max_bytes_per_identity,
+        "Memory promised to those; 0: no limit", bytes);
+
   visit("backend", config.backend, "auto, cpu, cuda or cuda:N",
         text_that("auto, cpu, cuda or cuda:N", is_backend));
   visit("lanes", config.lanes, "Jobs that run at the same time; 0: 4 on CUDA, 1 on the CPU",
@@ -105,8 +123,6 @@ void visit_settings(Config& config, const Visit& visit) {
         "On SIGTERM: not serving by health, but still accepting", seconds);
   visit("drain-grace-seconds", config.drain_grace_seconds,
         "After that: for the running jobs to finish", seconds);
-  visit("watchdog-seconds", config.watchdog_seconds,
-        "For a running job to stop when it is asked to; /healthz fails after", seconds);
 
   visit("early-data-bytes", config.early_data_bytes,
         "What clients may send before they are accepted", CLI::Range(0, 1 << 22));
@@ -130,6 +146,7 @@ void visit_settings(Config& config, const Visit& visit) {
 
   visit("log-level", config.log_level, "debug, info, warn, error or off",
         CLI::IsMember({"debug", "info", "warn", "error", "off"}));
+  visit("log-format", config.log_format, "text or json", CLI::IsMember({"text", "json"}));
 }
 
 CLI::Option* add_check(CLI::Option* option, const CLI::Validator& validator) {

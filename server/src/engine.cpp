@@ -159,7 +159,8 @@ Engine::Engine(Equipment equipment, const std::function<void()>& on_lane_broken)
       ledger_({.host_bytes = config_.host_memory_limit_bytes,
                .device_bytes = config_.device_bytes == 0 ? INT64_MAX : config_.device_bytes}),
       queue_(config_.max_queued_jobs, config_.max_queued_bytes),
-      store_(static_cast<std::size_t>(config_.max_kept_jobs)),
+      store_(static_cast<std::size_t>(config_.max_kept_jobs),
+             {config_.max_jobs_per_identity, config_.max_bytes_per_identity}),
       results_(config_.max_kept_result_bytes) {
   for (auto& smoother : equipment.smoothers) {
     lanes_.push_back(std::make_unique<Lane>(std::move(smoother), queue_, on_lane_broken));
@@ -305,22 +306,12 @@ void Engine::call_ended() {
 }
 
 void Engine::retire(const Job& job) {
-  if (job.request().kept() && job.snapshot().result) results_.keep(store_.find(job.name()));
+  if (job.request().kept() && job.snapshot().result)
+    results_.keep(store_.find(job.request().identity, job.name()));
   for (const auto& forgotten : store_.retire(job)) results_.drop(*forgotten);
   metrics_.job_ended(job);
   log_job_end(job);
   wake();
-}
-
-int Engine::stuck_job_count() const {
-  const auto patience = std::chrono::duration<double>(config_.watchdog_seconds);
-  int count = 0;
-  for (const auto& job : store_.living()) {
-    const JobSnapshot now = job->snapshot();
-    const auto& asked = now.times.stop_requested;
-    if (now.state == JobState::running && asked && Clock::now() - *asked > patience) ++count;
-  }
-  return count;
 }
 
 void Engine::hand_back_waiting() {

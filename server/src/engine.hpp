@@ -60,7 +60,7 @@ class Engine {
 
   /// A new job, or the caller's own of the same request id. Reserves first, then
   /// allocates. Throws OutOfMemory (MESH_TOO_LARGE, HOST_MEMORY_BUSY,
-  /// DEVICE_MEMORY_BUSY, QUEUE_FULL) or Error (DRAINING; REQUEST_ID_REUSED: that
+  /// DEVICE_MEMORY_BUSY, QUEUE_FULL, QUOTA_EXCEEDED) or Error (DRAINING; REQUEST_ID_REUSED: that
   /// job's spec is another).
   [[nodiscard]] Attendance admit(JobRequest request, const Job::Observer& observer);
 
@@ -88,9 +88,6 @@ class Engine {
   void call_began() { ++calls_; }
   void call_ended();
   [[nodiscard]] int call_count() const { return calls_; }
-  /// Jobs that still run `watchdog_seconds` after they were asked to stop: their
-  /// lanes hang.
-  [[nodiscard]] int stuck_job_count() const;
 
   [[nodiscard]] const JobStore& store() const { return store_; }
   [[nodiscard]] const JobQueue& queue() const { return queue_; }

@@ -88,10 +88,7 @@ bool Job::leave(int watcher, const std::exception_ptr& cause) {
       dropped = std::move(now_.result);
       return false;
     }
-    if (!stop_cause_) {  // from now on nobody can join
-      stop_cause_ = cause;
-      now_.times.stop_requested = Clock::now();
-    }
+    if (!stop_cause_) stop_cause_ = cause;  // from now on nobody can join
   }
   stop_.request_stop();
   return true;
@@ -200,7 +197,6 @@ bool Job::request_stop(std::exception_ptr cause) {
     const std::lock_guard lock(mutex_);
     if (has_ended(now_.state) || stop_cause_) return false;
     stop_cause_ = std::move(cause);
-    now_.times.stop_requested = Clock::now();
   }
   stop_.request_stop();
   notify();

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "caller.hpp"
 #include "job_queue.hpp"
 #include "ledger.hpp"
 #include "meshsmooth/options.hpp"
@@ -39,12 +40,10 @@ enum class JobState {
 
 using Clock = std::chrono::steady_clock;
 
-/// Who asks when nothing says who.
-inline constexpr const char* kAnonymous = "anonymous";
-
 /// What the caller asked for, checked.
 struct JobRequest {
   std::string identity = kAnonymous;  // who asks; the job is theirs alone
+  std::string traceparent;            // of W3C's Trace Context; empty: none
   std::string request_id;             // empty: nobody can join
   /// All fields that were set, by name, in bytes: equal for the same job.
   std::map<std::string, std::string> fields;
@@ -73,7 +72,6 @@ struct JobTimes {
   std::chrono::system_clock::time_point expires_wall;  // of a kept result
   Clock::time_point admitted;
   std::optional<Clock::time_point> queued, started, finished, ended;
-  std::optional<Clock::time_point> stop_requested;
 
   [[nodiscard]] double receive_seconds() const { return seconds(admitted, queued); }
   [[nodiscard]] double queue_seconds() const { return queued ? seconds(*queued, started) : 0; }

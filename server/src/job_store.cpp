@@ -1,9 +1,11 @@
 #include "job_store.hpp"
 
 #include <algorithm>
+#include <string>
 #include <utility>
 
 #include "job.hpp"
+#include "meshsmooth/error.hpp"
 
 namespace meshsmooth::server {
 namespace {
@@ -16,11 +18,11 @@ std::pair<std::string, std::string> request_key(const Job& job) {
 
 bool JobStore::add(const std::shared_ptr<Job>& job) {
   const std::lock_guard lock(mutex_);
-  if (!job->request().request_id.empty()) {
-    std::shared_ptr<Job>& newest = by_request_[request_key(*job)];
-    if (newest && newest->joinable()) return false;
-    newest = job;
-  }
+  const bool named = !job->request().request_id.empty();
+  const auto before = named ? by_request_.find(request_key(*job)) : by_request_.end();
+  if (before != by_request_.end() && before->second->joinable()) return false;
+  check_quota(*job);
+  if (named) by_request_[request_key(*job)] = job;
   living_.emplace(job->sequence(), job);
   by_name_.emplace(job->name(), job);
   return true;
@@ -55,10 +57,43 @@ void JobStore::unlink(const std::shared_ptr<Job>& job) {
   if (found != by_request_.end() && found->second == job) by_request_.erase(found);
 }
 
-std::shared_ptr<Job> JobStore::find(const std::string& name) const {
+void JobStore::check_quota(const Job& job) const {
+  const auto size = [](const Job& of) {
+    return of.reserved_bytes().host_bytes + of.reserved_bytes().device_bytes;
+  };
+  int jobs = 1;
+  std::int64_t bytes = size(job);
+  if (quota_.max_bytes != 0 && bytes > quota_.max_bytes) {
+    throw OutOfMemory(
+        "MESH_TOO_LARGE",
+        "the job needs " + std::to_string(bytes) + " bytes, one caller has " +
+            std::to_string(quota_.max_bytes),
+        {{"need_bytes", std::to_string(bytes)}, {"limit_bytes", std::to_string(quota_.max_bytes)}});
+  }
+  for (const auto& [sequence, other] : living_) {
+    if (other->request().identity != job.request().identity) continue;
+    ++jobs;
+    bytes += size(*other);
+  }
+  if (quota_.max_jobs != 0 && jobs > quota_.max_jobs) {
+    throw OutOfMemory("QUOTA_EXCEEDED",
+                      "one caller may have " + std::to_string(quota_.max_jobs) +
+                          " jobs at a time; wait for one of yours to end",
+                      {{"limit_jobs", std::to_string(quota_.max_jobs)}});
+  }
+  if (quota_.max_bytes != 0 && bytes > quota_.max_bytes) {
+    throw OutOfMemory("QUOTA_EXCEEDED",
+                      "the jobs of one caller may have " + std::to_string(quota_.max_bytes) +
+                          " bytes at a time; wait for one of yours to end",
+                      {{"limit_bytes", std::to_string(quota_.max_bytes)}});
+  }
+}
+
+std::shared_ptr<Job> JobStore::find(const std::string& identity, const std::string& name) const {
   const std::lock_guard lock(mutex_);
   const auto found = by_name_.find(name);
-  return found == by_name_.end() ? nullptr : found->second;
+  if (found == by_name_.end() || found->second->request().identity != identity) return nullptr;
+  return found->second;
 }
 
 std::shared_ptr<Job> JobStore::find_request(const std::string& identity,
@@ -70,13 +105,14 @@ std::shared_ptr<Job> JobStore::find_request(const std::string& identity,
 }
 
 std::vector<std::shared_ptr<Job>> JobStore::list(
-    std::int64_t before, std::size_t count, const std::function<bool(const Job&)>& wanted) const {
+    const std::string& identity, std::int64_t before, std::size_t count,
+    const std::function<bool(const Job&)>& wanted) const {
   std::vector<std::shared_ptr<Job>> jobs;
   {
     const std::lock_guard lock(mutex_);
     for (const auto* part : {&living_, &ended_}) {
       for (const auto& [sequence, job] : *part) {
-        if (sequence < before) jobs.push_back(job);
+        if (sequence < before && job->request().identity == identity) jobs.push_back(job);
       }
     }
   }

@@ -15,37 +15,51 @@ namespace meshsmooth::server {
 
 class Job;
 
-/// Every job that lives, and the newest of those that ended. Thread-safe.
+/// What the living jobs of one owner may be together; 0: no limit.
+struct Quota {
+  int max_jobs = 0;
+  std::int64_t max_bytes = 0;  // promised to them, of host and device
+};
+
+/// Every job that lives, and the newest of those that ended. The one place that knows
+/// whose a job is: callers name themselves to find anything. Thread-safe.
 class JobStore {
  public:
-  explicit JobStore(std::size_t max_ended_jobs) : max_ended_jobs_(max_ended_jobs) {}
+  explicit JobStore(std::size_t max_ended_jobs, Quota quota = {})
+      : max_ended_jobs_(max_ended_jobs), quota_(quota) {}
 
   /// False, and nothing is done, when another job of the same owner has its
-  /// request id and can be joined. O(log n).
+  /// request id and can be joined. Throws OutOfMemory (QUOTA_EXCEEDED, or
+  /// MESH_TOO_LARGE for what alone exceeds it) when the owner's living jobs are
+  /// too many with it. O(living jobs).
   [[nodiscard]] bool add(const std::shared_ptr<Job>& job);
   /// Call when a job has ended: the oldest ended ones are forgotten; returns them.
   std::vector<std::shared_ptr<Job>> retire(const Job& job);
   /// Forgets a job that has ended; false when it is not here, or lives.
   bool forget(const Job& job);
 
-  /// Nothing when unknown.
-  [[nodiscard]] std::shared_ptr<Job> find(const std::string& name) const;
+  /// A job of that owner; nothing when unknown to them.
+  [[nodiscard]] std::shared_ptr<Job> find(const std::string& identity,
+                                          const std::string& name) const;
   /// The newest job with this request id. O(log n).
   [[nodiscard]] std::shared_ptr<Job> find_request(const std::string& identity,
                                                   const std::string& request_id) const;
 
-  /// Newest first, older than `before` (a `Job::sequence`), at most `count` for
-  /// which `wanted` says so. O(n log n).
+  /// That owner's, newest first, older than `before` (a `Job::sequence`), at most
+  /// `count` for which `wanted` says so. O(n log n).
   [[nodiscard]] std::vector<std::shared_ptr<Job>> list(
-      std::int64_t before, std::size_t count, const std::function<bool(const Job&)>& wanted) const;
+      const std::string& identity, std::int64_t before, std::size_t count,
+      const std::function<bool(const Job&)>& wanted) const;
 
   [[nodiscard]] std::vector<std::shared_ptr<Job>> living() const;
 
  private:
   using RequestKey = std::pair<std::string, std::string>;  // identity, request id
   void unlink(const std::shared_ptr<Job>& job);
+  void check_quota(const Job& job) const;
 
   const std::size_t max_ended_jobs_;
+  const Quota quota_;
   mutable std::mutex mutex_;
   std::map<std::int64_t, std::shared_ptr<Job>> living_;  // by sequence
   std::map<std::int64_t, std::shared_ptr<Job>> ended_;

@@ -3,21 +3,29 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
-#include <exception>
+#include <algorithm>
+#include <atomic>
 #include <memory>
+#include <utility>
+#include <variant>
 
 #include "config.hpp"
 #include "error_text.hpp"
 #include "job.hpp"
+#include "log_fields.hpp"
+#include "meshsmooth/error.hpp"
 
 namespace meshsmooth::server {
 namespace {
+
+using spdlog::level::level_enum;
+
+std::atomic<bool> in_json = false;
 
 spdlog::logger& logger() {
   static const std::shared_ptr<spdlog::logger> instance = [] {
     auto made = std::make_shared<spdlog::logger>(
         "meshsmooth", std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
-    made->set_pattern("%Y-%m-%dT%H:%M:%S.%e%z %l %v");
     made->set_level(spdlog::level::off);
     made->flush_on(spdlog::level::debug);
     return made;
@@ -25,55 +33,90 @@ spdlog::logger& logger() {
   return *instance;
 }
 
+void write(level_enum level, const LogFields& fields) {
+  if (!logger().should_log(level)) return;
+  logger().log(level, spdlog::string_view_t(in_json ? to_json(fields) : to_text(fields)));
+}
+
+void add_error(LogFields& fields, const ErrorText& error) {
+  fields.emplace_back("reason", error.reason);
+  fields.emplace_back("message", error.message);
+}
+
 }  // namespace
 
-void set_log_level(const std::string& level) { logger().set_level(spdlog::level::from_str(level)); }
+void set_log(const std::string& level, const std::string& format) {
+  in_json = format == "json";
+  logger().set_pattern(in_json ? R"({"time":"%Y-%m-%dT%H:%M:%S.%e%z","level":"%l",%v})"
+                               : "%Y-%m-%dT%H:%M:%S.%e%z %l %v");
+  logger().set_level(spdlog::level::from_str(level));
+}
 
 void log_start(const ServerConfig& config, const std::string& backend, int port, int admin_port,
                const std::string& passed_over) {
-  std::string line = fmt::format("event=start running_backend={} port={} admin_port={} ", backend,
-                                 port, admin_port);
-  if (!passed_over.empty())
-    line += fmt::format("message=\"jobs run on {}; {}\" ", backend, passed_over);
-  for (const auto& [key, value] : list_settings(config)) {
-    std::visit([&](const auto& v) { line += fmt::format("{}={} ", key, v); }, value);
+  LogFields fields = {{"event", "start"},
+                      {"version", MESHSMOOTH_VERSION},
+                      {"running_backend", backend},
+                      {"port", std::int64_t{port}},
+                      {"admin_port", std::int64_t{admin_port}}};
+  if (!passed_over.empty()) {
+    fields.emplace_back("message", "jobs run on " + backend + "; " + passed_over);
   }
-  logger().log(passed_over.empty() ? spdlog::level::info : spdlog::level::warn, line);
+  for (auto& [key, value] : list_settings(config)) {
+    std::ranges::replace(key, '-', '_');
+    fields.emplace_back(std::move(key), std::move(value));
+  }
+  write(passed_over.empty() ? spdlog::level::info : spdlog::level::warn, fields);
 }
 
 void log_job_end(const Job& job) {
   const JobSnapshot now = job.snapshot();
   const JobRequest& request = job.request();
+  LogFields fields = {{"event", "job_end"},
+                      {"job", job.name()},
+                      {"identity", request.identity},
+                      {"outcome", state_name(now.state)}};
   const ErrorText error = error_text(now.error);
-  std::string line = fmt::format(
-      "event=job_end job={} request_id=\"{}\" state={} nodes={} elements={} method={} "
-      "reserved_bytes={} receive_seconds={:.6f} queue_seconds={:.6f} run_seconds={:.6f} "
-      "send_seconds={:.6f}",
-      job.name(), request.request_id, state_name(now.state), request.layout.node_count,
-      request.layout.element_count(), method_name(request.options.method),
-      job.reserved_bytes().host_bytes, now.times.receive_seconds(), now.times.queue_seconds(),
-      now.times.run_seconds(), now.times.send_seconds());
+  if (now.error) add_error(fields, error);
+  fields.insert(fields.end(), {{"request_id", request.request_id},
+                               {"nodes", request.layout.node_count},
+                               {"elements", request.layout.element_count()},
+                               {"method", std::string(method_name(request.options.method))},
+                               {"mesh_bytes", request.layout.total_bytes()},
+                               {"reserved_bytes", job.reserved_bytes().host_bytes},
+                               {"reserved_device_bytes", job.reserved_bytes().device_bytes},
+                               {"receive_seconds", now.times.receive_seconds()},
+                               {"queue_seconds", now.times.queue_seconds()},
+                               {"run_seconds", now.times.run_seconds()},
+                               {"send_seconds", now.times.send_seconds()}});
   if (now.summary) {
-    line += fmt::format(" backend={} iterations={} inverted_before={} inverted_after={}",
-                        now.summary->backend, now.summary->convergence.iteration_count,
-                        now.summary->quality_before.inverted_count,
-                        now.summary->quality_after.inverted_count);
+    fields.insert(fields.end(),
+                  {{"backend", now.summary->backend},
+                   {"iterations", std::int64_t{now.summary->convergence.iteration_count}},
+                   {"inverted_before", now.summary->quality_before.inverted_count},
+                   {"inverted_after", now.summary->quality_after.inverted_count}});
   }
-  if (now.error) line += fmt::format(" reason={} message=\"{}\"", error.reason, error.message);
+  if (!request.traceparent.empty()) fields.emplace_back("traceparent", request.traceparent);
   const bool bug = now.error && !error.ours;
-  logger().log(bug ? spdlog::level::err : spdlog::level::info, line);
+  write(bug ? spdlog::level::err : spdlog::level::info, fields);
 }
 
-void log_refused(const std::exception_ptr& error) {
+void log_refused(const std::exception_ptr& error, const std::string& traceparent) {
   const ErrorText text = error_text(error);
-  logger().log(text.ours ? spdlog::level::warn : spdlog::level::err,
-               "event=refused reason={} message=\"{}\"", text.reason, text.message);
+  LogFields fields = {{"event", "refused"}};
+  add_error(fields, text);
+  if (!traceparent.empty()) fields.emplace_back("traceparent", traceparent);
+  write(text.ours ? spdlog::level::warn : spdlog::level::err, fields);
 }
 
-void log_event(const std::string& event) { logger().info("event={}", event); }
+void log_denied(const Error& error, const std::string& peer) {
+  write(spdlog::level::warn, {{"event", "denied"}, {"reason", error.reason()}, {"peer", peer}});
+}
+
+void log_event(const std::string& event) { write(spdlog::level::info, {{"event", event}}); }
 
 void log_error(const std::string& event, const std::string& message) {
-  logger().error("event={} message=\"{}\"", event, message);
+  write(spdlog::level::err, {{"event", event}, {"message", message}});
 }
 
 }  // namespace meshsmooth::server

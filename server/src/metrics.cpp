@@ -126,19 +126,18 @@ void read_equipment(const Engine& engine, std::vector<MetricFamily>& families) {
 
   Reading busy("meshsmooth_lane_busy_seconds_total", "Time that the lane had a job",
                MetricType::Counter);
-  int working = 0;
+  int broken = 0;
   for (std::size_t i = 0; i < engine.lanes().size(); ++i) {
     const Lane& lane = *engine.lanes()[i];
     busy.add(lane.busy_seconds(),
              {{"device", std::string(engine.backend())}, {"lane", std::to_string(i)}});
-    if (!lane.broken()) ++working;
+    if (lane.broken()) ++broken;
   }
   families.push_back(busy.take());
   families.push_back(
-      Reading("meshsmooth_lanes", "Lanes whose device is not lost").add(working).take());
-  families.push_back(
-      Reading("meshsmooth_stuck_jobs", "Jobs that run on long after they were told to stop")
-          .add(engine.stuck_job_count())
+      Reading("meshsmooth_lanes", "Lanes that take jobs, and those that lost their device")
+          .add(static_cast<double>(engine.lanes().size()) - broken, {{"state", "working"}})
+          .add(broken, {{"state", "broken"}})
           .take());
 }
 
@@ -151,6 +150,10 @@ struct Metrics::Impl {
                               .Name("meshsmooth_jobs_total")
                               .Help("Jobs that are over, and calls refused before they were one")
                               .Register(registry);
+  Family<Counter>& denied = prometheus::BuildCounter()
+                                .Name("meshsmooth_denied_calls_total")
+                                .Help("Calls whose caller was not let in")
+                                .Register(registry);
   Counter& iterations = add_counter("meshsmooth_iterations_total", "Sweeps over meshes");
   Counter& nodes = add_counter("meshsmooth_nodes_total", "Nodes of the meshes smoothed");
   Counter& received =
@@ -217,6 +220,10 @@ void Metrics::job_ended(const Job& job) {
 
 void Metrics::refused(const std::exception_ptr& error) {
   impl_->count("refused", error_text(error).reason).Increment();
+}
+
+void Metrics::denied(const std::string& reason) {
+  impl_->denied.Add({{"reason", reason}}).Increment();
 }
 
 void Metrics::received(std::int64_t bytes) {

@@ -23,6 +23,8 @@ class Metrics {
   void job_ended(const Job& job);
   /// A call ended by `error` before it became a job.
   void refused(const std::exception_ptr& error);
+  /// A call of any kind whose caller was not let in.
+  void denied(const std::string& reason);
   /// Bytes of meshes, as they pass.
   void received(std::int64_t bytes);
   void sent(std::int64_t bytes);

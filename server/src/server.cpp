@@ -15,6 +15,7 @@
 #include "log.hpp"
 #include "meshsmooth/error.hpp"
 #include "rpc/smoothing_service.hpp"
+#include "rpc/transport_security.hpp"
 
 namespace meshsmooth::server {
 namespace {
@@ -30,6 +31,7 @@ int to_milliseconds(double seconds) { return static_cast<int>(seconds * 1000); }
 
 void configure(grpc::ServerBuilder& builder, const ServerConfig& config) {
   builder.SetMaxReceiveMessageSize(config.max_receive_message_bytes);
+  builder.AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, config.max_metadata_bytes);
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, config.max_concurrent_streams);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS,
                              to_milliseconds(config.keepalive_time_seconds));
@@ -66,13 +68,9 @@ struct Server::Impl {
     health->SetServingStatus(v1::SmoothingService::service_full_name(), serving);
   }
 
-  // A process that hangs or lost its device helps nobody: start another.
+  // A process that lost a lane helps nobody: start another.
   [[nodiscard]] HttpAnswer health() const {
     if (device_lost) return {503, "device lost\n"};
-    const Engine* its_engine = running_engine;
-    if (its_engine != nullptr && its_engine->stuck_job_count() > 0) {
-      return {503, "a job does not stop\n"};
-    }
     return {200, "ok\n"};
   }
 
@@ -99,6 +97,7 @@ struct Server::Impl {
   const ServerConfig config;
   const SmootherFactory factory;
   std::unique_ptr<Engine> engine;
+  std::unique_ptr<Gate> gate;
   std::unique_ptr<SmoothingService> service;
   std::unique_ptr<grpc::Server> server;
   int port = 0;
@@ -121,12 +120,13 @@ Server::~Server() {
 }
 
 void Server::start(std::function<void()> on_device_lost) {
-  set_log_level(impl_->config.log_level);
+  set_log(impl_->config.log_level, impl_->config.log_format);
   // Both apply to servers built from now on.
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
 
   Impl& impl = *impl_;
+  const auto credentials = make_server_credentials(impl.config);
   impl.start_admin();  // before the device is warmed up, which may take long
   auto engine = std::make_unique<Engine>(
       impl.config, impl.factory, [&impl, lost = std::move(on_device_lost)] {
@@ -135,11 +135,12 @@ void Server::start(std::function<void()> on_device_lost) {
         impl.set_serving(false);
         lost();
       });
-  impl.service = std::make_unique<SmoothingService>(*engine);
+  impl.gate = std::make_unique<Gate>(impl.config, engine->metrics());
+  impl.service = std::make_unique<SmoothingService>(*engine, *impl.gate);
   grpc::ServerBuilder builder;
   configure(builder, engine->config());
   if (!impl.config.listen.empty()) {
-    builder.AddListeningPort(impl.config.listen, grpc::InsecureServerCredentials(), &impl.port);
+    builder.AddListeningPort(impl.config.listen, credentials, &impl.port);
   }
   builder.RegisterService(impl.service.get());
   impl.engine = std::move(engine);

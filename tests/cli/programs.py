@@ -77,7 +77,7 @@ class ServerProgram(Program):
     def __init__(self, *arguments):
         super().__init__(SERVER, "--listen", "127.0.0.1:0", "--lame-duck-seconds", "0",
                          "--drain-grace-seconds", "1", *arguments)
-        start = self.wait_for(r"event=start .*? port=(\d+) admin_port=(\d+)")
+        start = self.wait_for(r'event\W+start\b.*?\bport\W+(\d+)\W+admin_port\W+(\d+)')
         self.address = "127.0.0.1:" + start.group(1)
         self.admin_address = "127.0.0.1:" + start.group(2)  # port 0 unless --admin-listen
 

@@ -10,6 +10,7 @@ import time
 import unittest
 import urllib.parse
 import urllib.request
+from pathlib import Path
 
 from programs import BAD_MESH, DONE, SERVER, USAGE, CliTest, Program, ServerProgram, main, vtk_text
 
@@ -54,11 +55,32 @@ class Settings(CliTest):
         self.assertIn("lanse", error)
         self.run_server("--lanse", "2", exit_code=USAGE)
 
+    def test_the_documentation_lists_them_with_their_defaults(self):
+        text = (ROOT / "docs" / "operations.md").read_text()
+        for line in self.run_server("--print-config").stdout.splitlines():
+            key, value = line.split(" = ")
+            row = next((row for row in text.splitlines()
+                        if row.startswith("|") and f"`{key}`" in row.split("|")[1]), None)
+            self.assertIsNotNone(row, key)
+            default = row.split("|")[2].strip().strip("`")
+            self.assertEqual("" if default == "–" else default, value.strip('"'), key)
+
+    def test_an_address_in_clear_that_others_reach_is_refused(self):
+        error = self.run_server("--listen", "0.0.0.0:0", exit_code=USAGE).stderr
+        for part in ("listen: ", "0.0.0.0:0", "in clear", "tls-cert", "insecure"):
+            self.assertIn(part, error)
+        server = Program(SERVER, "--listen", "0.0.0.0:0", "--insecure")
+        self.addCleanup(server.kill)
+        server.wait_for("event=start")
+
     def test_an_address_in_use_is_named(self):
-        error = self.run_server("--listen", "203.0.113.1:1", "--log-level", "off",
+        error = self.run_server("--listen", "203.0.113.1:1", "--log-level", "off", "--insecure",
                                 exit_code=USAGE).stderr
         self.assertIn("listen", error)
         self.assertIn("203.0.113.1:1", error)
+
+
+ROOT = Path(__file__).parents[2]
 
 
 def needs(program):
@@ -116,6 +138,16 @@ class Metrics(CliTest):
             'meshsmooth_reserved_bytes{space="host"}': 0,
         }
 
+    def test_the_documentation_lists_them(self):
+        text = (ROOT / "docs" / "operations.md").read_text()
+        with ServerProgram("--admin-listen", "127.0.0.1:0") as server:
+            self.run_jobs(server, succeeding=1, failing=1)
+            metrics = get(f"http://{server.admin_address}/metrics")
+        names = [line.split()[2] for line in metrics.splitlines() if line.startswith("# TYPE")]
+        self.assertGreater(len(names), 15)
+        for name in names:
+            self.assertIn(f"`{name}", text)
+
     @needs("promtool")
     def test_names_are_as_promtool_wants_them(self):
         with ServerProgram("--admin-listen", "127.0.0.1:0") as server:
@@ -152,6 +184,86 @@ class Metrics(CliTest):
                 return float(result[0]["value"][1])
             time.sleep(0.1)
         self.fail(f"Prometheus knows nothing of {query}")
+
+
+class Logs(CliTest):
+    def test_every_line_is_json(self):
+        mesh = self.generate("mesh.vtu", nodes=500)
+        with ServerProgram("--log-format", "json") as server:
+            self.run_cli("smooth", mesh, "-o", self.path("out.vtu"), "--server", server.address,
+                         "--request-id", "6f1b2d3c-0000-4000-8000-000000000001", "--report",
+                         self.path("report.json"))
+            self.error_of("smooth", mesh, "-o", self.path("out.vtu"), "--server", server.address,
+                          "--request-id", "mine", exit_code=USAGE)
+            server.process.terminate()
+            code, text = server.end()
+        self.assertEqual(code, 0)
+        lines = [json.loads(line) for line in text.splitlines()]
+        events = {line["event"]: line for line in lines}
+        self.assertEqual([line["event"] for line in lines],
+                         ["start", "job_end", "refused", "drain", "end"])
+        self.assertTrue(all(line["time"] and line["level"] for line in lines))
+        self.assertEqual(events["start"]["max_queued_jobs"], 100)
+        job = events["job_end"]
+        report = json.loads((self.folder / "report.json").read_text())
+        self.assertEqual((job["outcome"], job["identity"], job["request_id"]),
+                         ("succeeded", "anonymous", "6f1b2d3c-0000-4000-8000-000000000001"))
+        self.assertEqual((job["nodes"], job["iterations"]),
+                         (int(report["nodes"]["total"]), report["convergence"]["iteration_count"]))
+        self.assertGreater(job["mesh_bytes"], 24 * job["nodes"])
+        self.assertGreater(job["run_seconds"], 0)
+        self.assertEqual(events["refused"]["reason"], "OPTION_OUT_OF_RANGE")
+
+
+class Security(CliTest):
+    """From the command line of the one to that of the other, with openssl's certificates."""
+
+    def make_authority(self, name):
+        self.openssl("req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes",
+                     "-keyout", self.path(name + ".key"), "-out", self.path(name + ".pem"),
+                     "-subj", f"/CN={name}", "-days", "1")
+
+    def make_certificate(self, name, authority):
+        self.openssl("req", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes",
+                     "-keyout", self.path(name + ".key"), "-out", self.path(name + ".csr"),
+                     "-subj", f"/CN={name}")
+        (self.folder / "names").write_text("subjectAltName=IP:127.0.0.1\n")
+        self.openssl("x509", "-req", "-in", self.path(name + ".csr"), "-CA",
+                     self.path(authority + ".pem"), "-CAkey", self.path(authority + ".key"),
+                     "-CAcreateserial", "-out", self.path(name + ".pem"), "-days", "1",
+                     "-extfile", self.path("names"))
+
+    def openssl(self, *arguments):
+        subprocess.run(["openssl", *arguments], check=True, capture_output=True, timeout=60)
+
+    def test_certificates_and_tokens(self):
+        self.make_authority("ca")
+        self.make_authority("stranger")
+        self.make_certificate("server", "ca")
+        self.make_certificate("alice", "ca")
+        self.make_certificate("mallory", "stranger")
+        (self.folder / "tokens").write_text("team:a-secret-token\n")
+        (self.folder / "token").write_text("a-secret-token\n")
+        with ServerProgram("--tls-cert", self.path("server.pem"), "--tls-key",
+                           self.path("server.key"), "--tls-client-ca", self.path("ca.pem"),
+                           "--token-file", self.path("tokens")) as server:
+            trust = ["--server", server.address, "--tls-ca", self.path("ca.pem")]
+            alice = ["--tls-cert", self.path("alice.pem"), "--tls-key", self.path("alice.key")]
+            mallory = ["--tls-cert", self.path("mallory.pem"), "--tls-key", self.path("mallory.key")]
+            token = ["--token-file", self.path("token")]
+            self.assertIn("no jobs", self.run_cli("jobs", *trust, *alice, *token).stdout)
+            self.run_cli("health", *trust, *alice)
+            refused = {"exit_code": 4}
+            self.assertIn("TOKEN_MISSING", self.error_of("jobs", *trust, *alice, **refused))
+            self.assertIn("--tls-cert", self.error_of("jobs", *trust, *token, **refused))
+            self.assertIn("--tls-cert", self.error_of("jobs", *trust, *mallory, *token, **refused))
+            self.assertIn("--tls", self.error_of("jobs", "--server", server.address, **refused))
+            wrong = ["--server", server.address, "--tls-ca", self.path("stranger.pem")]
+            self.assertIn("--tls-ca", self.error_of("jobs", *wrong, *alice, *token, **refused))
+            server.process.terminate()
+            _, log = server.end()
+        self.assertNotIn("a-secret-token", log)
+        self.assertIn("event=denied reason=TOKEN_MISSING", log)
 
 
 if __name__ == "__main__":

@@ -231,28 +231,8 @@ TEST(Probes, FailOnceTheDeviceIsLost) {
   while (status_of(server, "/healthz") == 200) std::this_thread::yield();
   EXPECT_EQ(status_of(server, "/healthz"), 503);
   EXPECT_EQ(status_of(server, "/readyz"), 503);
-  EXPECT_EQ(scrape(server).at("meshsmooth_lanes"), 0);
-}
-
-TEST(Probes, FailWhileAJobDoesNotStop) {
-  server::ServerConfig config = admin_config();
-  config.watchdog_seconds = 0.05;
-  InProcessServer server(config);
-  Stub stub(server.channel());
-  std::promise<void> end;
-  server.fake().fail_with([&] { end.get_future().wait(); });  // deaf to its stop token
-  SmoothCall call(stub);
-  call.send_all({});
-  server.fake().wait_started(1);
-  EXPECT_EQ(status_of(server, "/healthz"), 200);
-
-  call.cancel();
-  while (status_of(server, "/healthz") == 200) std::this_thread::yield();
-  EXPECT_EQ(status_of(server, "/healthz"), 503);
-  EXPECT_EQ(scrape(server).at("meshsmooth_stuck_jobs"), 1);
-
-  end.set_value();
-  while (status_of(server, "/healthz") == 503) std::this_thread::yield();
+  EXPECT_EQ(scrape(server).at("meshsmooth_lanes{state=\"working\"}"), 0);
+  EXPECT_EQ(scrape(server).at("meshsmooth_lanes{state=\"broken\"}"), 1);
 }
 
 }  // namespace

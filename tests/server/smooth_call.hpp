@@ -58,12 +58,17 @@ inline v1::Chunk chunk(v1::ArrayId id, std::int64_t offset, std::string data) {
   return message;
 }
 
+/// What a call carries beside its messages.
+using Metadata = std::vector<std::pair<std::string, std::string>>;
+
 /// One Smooth call, spoken message by message.
 class SmoothCall {
  public:
   explicit SmoothCall(Stub& stub,
-                      std::optional<std::chrono::system_clock::time_point> deadline = {}) {
+                      std::optional<std::chrono::system_clock::time_point> deadline = {},
+                      const Metadata& metadata = {}) {
     if (deadline) context_.set_deadline(*deadline);
+    for (const auto& [key, value] : metadata) context_.AddMetadata(key, value);
     stream_ = stub.Smooth(&context_);
   }
   ~SmoothCall() {
@@ -142,6 +147,11 @@ class SmoothCall {
   [[nodiscard]] bool was_told_to_stop() const { return stop_sending_; }
   [[nodiscard]] wire::StatusDetails details() const {
     return wire::decode_status_details(status_.error_details()).value_or(wire::StatusDetails{});
+  }
+  [[nodiscard]] std::string initial_metadata(const std::string& key) const {
+    const auto& all = context_.GetServerInitialMetadata();
+    const auto found = all.find(key);
+    return found == all.end() ? "" : std::string(found->second.data(), found->second.size());
   }
   [[nodiscard]] std::string detail(const std::string& key) const {
     for (const auto& [name, value] : details().metadata) {

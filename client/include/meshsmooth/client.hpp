@@ -134,12 +134,24 @@ struct JobInfo {
 
 [[nodiscard]] std::string_view job_state_name(JobState state);
 
+/// How a connection is protected, and who calls. Files are in PEM but the token's.
+struct Credentials {
+  bool tls = false;           // even when nothing below is set
+  std::string tls_ca = "";    // who may have signed the server's certificate; empty: the system's
+  std::string tls_cert = "";  // ours, for servers that ask for one
+  std::string tls_key = "";   // its key
+  std::string tls_server_name = "";  // in the server's certificate; empty: the target's host
+  std::string token_file = "";       // a bearer token, alone in its line; read anew for every call
+};
+
 /// A connection to one server. Thread-safe: calls may run at the same time.
 /// Every call throws `ServiceError`.
 class Client {
  public:
   /// `target` is HOST:PORT or unix:PATH. Does not connect yet.
-  explicit Client(const std::string& target);
+  /// Throws InvalidOption (CREDENTIALS_UNUSABLE) when a file of theirs cannot be
+  /// read, or a token would travel in clear.
+  explicit Client(const std::string& target, const Credentials& credentials = {});
   ~Client();
   Client(Client&&) noexcept;
   Client& operator=(Client&&) noexcept;

@@ -10,6 +10,17 @@ namespace meshsmooth::server {
 struct ServerConfig {
   std::string listen = "127.0.0.1:50051";  // HOST:PORT, unix:PATH; empty: in-process only
   std::string admin_listen = "";           // HOST:PORT of /metrics, /healthz, /readyz; empty: none
+
+  bool insecure = false;      // may be in clear though others reach `listen`
+  std::string tls_cert = "";  // PEM files; with a certificate it is TLS
+  std::string tls_key = "";
+  std::string tls_client_ca = "";  // set: clients must show a certificate that these have signed
+  std::string token_file = "";     // set: calls must carry a token that is in it
+  double credentials_reload_interval_seconds = 10;
+  int max_metadata_bytes = 8 * 1024;
+  int max_jobs_per_identity = 0;            // that live; 0: no limit
+  std::int64_t max_bytes_per_identity = 0;  // promised to those; 0: no limit
+
   std::string backend = "auto";
   int lanes = 0;             // jobs that run at the same time; 0: 4 on CUDA, 1 on the CPU
   int threads_per_lane = 0;  // 0: all cores shared by the lanes
@@ -35,7 +46,6 @@ struct ServerConfig {
   double drop_timeout_seconds = 1;          // after StopSending, until half-close
   double lame_duck_seconds = 5;             // not serving, but still accepting
   double drain_grace_seconds = 30;          // for the running jobs, after that
-  double watchdog_seconds = 30;  // for a running job to stop when asked; /healthz fails after
 
   int early_data_bytes = 64 * 1024;
   int max_chunk_bytes = 2 * 1024 * 1024;
@@ -52,7 +62,8 @@ struct ServerConfig {
   double min_client_ping_interval_seconds = 15;
   double max_connection_age_seconds = 3600;  // 0: for ever; running calls are never cut
 
-  std::string log_level = "info";  // debug, info, warn, error, off
+  std::string log_level = "info";   // debug, info, warn, error, off
+  std::string log_format = "text";  // text, json
 };
 
 }  // namespace meshsmooth::server

@@ -27,20 +27,22 @@ void check_offset(const Job& job, std::int64_t offset) {
 }  // namespace
 
 AttachReactor* AttachReactor::start(Engine& engine, grpc::CallbackServerContext* context,
-                                    std::shared_ptr<Job> job, const v1::AttachJobRequest& request) {
+                                    const v1::AttachJobRequest& request, const Entry& entry) {
+  auto job = entry.denied ? nullptr : engine.store().find(entry.caller.identity, request.name());
   const std::shared_ptr<AttachReactor> reactor(
       new AttachReactor(engine, context, std::move(job), request.result_offset_bytes()));
   reactor->self_ = reactor;
-  reactor->attend();
+  reactor->attend(entry.denied);
   reactor->pump();
   return reactor.get();
 }
 
-void AttachReactor::attend() {
+void AttachReactor::attend(const std::exception_ptr& denied) {
   engine_.call_began();
   Attendance attendance;
   std::exception_ptr error;
   try {
+    if (denied) std::rethrow_exception(denied);
     if (!job_) throw Error("JOB_NOT_FOUND", "no job of this name is known (any more)");
     check_offset(*job_, sent_bytes_);
     attendance = engine_.attend(job_, [weak = weak_from_this()] {

@@ -14,6 +14,7 @@
 #include "engine.hpp"
 #include "job.hpp"
 #include "meshsmooth/v1/smoothing.pb.h"
+#include "rpc/gate.hpp"
 
 namespace meshsmooth::server {
 
@@ -22,10 +23,9 @@ namespace meshsmooth::server {
 class AttachReactor final : public grpc::ServerWriteReactor<v1::AttachJobResponse>,
                             public std::enable_shared_from_this<AttachReactor> {
  public:
-  /// The reactor of a new call; owns itself until gRPC is done with it. `job` may
-  /// be null: not found.
+  /// The reactor of a new call; owns itself until gRPC is done with it.
   static AttachReactor* start(Engine& engine, grpc::CallbackServerContext* context,
-                              std::shared_ptr<Job> job, const v1::AttachJobRequest& request);
+                              const v1::AttachJobRequest& request, const Entry& entry);
 
  private:
   enum class Output { progress, chunks, done };
@@ -38,7 +38,7 @@ class AttachReactor final : public grpc::ServerWriteReactor<v1::AttachJobRespons
   void OnCancel() override;
   void OnDone() override;
 
-  void attend();
+  void attend(const std::exception_ptr& denied);
   void pump();
   // With the lock.
   void notice_job(const JobSnapshot& job);

@@ -35,16 +35,22 @@ bool is_our_turn(JobState state) {
 
 }  // namespace
 
-SmoothReactor* SmoothReactor::start(Engine& engine, grpc::CallbackServerContext* context) {
-  const std::shared_ptr<SmoothReactor> reactor(new SmoothReactor(engine, context));
+SmoothReactor* SmoothReactor::start(Engine& engine, grpc::CallbackServerContext* context,
+                                    Entry entry) {
+  const std::shared_ptr<SmoothReactor> reactor(
+      new SmoothReactor(engine, context, std::move(entry)));
   reactor->self_ = reactor;
   reactor->pump();
   return reactor.get();
 }
 
-SmoothReactor::SmoothReactor(Engine& engine, grpc::CallbackServerContext* context)
-    : engine_(engine), context_(context), last_read_(Clock::now()) {
-  if (engine_.draining()) error_ = draining_error();
+SmoothReactor::SmoothReactor(Engine& engine, grpc::CallbackServerContext* context, Entry entry)
+    : engine_(engine),
+      context_(context),
+      caller_(std::move(entry.caller)),
+      error_(std::move(entry.denied)),
+      last_read_(Clock::now()) {
+  if (!error_ && engine_.draining()) error_ = draining_error();
 }
 
 void SmoothReactor::OnReadDone(bool ok) {
@@ -106,6 +112,8 @@ void SmoothReactor::ingest_spec(const v1::JobSpec& spec) {
     throw InvalidOption("OPTION_OUT_OF_RANGE", "spec: it came twice", {{"field", "spec"}});
   }
   DecodedSpec decoded = decode_spec(spec, engine_);
+  decoded.job.identity = caller_.identity;
+  decoded.job.traceparent = caller_.traceparent;
   decoded.job.deadline = call_deadline(*context_);
   MemoryEstimate estimate;
   Attendance attendance;
@@ -225,7 +233,7 @@ void SmoothReactor::perform(Step step) {
       alarm_.reset();
       if (error_ && !job_) {
         engine_.metrics().refused(error_);
-        log_refused(error_);
+        log_refused(error_, caller_.traceparent);
       }
       Finish(error_ ? to_status(describe_error(error_, job_ ? job_->name() : "this call"))
                     : grpc::Status::OK);

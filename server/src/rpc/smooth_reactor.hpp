@@ -13,6 +13,7 @@
 #include "engine.hpp"
 #include "job.hpp"
 #include "meshsmooth/v1/smoothing.pb.h"
+#include "rpc/gate.hpp"
 #include "rpc/messages.hpp"
 
 namespace meshsmooth::server {
@@ -29,7 +30,7 @@ class SmoothReactor final : public grpc::ServerBidiReactor<v1::SmoothRequest, v1
                             public std::enable_shared_from_this<SmoothReactor> {
  public:
   /// The reactor of a new call; owns itself until gRPC is done with it.
-  static SmoothReactor* start(Engine& engine, grpc::CallbackServerContext* context);
+  static SmoothReactor* start(Engine& engine, grpc::CallbackServerContext* context, Entry entry);
 
  private:
   enum class Step {
@@ -48,7 +49,7 @@ class SmoothReactor final : public grpc::ServerBidiReactor<v1::SmoothRequest, v1
   /// What is written next.
   enum class Output { nothing, accepted, stop_sending, progress, chunks, summary, done };
 
-  SmoothReactor(Engine& engine, grpc::CallbackServerContext* context);
+  SmoothReactor(Engine& engine, grpc::CallbackServerContext* context, Entry entry);
 
   void OnReadDone(bool ok) override;
   void OnWriteDone(bool ok) override;
@@ -79,6 +80,7 @@ class SmoothReactor final : public grpc::ServerBidiReactor<v1::SmoothRequest, v1
 
   Engine& engine_;
   grpc::CallbackServerContext* const context_;
+  const Caller caller_;
   std::shared_ptr<SmoothReactor> self_;
   v1::SmoothRequest request_;    // gRPC's while reading_
   v1::SmoothResponse response_;  // gRPC's while writing_

@@ -16,28 +16,6 @@
 namespace meshsmooth::server {
 namespace {
 
-/// Answers a short call at once by what `body` does or throws.
-template <class Body>
-grpc::ServerUnaryReactor* answer(grpc::CallbackServerContext* context, const Body& body) {
-  grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
-  try {
-    body();
-    reactor->Finish(grpc::Status::OK);
-  } catch (...) {
-    reactor->Finish(to_status(describe_error(std::current_exception(), "this call")));
-  }
-  return reactor;
-}
-
-std::shared_ptr<Job> find_job(const Engine& engine, const std::string& name) {
-  std::shared_ptr<Job> job = engine.store().find(name);
-  if (!job) {
-    throw Error("JOB_NOT_FOUND", "no job of this name is known (any more): " + name,
-                {{"name", name}});
-  }
-  return job;
-}
-
 // A page token is the sequence number of the last job of the page before.
 std::int64_t decode_page_token(const std::string& token) {
   if (token.empty()) return std::numeric_limits<std::int64_t>::max();
@@ -59,30 +37,55 @@ std::size_t decode_page_size(int page_size) {
 
 }  // namespace
 
+template <class Body>
+grpc::ServerUnaryReactor* SmoothingService::answer(grpc::CallbackServerContext* context,
+                                                   const Body& body) {
+  grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
+  try {
+    const Entry entry = gate_.enter(*context);
+    if (entry.denied) std::rethrow_exception(entry.denied);
+    body(entry.caller);
+    reactor->Finish(grpc::Status::OK);
+  } catch (...) {
+    reactor->Finish(to_status(describe_error(std::current_exception(), "this call")));
+  }
+  return reactor;
+}
+
+std::shared_ptr<Job> SmoothingService::find_job(const Caller& caller,
+                                                const std::string& name) const {
+  std::shared_ptr<Job> job = engine_.store().find(caller.identity, name);
+  if (!job) {
+    throw Error("JOB_NOT_FOUND", "no job of this name is known (any more): " + name,
+                {{"name", name}});
+  }
+  return job;
+}
+
 grpc::ServerBidiReactor<v1::SmoothRequest, v1::SmoothResponse>* SmoothingService::Smooth(
     grpc::CallbackServerContext* context) {
-  return SmoothReactor::start(engine_, context);
+  return SmoothReactor::start(engine_, context, gate_.enter(*context));
 }
 
 grpc::ServerUnaryReactor* SmoothingService::GetJob(grpc::CallbackServerContext* context,
                                                    const v1::GetJobRequest* request,
                                                    v1::GetJobResponse* response) {
-  return answer(context, [&] {
-    *response->mutable_job() = encode_job(*find_job(engine_, request->name()), engine_);
+  return answer(context, [&](const Caller& caller) {
+    *response->mutable_job() = encode_job(*find_job(caller, request->name()), engine_);
   });
 }
 
 grpc::ServerUnaryReactor* SmoothingService::ListJobs(grpc::CallbackServerContext* context,
                                                      const v1::ListJobsRequest* request,
                                                      v1::ListJobsResponse* response) {
-  return answer(context, [&] {
+  return answer(context, [&](const Caller& caller) {
     const std::size_t page_size = decode_page_size(request->page_size());
     const auto wanted = [&](const Job& job) {
       return request->states().empty() ||
              std::ranges::count(request->states(), static_cast<int>(encode_state(job.state()))) > 0;
     };
-    const auto jobs =
-        engine_.store().list(decode_page_token(request->page_token()), page_size + 1, wanted);
+    const auto jobs = engine_.store().list(
+        caller.identity, decode_page_token(request->page_token()), page_size + 1, wanted);
     for (std::size_t i = 0; i < std::min(jobs.size(), page_size); ++i) {
       *response->add_jobs() = encode_job(*jobs[i], engine_);
     }
@@ -95,8 +98,8 @@ grpc::ServerUnaryReactor* SmoothingService::ListJobs(grpc::CallbackServerContext
 grpc::ServerUnaryReactor* SmoothingService::CancelJob(grpc::CallbackServerContext* context,
                                                       const v1::CancelJobRequest* request,
                                                       v1::CancelJobResponse* response) {
-  return answer(context, [&] {
-    const std::shared_ptr<Job> job = find_job(engine_, request->name());
+  return answer(context, [&](const Caller& caller) {
+    const std::shared_ptr<Job> job = find_job(caller, request->name());
     if (request->result_kept()) {
       job->finish_early();
     } else {
@@ -109,19 +112,21 @@ grpc::ServerUnaryReactor* SmoothingService::CancelJob(grpc::CallbackServerContex
 
 grpc::ServerWriteReactor<v1::AttachJobResponse>* SmoothingService::AttachJob(
     grpc::CallbackServerContext* context, const v1::AttachJobRequest* request) {
-  return AttachReactor::start(engine_, context, engine_.store().find(request->name()), *request);
+  const Entry entry = gate_.enter(*context);
+  return AttachReactor::start(engine_, context, *request, entry);
 }
 
 grpc::ServerUnaryReactor* SmoothingService::DeleteJob(grpc::CallbackServerContext* context,
                                                       const v1::DeleteJobRequest* request,
                                                       v1::DeleteJobResponse*) {
-  return answer(context, [&] { engine_.forget(*find_job(engine_, request->name())); });
+  return answer(context,
+                [&](const Caller& caller) { engine_.forget(*find_job(caller, request->name())); });
 }
 
 grpc::ServerUnaryReactor* SmoothingService::GetServerInfo(grpc::CallbackServerContext* context,
                                                           const v1::GetServerInfoRequest*,
                                                           v1::GetServerInfoResponse* response) {
-  return answer(context, [&] { *response = encode_server_info(engine_); });
+  return answer(context, [&](const Caller&) { *response = encode_server_info(engine_); });
 }
 
 }  // namespace meshsmooth::server

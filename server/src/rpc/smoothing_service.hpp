@@ -2,6 +2,7 @@
 
 #include "engine.hpp"
 #include "meshsmooth/v1/smoothing.grpc.pb.h"
+#include "rpc/gate.hpp"
 
 namespace meshsmooth::server {
 
@@ -9,8 +10,8 @@ namespace meshsmooth::server {
 /// overridden answer UNIMPLEMENTED.
 class SmoothingService final : public v1::SmoothingService::CallbackService {
  public:
-  /// `engine` must outlive it.
-  explicit SmoothingService(Engine& engine) : engine_(engine) {}
+  /// `engine` and `gate` must outlive it.
+  SmoothingService(Engine& engine, const Gate& gate) : engine_(engine), gate_(gate) {}
 
   grpc::ServerBidiReactor<v1::SmoothRequest, v1::SmoothResponse>* Smooth(
       grpc::CallbackServerContext* context) override;
@@ -33,7 +34,13 @@ class SmoothingService final : public v1::SmoothingService::CallbackService {
                                           v1::GetServerInfoResponse* response) override;
 
  private:
+  /// Answers a short call at once by what `body` does, for whom, or throws.
+  template <class Body>
+  grpc::ServerUnaryReactor* answer(grpc::CallbackServerContext* context, const Body& body);
+  [[nodiscard]] std::shared_ptr<Job> find_job(const Caller& caller, const std::string& name) const;
+
   Engine& engine_;
+  const Gate& gate_;
 };
 
 }  // namespace meshsmooth::server

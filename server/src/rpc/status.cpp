@@ -22,6 +22,8 @@ struct ReasonCode {
 constexpr std::array kReasonCodes = {
     ReasonCode{"CHECKSUM_MISMATCH", StatusCode::DATA_LOSS},
     ReasonCode{"BACKEND_NOT_AVAILABLE", StatusCode::FAILED_PRECONDITION},
+    ReasonCode{"TOKEN_MISSING", StatusCode::UNAUTHENTICATED},
+    ReasonCode{"TOKEN_UNKNOWN", StatusCode::UNAUTHENTICATED},
     ReasonCode{"JOB_NOT_FOUND", StatusCode::NOT_FOUND},
     ReasonCode{"JOB_NOT_FINISHED", StatusCode::FAILED_PRECONDITION},
     ReasonCode{"RESULT_NOT_KEPT", StatusCode::NOT_FOUND},
@@ -38,9 +40,10 @@ struct RetryDelay {
   std::chrono::nanoseconds delay;
 };
 constexpr std::array kRetryDelays = {
-    RetryDelay{"QUEUE_FULL", 1s},         RetryDelay{"HOST_MEMORY_BUSY", 1s},
-    RetryDelay{"DEVICE_MEMORY_BUSY", 1s}, RetryDelay{"DRAINING", 0s},
-    RetryDelay{"DEVICE_LOST", 0s},        RetryDelay{"UPLOAD_LOST", 0s},
+    RetryDelay{"QUOTA_EXCEEDED", 1s},   RetryDelay{"QUEUE_FULL", 1s},
+    RetryDelay{"HOST_MEMORY_BUSY", 1s}, RetryDelay{"DEVICE_MEMORY_BUSY", 1s},
+    RetryDelay{"DRAINING", 0s},         RetryDelay{"DEVICE_LOST", 0s},
+    RetryDelay{"UPLOAD_LOST", 0s},
 };
 
 wire::StatusDetails details_of(const Error& error, StatusCode code) {

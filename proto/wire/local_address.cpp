@@ -1,0 +1,17 @@
+#include "wire/local_address.hpp"
+
+#include <arpa/inet.h>
+
+#include <string>
+
+namespace meshsmooth::wire {
+
+bool is_local_address(std::string_view address) {
+  if (address.starts_with("unix:") || address.starts_with("unix-abstract:")) return true;
+  std::string host(address.substr(0, address.rfind(':')));
+  if (host == "localhost" || host == "[::1]") return true;
+  in_addr ip{};
+  return inet_pton(AF_INET, host.c_str(), &ip) == 1 && ntohl(ip.s_addr) >> 24 == 127;
+}
+
+}  // namespace meshsmooth::wire

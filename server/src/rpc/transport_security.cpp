@@ -1,0 +1,83 @@
+#include "rpc/transport_security.hpp"
+
+#include <grpcpp/security/tls_certificate_provider.h>
+#include <grpcpp/security/tls_credentials_options.h>
+#include <openssl/err.h>
+#include <openssl/ssl.h>
+
+#include <algorithm>
+#include <memory>
+#include <string>
+
+#include "meshsmooth/error.hpp"
+#include "wire/local_address.hpp"
+
+namespace meshsmooth::server {
+namespace {
+
+[[noreturn]] void throw_wrong(const std::string& field, const std::string& what) {
+  throw InvalidOption("OPTION_OUT_OF_RANGE", field + ": " + what, {{"field", field}});
+}
+
+std::string last_openssl_error() {
+  const char* reason = ERR_reason_error_string(ERR_peek_last_error());
+  ERR_clear_error();
+  return reason == nullptr ? "it cannot be read" : reason;
+}
+
+// gRPC would only fail each handshake.
+void check_files(const ServerConfig& config) {
+  const std::unique_ptr<SSL_CTX, decltype(&SSL_CTX_free)> context(SSL_CTX_new(TLS_server_method()),
+                                                                  &SSL_CTX_free);
+  // Nobody is there to be asked for a pass phrase.
+  SSL_CTX_set_default_passwd_cb(context.get(), [](char*, int, int, void*) { return 0; });
+  const auto check = [](bool right, const std::string& field, const std::string& path) {
+    if (!right) throw_wrong(field, path + ": " + last_openssl_error());
+  };
+  check(SSL_CTX_use_certificate_chain_file(context.get(), config.tls_cert.c_str()) == 1, "tls-cert",
+        config.tls_cert);
+  check(SSL_CTX_use_PrivateKey_file(context.get(), config.tls_key.c_str(), SSL_FILETYPE_PEM) == 1,
+        "tls-key", config.tls_key);
+  check(SSL_CTX_check_private_key(context.get()) == 1, "tls-key", config.tls_key);
+  if (!config.tls_client_ca.empty()) {
+    check(SSL_CTX_load_verify_locations(context.get(), config.tls_client_ca.c_str(), nullptr) == 1,
+          "tls-client-ca", config.tls_client_ca);
+  }
+}
+
+}  // namespace
+
+std::shared_ptr<grpc::ServerCredentials> make_server_credentials(const ServerConfig& config) {
+  if (config.tls_cert.empty() != config.tls_key.empty()) {
+    throw_wrong(config.tls_cert.empty() ? "tls-cert" : "tls-key",
+                "a certificate and its key belong together: set both, or neither");
+  }
+  if (config.tls_cert.empty()) {
+    if (!config.tls_client_ca.empty()) {
+      throw_wrong("tls-client-ca",
+                  "clients show certificates only over TLS: set tls-cert, tls-key");
+    }
+    if (!config.insecure && !config.listen.empty() && !wire::is_local_address(config.listen)) {
+      throw_wrong("listen",
+                  "others reach " + config.listen +
+                      ", and all would be in clear: set tls-cert and tls-key, or insecure "
+                      "where something else protects it");
+    }
+    return grpc::InsecureServerCredentials();
+  }
+
+  check_files(config);
+  namespace tls = grpc::experimental;
+  const auto interval =
+      static_cast<unsigned>(std::max(1.0, config.credentials_reload_interval_seconds));
+  tls::TlsServerCredentialsOptions options(std::make_shared<tls::FileWatcherCertificateProvider>(
+      config.tls_key, config.tls_cert, config.tls_client_ca, interval));
+  options.watch_identity_key_cert_pairs();
+  if (!config.tls_client_ca.empty()) {
+    options.watch_root_certs();
+    options.set_cert_request_type(GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY);
+  }
+  return tls::TlsServerCredentials(options);
+}
+
+}  // namespace meshsmooth::server

@@ -1,0 +1,117 @@
+#include "token_file.hpp"
+
+#include <openssl/crypto.h>
+#include <openssl/sha.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <charconv>
+#include <fstream>
+#include <utility>
+
+#include "log.hpp"
+#include "meshsmooth/error.hpp"
+
+namespace meshsmooth::server {
+namespace {
+
+[[noreturn]] void throw_wrong(const std::string& what) {
+  throw InvalidOption("OPTION_OUT_OF_RANGE", "token-file: " + what, {{"field", "token-file"}});
+}
+
+bool is_visible(std::string_view text) {
+  return !text.empty() &&
+         std::ranges::all_of(text, [](unsigned char c) { return c > 0x20 && c < 0x7f; });
+}
+
+}  // namespace
+
+TokenFile::TokenFile(std::filesystem::path path, std::chrono::duration<double> reload_interval)
+    : path_(std::move(path)),
+      interval_(std::chrono::duration_cast<std::chrono::steady_clock::duration>(reload_interval)),
+      stamp_(stamp()),
+      next_look_(std::chrono::steady_clock::now() + interval_),
+      entries_(read()) {}
+
+std::optional<std::string> TokenFile::identity_of(std::string_view token) {
+  const Digest digest = digest_of(token);
+  const std::lock_guard lock(mutex_);
+  reload_if_changed();
+  const Entry* found = nullptr;
+  for (const Entry& entry : entries_) {  // all of them, whichever it is
+    if (CRYPTO_memcmp(entry.digest.data(), digest.data(), digest.size()) == 0) found = &entry;
+  }
+  if (found == nullptr) return std::nullopt;
+  return found->identity;
+}
+
+TokenFile::Digest TokenFile::digest_of(std::string_view token) {
+  Digest digest;
+  SHA256(reinterpret_cast<const unsigned char*>(token.data()), token.size(), digest.data());
+  return digest;
+}
+
+TokenFile::Entry TokenFile::parse(const std::string& line, const std::string& place) {
+  constexpr std::string_view kHash = "sha256:";
+  const std::size_t colon = line.find(':');
+  if (colon == std::string::npos) throw_wrong(place + " has no colon: IDENTITY:TOKEN");
+  Entry entry;
+  entry.identity = line.substr(0, colon);
+  std::string_view token = std::string_view(line).substr(colon + 1);
+  if (!is_visible(entry.identity) || !is_visible(token)) {
+    throw_wrong(place + " needs an identity and a token of visible ASCII characters");
+  }
+  if (!token.starts_with(kHash)) {
+    entry.digest = digest_of(token);
+    return entry;
+  }
+  token.remove_prefix(kHash.size());
+  if (token.size() != 2 * entry.digest.size()) throw_wrong(place + " needs 64 hex digits");
+  for (std::size_t i = 0; i < entry.digest.size(); ++i) {
+    const char* digits = token.data() + 2 * i;
+    const auto [end, error] = std::from_chars(digits, digits + 2, entry.digest[i], 16);
+    if (error != std::errc{} || end != digits + 2) throw_wrong(place + " needs 64 hex digits");
+  }
+  return entry;
+}
+
+TokenFile::Stamp TokenFile::stamp() const {
+  struct stat status {};
+  if (::stat(path_.c_str(), &status) != 0) return {};
+  return {.modified_nanoseconds =
+              std::int64_t{status.st_mtim.tv_sec} * 1'000'000'000 + status.st_mtim.tv_nsec,
+          .size = status.st_size,
+          .inode = status.st_ino};
+}
+
+std::vector<TokenFile::Entry> TokenFile::read() const {
+  std::ifstream file(path_);
+  if (!file) throw_wrong("cannot read " + path_.string());
+  std::vector<Entry> entries;
+  int number = 0;
+  for (std::string line; std::getline(file, line);) {
+    ++number;
+    if (line.ends_with('\r')) line.pop_back();
+    if (line.empty() || line.front() == '#') continue;
+    entries.push_back(parse(line, "line " + std::to_string(number) + " of " + path_.string()));
+  }
+  if (entries.empty()) throw_wrong(path_.string() + " has no tokens: nobody could call");
+  return entries;
+}
+
+void TokenFile::reload_if_changed() {
+  const auto now = std::chrono::steady_clock::now();
+  if (now < next_look_) return;
+  next_look_ = now + interval_;
+  const Stamp found = stamp();
+  if (found == stamp_) return;
+  try {
+    entries_ = read();
+    log_event("tokens_reloaded");
+  } catch (const Error& error) {
+    log_error("tokens_not_reloaded", error.what());
+  }
+  stamp_ = found;
+}
+
+}  // namespace meshsmooth::server
