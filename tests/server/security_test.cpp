@@ -63,7 +63,6 @@ class Tokens : public ::testing::Test {
         "bob:sha256:88d4266fd4e6338d13b845fcf289579d209c897823b9217da3e161936f031589\n");  // abcd
     config_.token_file = files_.path("tokens");
     config_.credentials_reload_interval_seconds = 0;
-    config_.admin_listen = "127.0.0.1:0";
   }
   void write(const std::string& text) { files_.write("tokens", text); }
   void start() {
@@ -93,6 +92,7 @@ TEST_F(Tokens, OpenTheDoorToThoseWhoHaveOne) {
 }
 
 TEST_F(Tokens, KeepTheOthersOut) {
+  config_.admin_listen = "127.0.0.1:0";
   start();
   EXPECT_EQ(smooth({}).error_code(), StatusCode::UNAUTHENTICATED);
   EXPECT_EQ(reason_, "TOKEN_MISSING");
@@ -194,16 +194,10 @@ TEST_F(Tokens, HaveTheirQuotaOfJobs) {
 }
 
 TEST_F(Tokens, HaveTheirQuotaOfBytes) {
+  const MemoryEstimate need{.host_bytes = 1 << 20, .device_bytes = 0};
+  config_.max_bytes_per_identity = 3 << 19;
   start();
-  v1::JobSpec ask = TwoTetrahedra::spec();
-  ask.set_validate_only(true);
-  SmoothCall asking(*stub_, {}, token("abc"));
-  asking.send(ask);
-  const std::int64_t need = asking.read()->accepted().host_reserved_bytes();
-  ASSERT_TRUE(asking.finish().ok());
-
-  config_.max_bytes_per_identity = need * 3 / 2;
-  start();
+  server_->fake().set_estimate(need);
   server_->fake().hold();
   SmoothCall first(*stub_, {}, token("abc"));
   first.send_all({});
@@ -212,12 +206,16 @@ TEST_F(Tokens, HaveTheirQuotaOfBytes) {
   second.send(TwoTetrahedra::spec());
   EXPECT_EQ(second.finish().error_code(), StatusCode::RESOURCE_EXHAUSTED);
   EXPECT_EQ(second.details().reason, "QUOTA_EXCEEDED");
-  EXPECT_EQ(second.detail("limit_bytes"), std::to_string(need * 3 / 2));
+  EXPECT_EQ(second.detail("limit_bytes"), std::to_string(3 << 19));
   server_->fake().release();
   EXPECT_TRUE(first.finish().ok());
+  EXPECT_TRUE(smooth(token("abc")).ok());
+}
 
-  config_.max_bytes_per_identity = need / 2;  // it could never fit
+TEST_F(Tokens, HaveNoQuotaForWhatNeverFits) {
+  config_.max_bytes_per_identity = 1 << 19;
   start();
+  server_->fake().set_estimate({.host_bytes = 1 << 20, .device_bytes = 0});
   EXPECT_EQ(smooth(token("abc")).error_code(), StatusCode::RESOURCE_EXHAUSTED);
   EXPECT_EQ(reason_, "MESH_TOO_LARGE");
 }
