@@ -90,6 +90,9 @@ void visit_settings(Config& config, const Visit& visit) {
   visit("max-kept-result-bytes", config.max_kept_result_bytes,
         "Positions kept so, the oldest go first; 0: a quarter of the host memory limit", bytes);
 
+  visit("max-topology-bytes", config.max_topology_bytes,
+        "Topologies kept for jobs that name them; 0: a quarter of the host memory limit", bytes);
+
   visit("max-queue-timeout-seconds", config.max_queue_timeout_seconds, "Longest wait in the queue",
         seconds);
   visit("stream-idle-timeout-seconds", config.stream_idle_timeout_seconds,

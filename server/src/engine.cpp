@@ -36,6 +36,9 @@ void fill_in_host_bytes(ServerConfig& config) {
   if (config.max_kept_result_bytes == 0) {
     config.max_kept_result_bytes = config.host_memory_limit_bytes / 4;
   }
+  if (config.max_topology_bytes == 0) {
+    config.max_topology_bytes = config.host_memory_limit_bytes / 4;
+  }
   if (config.idle_pinned_bytes == 0) {
     config.idle_pinned_bytes = std::min(std::int64_t{1} << 30, config.host_memory_limit_bytes / 16);
   }
@@ -158,11 +161,12 @@ Engine::Engine(Equipment equipment, const std::function<void()>& on_lane_broken)
       instance_(random_instance()),
       ledger_({.host_bytes = config_.host_memory_limit_bytes,
                .device_bytes = config_.device_bytes == 0 ? INT64_MAX : config_.device_bytes}),
+      topologies_(ledger_, config_.max_topology_bytes),
       queue_(config_.max_queued_jobs, config_.max_queued_bytes),
       store_(static_cast<std::size_t>(config_.max_kept_jobs)),
       results_(config_.max_kept_result_bytes) {
   for (auto& smoother : equipment.smoothers) {
-    lanes_.push_back(std::make_unique<Lane>(std::move(smoother), queue_, on_lane_broken));
+    lanes_.push_back(std::make_unique<Lane>(std::move(smoother), queue_, topologies_, on_lane_broken));
   }
   housekeeper_ = std::jthread([this](const std::stop_token& stop) { keep_house(stop); });
 }
@@ -199,7 +203,7 @@ MemoryEstimate Engine::estimate(const JobRequest& request) const {
 
 std::int64_t Engine::array_bytes(const wire::MeshLayout& layout) const {
   return array_bytes(layout.elements_bytes) + array_bytes(layout.fixed_mask_bytes) +
-         array_bytes(layout.coordinates_bytes);
+         array_bytes(layout.element_tags_bytes) + array_bytes(layout.coordinates_bytes);
 }
 
 std::int64_t Engine::array_bytes(std::int64_t bytes) const {
@@ -213,7 +217,7 @@ Attendance Engine::admit(JobRequest request, const Job::Observer& observer) {
     if (draining()) std::rethrow_exception(draining_error());
     if (auto joined = join(request, observer)) return std::move(*joined);
     results_.expire(Clock::now());
-    Reservation reservation = ledger_.reserve(estimate(request));
+    Reservation reservation = reserve(estimate(request));
     QueuePlace place = queue_.admit(request.layout.total_bytes());
     Attendance attendance;
     attendance.stream = reservation.split({stream_bytes(config_), 0});
@@ -234,6 +238,16 @@ Attendance Engine::admit(JobRequest request, const Job::Observer& observer) {
   }
 }
 
+Reservation Engine::reserve(MemoryEstimate need) {
+  for (;;) {
+    try {
+      return ledger_.reserve(need);
+    } catch (const OutOfMemory& error) {
+      if (error.reason() == "MESH_TOO_LARGE" || !topologies_.evict_one()) throw;
+    }
+  }
+}
+
 std::optional<Attendance> Engine::join(const JobRequest& request, const Job::Observer& observer) {
   const auto job = store_.find_request(request.identity, request.request_id);
   if (!job || !job->joinable()) return std::nullopt;
@@ -244,7 +258,7 @@ std::optional<Attendance> Engine::join(const JobRequest& request, const Job::Obs
                     field + " is another; take a new id for a new job",
                 {{"field", field}, {"name", job->name()}});
   }
-  Attendance attendance{job, 0, true, ledger_.reserve({stream_bytes(config_), 0})};
+  Attendance attendance{job, 0, true, reserve({stream_bytes(config_), 0})};
   const auto watcher = job->watch(observer);
   if (!watcher) return std::nullopt;
   attendance.watcher = *watcher;
@@ -252,7 +266,7 @@ std::optional<Attendance> Engine::join(const JobRequest& request, const Job::Obs
 }
 
 Attendance Engine::attend(const std::shared_ptr<Job>& job, const Job::Observer& observer) {
-  Attendance attendance{job, 0, true, ledger_.reserve({stream_bytes(config_), 0})};
+  Attendance attendance{job, 0, true, reserve({stream_bytes(config_), 0})};
   if (const auto watcher = job->watch(observer)) {
     attendance.watcher = *watcher;
     return attendance;
@@ -285,6 +299,7 @@ void Engine::forget(Job& job) {
 }
 
 void Engine::submit(const std::shared_ptr<Job>& job) {
+  job->keep_topology(topologies_);
   job->queue();
   queue_.push(job, job->request().priority);
   // A stop that came before the push did not find the job in the queue.

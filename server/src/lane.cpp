@@ -7,9 +7,11 @@
 
 namespace meshsmooth::server {
 
-Lane::Lane(std::unique_ptr<Smoother> smoother, JobQueue& queue, std::function<void()> on_broken)
+Lane::Lane(std::unique_ptr<Smoother> smoother, JobQueue& queue, TopologyCache& topologies,
+           std::function<void()> on_broken)
     : smoother_(std::move(smoother)),
       queue_(queue),
+      topologies_(topologies),
       on_broken_(std::move(on_broken)),
       thread_([this] { run(); }) {}
 
@@ -46,15 +48,23 @@ void Lane::run_job(Job& job) {
       .deadline = {},
       .on_progress = [&job](const Progress& progress) { job.report(progress); }};
   try {
-    wire::MeshAssembler& mesh = job.mesh();
-    job.finish(
-        smoother_->smooth(mesh.topology(), mesh.positions(), job.request().options, control));
+    job.finish(smooth(job, control));
   } catch (const DeviceError& error) {
     broken_ = error.fatal();
     job.end(std::current_exception());
   } catch (...) {
     job.end(std::current_exception());
   }
+}
+
+SmoothSummary Lane::smooth(Job& job, const JobControl& control) {
+  wire::MeshAssembler& mesh = job.mesh();
+  const SmoothOptions& options = job.request().options;
+  const auto topology = job.topology();
+  if (!topology) return smoother_->smooth(mesh.topology(), mesh.positions(), options, control);
+  const PreparedForJob prepared = topologies_.prepare(*topology, *smoother_, control);
+  if (prepared.reused) job.note_topology_reused();
+  return smoother_->smooth(*prepared.topology, mesh.positions(), options, control);
 }
 
 }  // namespace meshsmooth::server

@@ -8,6 +8,7 @@
 #include "job.hpp"
 #include "job_queue.hpp"
 #include "meshsmooth/smoother.hpp"
+#include "topology_cache.hpp"
 
 namespace meshsmooth::server {
 
@@ -16,7 +17,8 @@ namespace meshsmooth::server {
 /// `on_broken`, once, from its own thread.
 class Lane {
  public:
-  Lane(std::unique_ptr<Smoother> smoother, JobQueue& queue, std::function<void()> on_broken);
+  Lane(std::unique_ptr<Smoother> smoother, JobQueue& queue, TopologyCache& topologies,
+       std::function<void()> on_broken);
   ~Lane() { join(); }
   Lane(const Lane&) = delete;
   Lane& operator=(const Lane&) = delete;
@@ -31,9 +33,11 @@ class Lane {
  private:
   void run();
   void run_job(Job& job);
+  [[nodiscard]] SmoothSummary smooth(Job& job, const JobControl& control);
 
   const std::unique_ptr<Smoother> smoother_;
   JobQueue& queue_;
+  TopologyCache& topologies_;
   const std::function<void()> on_broken_;
   std::atomic<bool> busy_ = false;
   std::atomic<bool> broken_ = false;

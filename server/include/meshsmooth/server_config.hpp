@@ -28,6 +28,9 @@ struct ServerConfig {
 
   double max_result_ttl_seconds = 3600;    // of results that outlive their call
   std::int64_t max_kept_result_bytes = 0;  // of all those; 0: a quarter of the host memory limit
+  /// Topologies that jobs can name, with what is prepared of them; the least recently used go
+  /// first, and whenever their memory is needed. 0: a quarter of the host memory limit.
+  std::int64_t max_topology_bytes = 0;
 
   double max_queue_timeout_seconds = 3600;
   double stream_idle_timeout_seconds = 60;  // between two chunks of an upload

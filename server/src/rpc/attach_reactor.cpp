@@ -161,7 +161,7 @@ bool AttachReactor::prepare_write(const JobSnapshot& job, Clock::time_point now)
     return true;
   }
   if (result_) {
-    *response_.mutable_result() = encode_result_header(*job_);
+    *response_.mutable_result() = encode_result_header(*job_, job);
     output_ = Output::chunks;
     return true;
   }

@@ -367,7 +367,7 @@ bool SmoothReactor::prepare_write(const JobSnapshot& job, Clock::time_point now)
       return true;
     case Output::progress:
       if (!result_) return prepare_progress(job, now);
-      *response_.mutable_result() = encode_result_header(*job_);
+      *response_.mutable_result() = encode_result_header(*job_, job);
       output_ = Output::chunks;
       return true;
     case Output::chunks:
@@ -391,6 +391,7 @@ void SmoothReactor::prepare_accepted() {
     estimate_ = job_->reserved_bytes();
     estimate_.host_bytes += attendance_.stream.bytes().host_bytes;
   }
+  if (job_) accepted->set_topology_name(job_->snapshot().topology_name);
   accepted->set_host_reserved_bytes(estimate_.host_bytes);
   accepted->set_device_reserved_bytes(estimate_.device_bytes);
 }

@@ -24,6 +24,7 @@ constexpr std::array kReasonCodes = {
     ReasonCode{"BACKEND_NOT_AVAILABLE", StatusCode::FAILED_PRECONDITION},
     ReasonCode{"JOB_NOT_FOUND", StatusCode::NOT_FOUND},
     ReasonCode{"JOB_NOT_FINISHED", StatusCode::FAILED_PRECONDITION},
+    ReasonCode{"TOPOLOGY_NOT_FOUND", StatusCode::NOT_FOUND},
     ReasonCode{"RESULT_NOT_KEPT", StatusCode::NOT_FOUND},
     ReasonCode{"RESULT_OFFSET_PAST_END", StatusCode::OUT_OF_RANGE},
     ReasonCode{"REQUEST_ID_REUSED", StatusCode::ALREADY_EXISTS},
