@@ -86,6 +86,21 @@ std::unique_ptr<Smoother> make_best_smoother(const ServerConfig& config, std::st
   throw NotSupported("BACKEND_NOT_AVAILABLE", "no backend is available: " + passed_over);
 }
 
+// The first job of a backend pays for what it loads and allocates once.
+void warm_up(Smoother& smoother) {
+  Mesh mesh;
+  mesh.positions = std::vector<Vec3d>{{0.1, 0, 0}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0},
+                                      {0, -1, 0},  {0, 0, 1}, {0, 0, -1}};
+  mesh.blocks = {{ElementType::tetrahedron, {0, 1, 3, 5, 0, 3, 2, 5, 0, 2, 4, 5, 0, 4, 1, 5,
+                                             0, 3, 1, 6, 0, 2, 3, 6, 0, 4, 2, 6, 0, 1, 4, 6}}};
+  for (const Method& method : {Method(Laplacian{}), Method(SmartLaplacian{}), Method(Optimize{})}) {
+    SmoothOptions options;
+    options.method = method;
+    options.max_iterations = 2;
+    smoother.smooth(mesh, options);
+  }
+}
+
 std::string random_instance() {
   constexpr char kDigits[] = "0123456789abcdef";
   std::random_device random;
@@ -142,6 +157,9 @@ Engine::Equipment Engine::equip(ServerConfig config, const SmootherFactory& fact
   while (result.smoothers.size() < static_cast<std::size_t>(config.lanes)) {
     result.smoothers.push_back(make(backend));
   }
+  if (!factory && config.warm_up) {
+    for (const auto& smoother : result.smoothers) warm_up(*smoother);
+  }
   fill_in_host_bytes(config);
   fill_in_device_bytes(config, result.smoothers.front()->device_space());
   result.staging = make_staging_memory(backend, static_cast<std::size_t>(config.idle_pinned_bytes),
@@ -162,11 +180,14 @@ Engine::Engine(Equipment equipment, const std::function<void()>& on_lane_broken)
       ledger_({.host_bytes = config_.host_memory_limit_bytes,
                .device_bytes = config_.device_bytes == 0 ? INT64_MAX : config_.device_bytes}),
       topologies_(ledger_, config_.max_topology_bytes),
-      queue_(config_.max_queued_jobs, config_.max_queued_bytes),
+      queue_(config_.max_queued_jobs, config_.max_queued_bytes,
+             std::chrono::duration_cast<Clock::duration>(
+                 std::chrono::duration<double>(config_.priority_ageing_seconds))),
       store_(static_cast<std::size_t>(config_.max_kept_jobs)),
       results_(config_.max_kept_result_bytes) {
   for (auto& smoother : equipment.smoothers) {
-    lanes_.push_back(std::make_unique<Lane>(std::move(smoother), queue_, topologies_, on_lane_broken));
+    lanes_.push_back(
+        std::make_unique<Lane>(std::move(smoother), queue_, topologies_, on_lane_broken));
   }
   housekeeper_ = std::jthread([this](const std::stop_token& stop) { keep_house(stop); });
 }
@@ -344,12 +365,15 @@ void Engine::close() {
 
 void Engine::keep_house(const std::stop_token& stop) {
   constexpr auto kInterval = std::chrono::milliseconds(100);
+  const auto patience = std::chrono::duration_cast<Clock::duration>(
+      std::chrono::duration<double>(config_.lane_watchdog_seconds));
   std::mutex mutex;
   std::condition_variable_any stopped;
   std::unique_lock lock(mutex);
   while (!stopped.wait_for(lock, stop, kInterval, [] { return false; }) && !stop.stop_requested()) {
     const auto now = Clock::now();
     results_.expire(now);
+    for (const auto& lane : lanes_) lane->watch(now, patience);
     for (const auto& job : store_.living()) {
       if (job->waited_too_long(now)) expire(*job, queue_timeout_error());
     }

@@ -100,6 +100,7 @@ bool Job::leave(int watcher, const std::exception_ptr& cause) {
       dropped = std::move(now_.result);
       return false;
     }
+    if (!stop_cause_) stop_requested_ = Clock::now();
     if (!stop_cause_) stop_cause_ = cause;  // from now on nobody can join
   }
   stop_.request_stop();
@@ -239,10 +240,16 @@ bool Job::request_stop(std::exception_ptr cause) {
     const std::lock_guard lock(mutex_);
     if (has_ended(now_.state) || stop_cause_) return false;
     stop_cause_ = std::move(cause);
+    stop_requested_ = Clock::now();
   }
   stop_.request_stop();
   notify();
   return true;
+}
+
+Clock::duration Job::stopping_for(Clock::time_point now) const {
+  const std::lock_guard lock(mutex_);
+  return stop_cause_ ? now - stop_requested_ : Clock::duration::zero();
 }
 
 bool Job::waited_too_long(Clock::time_point now) const {

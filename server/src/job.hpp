@@ -52,8 +52,8 @@ struct JobRequest {
   SmoothOptions options;
   Priority priority = Priority::normal;
   wire::MeshLayout layout;
-  std::shared_ptr<CachedTopology> topology;  // set: only coordinates come
-  bool topology_kept = false;                // the one that comes enters the cache
+  std::shared_ptr<CachedTopology> topology;   // set: only coordinates come
+  bool topology_kept = false;                 // the one that comes enters the cache
   std::optional<Clock::time_point> deadline;  // of the call
   std::optional<Clock::duration> queue_timeout;
   /// Set: the job outlives its calls, and its result is kept so long.
@@ -177,6 +177,8 @@ class Job {
   /// Asks the job to end by `cause`; false when it was asked before or is over.
   bool request_stop(std::exception_ptr cause);
   [[nodiscard]] std::exception_ptr stop_cause() const;
+  /// For how long it has been asked to stop; 0: it has not.
+  [[nodiscard]] Clock::duration stopping_for(Clock::time_point now) const;
   [[nodiscard]] std::stop_token stop_token() const { return stop_.get_token(); }
 
   /// Asks the job to end with the positions reached so far.
@@ -218,6 +220,7 @@ class Job {
   mutable std::mutex mutex_;
   JobSnapshot now_;
   std::exception_ptr stop_cause_;
+  Clock::time_point stop_requested_;
   std::vector<Watcher> watchers_;
   int next_watcher_ = 0;
 };

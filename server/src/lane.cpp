@@ -3,6 +3,7 @@
 #include <exception>
 #include <utility>
 
+#include "log.hpp"
 #include "meshsmooth/error.hpp"
 
 namespace meshsmooth::server {
@@ -23,11 +24,33 @@ void Lane::run() {
   while (!broken_) {
     const std::shared_ptr<Job> job = queue_.pop();
     if (!job) return;
+    set_job(job);
     busy_ = true;
     run_job(*job);
+    set_job(nullptr);
+    queue_.done(*job);
     busy_ = false;
   }
-  on_broken_();
+  break_down();
+}
+
+void Lane::set_job(std::shared_ptr<Job> job) {
+  const std::lock_guard lock(mutex_);
+  job_.swap(job);
+}
+
+void Lane::watch(Clock::time_point now, Clock::duration patience) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!job_ || job_->stopping_for(now) <= patience) return;
+  }
+  log_error("lane_stuck", "a lane does not let its job go");
+  break_down();
+}
+
+void Lane::break_down() {
+  broken_ = true;
+  if (!told_.exchange(true)) on_broken_();
 }
 
 void Lane::run_job(Job& job) {

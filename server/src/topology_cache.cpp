@@ -50,8 +50,8 @@ bool TopologyCache::remove(const std::string& identity, const std::string& name)
 
 std::shared_ptr<CachedTopology> TopologyCache::take_idle() {
   const std::lock_guard lock(mutex_);
-  const auto idle = std::ranges::find_if(
-      by_use_, [](const auto& topology) { return topology.use_count() == 1; });
+  const auto idle =
+      std::ranges::find_if(by_use_, [](const auto& topology) { return topology.use_count() == 1; });
   if (idle == by_use_.end()) return nullptr;
   std::shared_ptr<CachedTopology> taken = *idle;
   by_name_.erase({taken->identity(), taken->name()});

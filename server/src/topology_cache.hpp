@@ -90,7 +90,7 @@ class TopologyCache {
   [[nodiscard]] std::size_t size() const;
 
  private:
-  using Key = std::pair<std::string, std::string>;  // identity, name
+  using Key = std::pair<std::string, std::string>;             // identity, name
   using Recency = std::list<std::shared_ptr<CachedTopology>>;  // the last used is last
 
   bool make_room(std::int64_t bytes);

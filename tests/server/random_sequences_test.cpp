@@ -89,7 +89,8 @@ class Model {
     tell(std::string("open") + (kept ? " kept" : "") + (other ? " other" : ""));
     auto call = std::make_unique<SmoothCall>(stub_);
     call->send(spec(kept, other));
-    const bool joins = state_ == State::receiving || state_ == State::active || state_ == State::kept;
+    const bool joins =
+        state_ == State::receiving || state_ == State::active || state_ == State::kept;
     if (joins && (kept != kept_ || other != other_)) {
       EXPECT_EQ(call->finish().error_code(), StatusCode::ALREADY_EXISTS);
       return;

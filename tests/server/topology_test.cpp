@@ -106,8 +106,9 @@ TEST_F(Topologies, ServeBothPrecisions) {
   spec.set_coordinate_type(v1::SCALAR_TYPE_FLOAT32);
   SmoothCall call(stub_);
   call.send(spec);
-  call.send(chunk(v1::ARRAY_ID_COORDINATES, 0,
-                  bytes_of(std::vector<float>(mesh_.coordinates.begin(), mesh_.coordinates.end()))));
+  call.send(
+      chunk(v1::ARRAY_ID_COORDINATES, 0,
+            bytes_of(std::vector<float>(mesh_.coordinates.begin(), mesh_.coordinates.end()))));
   call.half_close();
 
   EXPECT_TRUE(call.finish().ok()) << call.finish().error_message();
@@ -175,8 +176,9 @@ TEST_F(Topologies, OutliveTheirDeletionInAJobThatRuns) {
 }
 
 TEST_F(Topologies, ThatAreWrongAreNotKeptPrepared) {
-  server_.fake().fail_to_prepare(
-      [] { throw InvalidMesh("FACET_OVERUSED", "why", {{"element", "1"}}); });
+  server_.fake().fail_to_prepare([] {
+    throw InvalidMesh("FACET_OVERUSED", "why", {{"element", "1"}});
+  });
   for (int i = 0; i < 2; ++i) {
     SmoothCall call(stub_);
     call.send_all(mesh_, kept_spec());

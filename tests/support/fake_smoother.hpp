@@ -24,10 +24,15 @@ class FakeControl {
     const std::lock_guard lock(mutex_);
     held_ = true;
   }
+  /// The same, and they do not hear that they should end.
+  void hold_deaf() {
+    const std::lock_guard lock(mutex_);
+    held_ = deaf_ = true;
+  }
   void release() {
     {
       const std::lock_guard lock(mutex_);
-      held_ = preparation_held_ = false;
+      held_ = deaf_ = preparation_held_ = false;
     }
     changed_.notify_all();
   }
@@ -76,6 +81,7 @@ class FakeControl {
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;
   bool held_ = false;
+  bool deaf_ = false;
   bool preparation_held_ = false;
   int prepared_ = 0;
   std::function<void()> preparation_thrower_;
@@ -161,7 +167,9 @@ class FakeSmoother final : public Smoother {
     std::unique_lock lock(control_->mutex_);
     const auto finish_early = [&] { return job.finish_early != nullptr && *job.finish_early; };
     while (control_->held_ && !finish_early()) {
-      if (job.stop.stop_requested()) throw Cancelled("CANCELLED", "the job was cancelled");
+      if (job.stop.stop_requested() && !control_->deaf_) {
+        throw Cancelled("CANCELLED", "the job was cancelled");
+      }
       if (job.deadline && std::chrono::steady_clock::now() >= *job.deadline) {
         throw DeadlineExceeded("DEADLINE_RUNNING", "the deadline passed");
       }

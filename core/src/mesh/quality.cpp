@@ -67,8 +67,8 @@ void tally_run(const ElementRun<Real>& run, const SurfaceOrientation& orientatio
 }
 
 template <class Real>
-void tally_briefly(const ElementRun<Real>& run, const SurfaceOrientation& orientation,
-                   Tally& tally, ChunkSums& sums) {
+void tally_briefly(const ElementRun<Real>& run, const SurfaceOrientation& orientation, Tally& tally,
+                   ChunkSums& sums) {
   for (std::size_t e = run.begin; e < run.end; ++e) {
     if (run.type != ElementType::tetrahedron) {
       tally.add_briefly(measure_in(run, e, orientation), run.type, run.id_of(e), sums);

@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "meshsmooth/quality.hpp"
 #include "mesh/measure.hpp"
+#include "meshsmooth/quality.hpp"
 
 namespace meshsmooth::detail {
 

@@ -79,8 +79,7 @@ FixedCounts fix_nodes(E& executor, std::size_t node_count, const Rows<ElementId>
 /// Positions in internal order.
 template <Executor E, class Real>
 typename E::template Buffer<Vec3<Real>> places_of(E& executor, const Vec3<Real>* positions,
-                                                  const NodeId* caller_of,
-                                                  std::size_t node_count) {
+                                                  const NodeId* caller_of, std::size_t node_count) {
   auto result = executor.template allocate<Vec3<Real>>(node_count);
   Vec3<Real>* const places = result.data();
   executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) {

@@ -147,8 +147,8 @@ void decode_topology(const v1::JobSpec& spec, Engine& engine, JobRequest& job) {
       return;
     case v1::JobSpec::kTopologyName:
       job.topology = find_topology(engine, job.identity, spec.topology_name());
-      job.layout = job.topology->layout().coordinates_only(
-          wire::decode_float64(spec.coordinate_type()));
+      job.layout =
+          job.topology->layout().coordinates_only(wire::decode_float64(spec.coordinate_type()));
       return;
     case v1::JobSpec::TOPOLOGY_NOT_SET:
       throw InvalidOption("SPEC_MISSING", "inline_topology: the spec announces no mesh",
@@ -322,7 +322,8 @@ v1::GetServerInfoResponse encode_server_info(const Engine& engine) {
   for (const ElementType type : kElementTypes) {
     info.add_element_types(wire::encode_element_type(type));
   }
-  for (const char* feature : {"request_id_joins", "kept_results", "topology_cache"}) info.add_features(feature);
+  for (const char* feature : {"request_id_joins", "kept_results", "topology_cache"})
+    info.add_features(feature);
   info.set_draining(engine.draining());
 
   v1::Limits* limits = info.mutable_limits();

@@ -73,9 +73,9 @@ grpc::ServerUnaryReactor* SmoothingService::GetTopology(grpc::CallbackServerCont
   });
 }
 
-grpc::ServerUnaryReactor* SmoothingService::DeleteTopology(
-    grpc::CallbackServerContext* context, const v1::DeleteTopologyRequest* request,
-    v1::DeleteTopologyResponse*) {
+grpc::ServerUnaryReactor* SmoothingService::DeleteTopology(grpc::CallbackServerContext* context,
+                                                           const v1::DeleteTopologyRequest* request,
+                                                           v1::DeleteTopologyResponse*) {
   return answer(context, [&] {
     const auto topology = find_topology(engine_, kAnonymous, request->name());
     engine_.topologies().remove(topology->identity(), topology->name());

@@ -152,14 +152,14 @@ class CpuSmoother final : public Smoother {
     validate(options);
     const auto& own = dynamic_cast<const CpuPreparedTopology&>(prepared);
     arena_.execute([&] { validate_positions(own.topology, as_view(positions)); });
-    return run(positions, control, [&]<class Real>(CpuExecutor& executor,
-                                                   std::span<Vec3<Real>> span) {
-      StageTimes times;
-      auto job = prepare_job(executor, own, std::span<const Vec3<Real>>(span), options, control,
-                             times);
-      return run_prepared(executor, own.topology, std::move(job), span, options, control,
-                          CpuJudge(executor, options.judgement), times);
-    });
+    return run(positions, control,
+               [&]<class Real>(CpuExecutor& executor, std::span<Vec3<Real>> span) {
+                 StageTimes times;
+                 auto job = prepare_job(executor, own, std::span<const Vec3<Real>>(span), options,
+                                        control, times);
+                 return run_prepared(executor, own.topology, std::move(job), span, options, control,
+                                     CpuJudge(executor, options.judgement), times);
+               });
   }
 
  private:
