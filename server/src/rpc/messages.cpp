@@ -174,12 +174,13 @@ v1::Topology encode_topology(const CachedTopology& topology) {
   return message;
 }
 
-DecodedSpec decode_spec(const v1::JobSpec& spec, Engine& engine) {
+DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& identity, Engine& engine) {
   const ServerConfig& config = engine.config();
   check_request_id(spec.request_id());
   check_backend(spec.backend_kind(), engine.backend());
 
   DecodedSpec decoded;
+  decoded.job.identity = identity;
   decoded.job.request_id = spec.request_id();
   decoded.job.fields = fields_of(spec);
   decoded.job.options = wire::decode_options(spec.options());

@@ -25,7 +25,8 @@ struct DecodedSpec {
 
 /// Checks everything but memory. Throws InvalidMesh, InvalidOption,
 /// NotSupported, OutOfMemory (MESH_TOO_LARGE).
-[[nodiscard]] DecodedSpec decode_spec(const v1::JobSpec& spec, Engine& engine);
+[[nodiscard]] DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& identity,
+                                      Engine& engine);
 
 /// Throws Error (TOPOLOGY_NOT_FOUND).
 [[nodiscard]] std::shared_ptr<CachedTopology> find_topology(Engine& engine,
