@@ -46,7 +46,7 @@ forbid("vtk[A-Z][A-Za-z0-9]*\\.h" "builds without VTK have the other formats"
 forbid("prometheus/" "only one place knows how metrics are counted"
   server/src/metrics\\.cpp)
 forbid("openssl/" "secrets and certificates are handled in few places"
-  server/src/token_file\\.cpp server/src/rpc/transport_security\\.cpp tests/)
+  proto/wire/sha256\\.cpp server/src/token_file\\.cpp server/src/rpc/transport_security\\.cpp tests/)
 forbid("civetweb\\.h" "only one place knows how HTTP is spoken"
   server/src/admin_server\\.cpp)
 forbid("(cuda|cub/|thrust/)" "CUDA stays in its backend"

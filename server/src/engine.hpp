@@ -23,6 +23,7 @@
 #include "meshsmooth/staging_memory.hpp"
 #include "metrics.hpp"
 #include "result_store.hpp"
+#include "topology_cache.hpp"
 
 namespace meshsmooth::server {
 
@@ -90,6 +91,8 @@ class Engine {
   [[nodiscard]] int call_count() const { return calls_; }
 
   [[nodiscard]] const JobStore& store() const { return store_; }
+  [[nodiscard]] TopologyCache& topologies() { return topologies_; }
+  [[nodiscard]] const TopologyCache& topologies() const { return topologies_; }
   [[nodiscard]] const JobQueue& queue() const { return queue_; }
   [[nodiscard]] const Ledger& ledger() const { return ledger_; }
   [[nodiscard]] Metrics& metrics() { return metrics_; }
@@ -129,6 +132,8 @@ class Engine {
   [[nodiscard]] std::int64_t array_bytes(std::int64_t bytes) const;
   [[nodiscard]] std::optional<Attendance> join(const JobRequest& request,
                                                const Job::Observer& observer);
+  /// Evicts topologies before it refuses.
+  [[nodiscard]] Reservation reserve(MemoryEstimate need);
   void retire(const Job& job);
   void keep_house(const std::stop_token& stop);
 
@@ -137,6 +142,7 @@ class Engine {
   const std::unique_ptr<StagingMemory> staging_;
   const std::string instance_;  // makes job names differ between runs
   Ledger ledger_;
+  TopologyCache topologies_;
   JobQueue queue_;
   JobStore store_;
   Metrics metrics_;

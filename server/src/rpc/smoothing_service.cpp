@@ -67,6 +67,24 @@ grpc::ServerBidiReactor<v1::SmoothRequest, v1::SmoothResponse>* SmoothingService
   return SmoothReactor::start(engine_, context, gate_.enter(*context));
 }
 
+grpc::ServerUnaryReactor* SmoothingService::GetTopology(grpc::CallbackServerContext* context,
+                                                        const v1::GetTopologyRequest* request,
+                                                        v1::GetTopologyResponse* response) {
+  return answer(context, [&](const Caller& caller) {
+    *response->mutable_topology() =
+        encode_topology(*find_topology(engine_, caller.identity, request->name()));
+  });
+}
+
+grpc::ServerUnaryReactor* SmoothingService::DeleteTopology(grpc::CallbackServerContext* context,
+                                                           const v1::DeleteTopologyRequest* request,
+                                                           v1::DeleteTopologyResponse*) {
+  return answer(context, [&](const Caller& caller) {
+    const auto topology = find_topology(engine_, caller.identity, request->name());
+    engine_.topologies().remove(topology->identity(), topology->name());
+  });
+}
+
 grpc::ServerUnaryReactor* SmoothingService::GetJob(grpc::CallbackServerContext* context,
                                                    const v1::GetJobRequest* request,
                                                    v1::GetJobResponse* response) {
