@@ -1,16 +1,16 @@
 #include "token_file.hpp"
 
 #include <openssl/crypto.h>
-#include <openssl/sha.h>
 #include <sys/stat.h>
 
 #include <algorithm>
-#include <charconv>
 #include <fstream>
+#include <span>
 #include <utility>
 
 #include "log.hpp"
 #include "meshsmooth/error.hpp"
+#include "wire/sha256.hpp"
 
 namespace meshsmooth::server {
 namespace {
@@ -24,6 +24,16 @@ bool is_visible(std::string_view text) {
          std::ranges::all_of(text, [](unsigned char c) { return c > 0x20 && c < 0x7f; });
 }
 
+std::string digest_of(std::string_view token) {
+  wire::Sha256 sha256;
+  sha256.add(std::as_bytes(std::span(token)));
+  return sha256.finish();
+}
+
+bool is_digest(std::string_view text) {
+  return text.size() == 64 && text.find_first_not_of("0123456789abcdef") == std::string_view::npos;
+}
+
 }  // namespace
 
 TokenFile::TokenFile(std::filesystem::path path, std::chrono::duration<double> reload_interval)
@@ -34,7 +44,7 @@ TokenFile::TokenFile(std::filesystem::path path, std::chrono::duration<double> r
       entries_(read()) {}
 
 std::optional<std::string> TokenFile::identity_of(std::string_view token) {
-  const Digest digest = digest_of(token);
+  const std::string digest = digest_of(token);
   const std::lock_guard lock(mutex_);
   reload_if_changed();
   const Entry* found = nullptr;
@@ -43,12 +53,6 @@ std::optional<std::string> TokenFile::identity_of(std::string_view token) {
   }
   if (found == nullptr) return std::nullopt;
   return found->identity;
-}
-
-TokenFile::Digest TokenFile::digest_of(std::string_view token) {
-  Digest digest;
-  SHA256(reinterpret_cast<const unsigned char*>(token.data()), token.size(), digest.data());
-  return digest;
 }
 
 TokenFile::Entry TokenFile::parse(const std::string& line, const std::string& place) {
@@ -61,16 +65,11 @@ TokenFile::Entry TokenFile::parse(const std::string& line, const std::string& pl
   if (!is_visible(entry.identity) || !is_visible(token)) {
     throw_wrong(place + " needs an identity and a token of visible ASCII characters");
   }
-  if (!token.starts_with(kHash)) {
+  if (token.starts_with(kHash)) {
+    entry.digest = token.substr(kHash.size());
+    if (!is_digest(entry.digest)) throw_wrong(place + " needs 64 lower-case hex digits");
+  } else {
     entry.digest = digest_of(token);
-    return entry;
-  }
-  token.remove_prefix(kHash.size());
-  if (token.size() != 2 * entry.digest.size()) throw_wrong(place + " needs 64 hex digits");
-  for (std::size_t i = 0; i < entry.digest.size(); ++i) {
-    const char* digits = token.data() + 2 * i;
-    const auto [end, error] = std::from_chars(digits, digits + 2, entry.digest[i], 16);
-    if (error != std::errc{} || end != digits + 2) throw_wrong(place + " needs 64 hex digits");
   }
   return entry;
 }

@@ -1,8 +1,6 @@
 #pragma once
 
-#include <array>
 #include <chrono>
-#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <mutex>
@@ -27,10 +25,9 @@ class TokenFile {
   [[nodiscard]] std::optional<std::string> identity_of(std::string_view token);
 
  private:
-  using Digest = std::array<unsigned char, 32>;
   struct Entry {
     std::string identity;
-    Digest digest;
+    std::string digest;  // hexadecimal
   };
   /// Differs when the file does.
   struct Stamp {
@@ -40,7 +37,6 @@ class TokenFile {
     bool operator==(const Stamp&) const = default;
   };
 
-  [[nodiscard]] static Digest digest_of(std::string_view token);
   [[nodiscard]] static Entry parse(const std::string& line, const std::string& place);
   [[nodiscard]] Stamp stamp() const;
   [[nodiscard]] std::vector<Entry> read() const;

@@ -3,6 +3,8 @@
 #include <grpcpp/create_channel.h>
 #include <gtest/gtest.h>
 
+#include <thread>
+
 #include "server/attach_call.hpp"
 #include "server/smooth_call.hpp"
 #include "support/certificates.hpp"
@@ -257,7 +259,8 @@ TEST(Metadata, IsBounded) {
   EXPECT_EQ(ask_with(4000), StatusCode::OK);
   EXPECT_EQ(ask_with(9000), StatusCode::RESOURCE_EXHAUSTED);
   EXPECT_EQ(ask_with(1 << 20), StatusCode::RESOURCE_EXHAUSTED);
-  EXPECT_EQ(ask_with(100), StatusCode::OK);
+  // gRPC may have closed that connection; the server goes on.
+  while (ask_with(100) != StatusCode::OK) std::this_thread::yield();
 }
 
 }  // namespace
