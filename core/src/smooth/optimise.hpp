@@ -110,11 +110,11 @@ template <int kDimension>
 MESHSMOOTH_HD MeshWorth worth_of(const CornerTerm& term, int power) {
   const double volume = std::abs(term.volume);
   if (!(volume > 0)) return {0, term.weight, 0, 1};
-  const double f = term.size * InverseVolume<kDimension>(volume).scale / kDimension;
-  if (!certainly_positive<kDimension>(term.volume, term.size)) {
-    return {0, term.weight, term.volume < 0 ? -1 / f : 1 / f, 1};
-  }
-  return {term.weight * raise(f, power), term.weight, 1 / f, 0};
+  const CornerWorth<kDimension> corner(volume, term.size);
+  const double f = corner.stretch / kDimension;
+  if (term.volume > 0 && corner.positive)
+    return {term.weight * raise(f, power), term.weight, 1 / f, 0};
+  return {0, term.weight, term.volume < 0 ? -1 / f : 1 / f, 1};
 }
 
 /// Judges the corners of which a node is free; one corner stands for a simplex.

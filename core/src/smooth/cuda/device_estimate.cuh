@@ -1,5 +1,6 @@
 #pragma once
 
+#include "smooth/cuda/ball_record.hpp"
 #include "smooth/cuda/patch_sizes.hpp"
 #include "smooth/cuda/slices.cuh"
 #include "smooth/cuda/sweep_batch.cuh"
@@ -42,6 +43,10 @@ namespace meshsmooth::detail {
     } else if (laplacian->weighting == Weighting::uniform) {
       iterating += n * 4 + n / 4 + SlicedRings::kMostPadding * mesh.edges * 2 * 4;
     }
+  }
+  if (std::holds_alternative<Optimize>(options.method)) {
+    // Padded positions, and what visits know of their balls.
+    iterating += n * ((size.float64 ? 32 : 16) + static_cast<std::int64_t>(sizeof(BallRecord)));
   }
   if (mesh.dimension == 2) {
     iterating += mesh.elements * static_cast<std::int64_t>(sizeof(PackedDirection));
