@@ -57,6 +57,11 @@ struct SmoothOptions {
   bool history = false;
 };
 
+/// Whether `tolerance` is a share of the energy, not a length.
+[[nodiscard]] inline bool converges_by_energy(const SmoothOptions& options) {
+  return options.tolerance.relative && std::holds_alternative<Optimize>(options.method);
+}
+
 /// Throws `InvalidOption` (OPTION_OUT_OF_RANGE, detail "field") or
 /// `NotSupported` (OPTION_NOT_SUPPORTED).
 void validate(const SmoothOptions& options);
