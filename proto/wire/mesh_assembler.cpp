@@ -38,6 +38,7 @@ MeshAssembler::MeshAssembler(MeshLayout layout, std::pmr::memory_resource* memor
     : layout_(std::move(layout)),
       arrays_{Array{v1::ARRAY_ID_ELEMENTS, {size_of(layout_.elements_bytes), memory}},
               Array{v1::ARRAY_ID_FIXED_MASK, {size_of(layout_.fixed_mask_bytes), memory}},
+              Array{v1::ARRAY_ID_ELEMENT_TAGS, {size_of(layout_.element_tags_bytes), memory}},
               Array{v1::ARRAY_ID_COORDINATES, {size_of(layout_.coordinates_bytes), memory}}} {
   const auto* nodes = reinterpret_cast<const NodeId*>(arrays_[0].bytes.data());
   block_views_.reserve(layout_.blocks.size());
@@ -114,20 +115,22 @@ TopologyView MeshAssembler::topology() const {
   return {.node_count = static_cast<std::size_t>(layout_.node_count),
           .blocks = block_views_,
           .fixed = {reinterpret_cast<const std::uint8_t*>(arrays_[1].bytes.data()),
-                    arrays_[1].bytes.size()}};
+                    arrays_[1].bytes.size()},
+          .regions = {reinterpret_cast<const std::int32_t*>(arrays_[2].bytes.data()),
+                      arrays_[2].bytes.size() / sizeof(std::int32_t)}};
 }
 
 PositionsSpan MeshAssembler::positions() {
   const auto node_count = static_cast<std::size_t>(layout_.node_count);
-  std::byte* data = arrays_[2].bytes.data();
+  std::byte* data = arrays_.back().bytes.data();
   if (layout_.float64) return std::span(reinterpret_cast<Vec3d*>(data), node_count);
   return std::span(reinterpret_cast<Vec3f*>(data), node_count);
 }
 
 std::span<const std::byte> MeshAssembler::coordinate_bytes() const {
-  return arrays_[2].bytes.bytes();
+  return arrays_.back().bytes.bytes();
 }
 
-ByteArray MeshAssembler::take_coordinates() { return std::move(arrays_[2].bytes); }
+ByteArray MeshAssembler::take_coordinates() { return std::move(arrays_.back().bytes); }
 
 }  // namespace meshsmooth::wire

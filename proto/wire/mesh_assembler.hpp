@@ -62,7 +62,9 @@ class MeshAssembler {
   [[noreturn]] void throw_unexpected(const v1::Chunk& chunk) const;
 
   MeshLayout layout_;
-  std::array<Array, 3> arrays_;  // in the order of the stream; absent ones have no bytes
+  // In the order of the stream: elements, fixed mask, element tags, coordinates; absent ones
+  // have no bytes.
+  std::array<Array, 4> arrays_;
   std::size_t current_ = 0;
   std::int64_t received_bytes_ = 0;
   std::vector<ElementBlockView> block_views_;

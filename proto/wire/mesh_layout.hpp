@@ -27,11 +27,12 @@ struct MeshLayout {
   std::vector<Block> blocks;
   bool float64 = true;
   std::int64_t elements_bytes = 0;
-  std::int64_t fixed_mask_bytes = 0;  // 0: no mask follows
+  std::int64_t fixed_mask_bytes = 0;    // 0: no mask follows
+  std::int64_t element_tags_bytes = 0;  // 0: no tags follow
   std::int64_t coordinates_bytes = 0;
 
   [[nodiscard]] std::int64_t total_bytes() const {
-    return elements_bytes + fixed_mask_bytes + coordinates_bytes;
+    return elements_bytes + fixed_mask_bytes + element_tags_bytes + coordinates_bytes;
   }
   [[nodiscard]] std::int64_t element_count() const;
   [[nodiscard]] MeshSize size() const;

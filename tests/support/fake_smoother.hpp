@@ -10,6 +10,7 @@
 #include <thread>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include "meshsmooth/error.hpp"
 #include "meshsmooth/smoother.hpp"
@@ -52,6 +53,11 @@ class FakeControl {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return started_ >= count; });
   }
+  /// The regions that the last job came with.
+  [[nodiscard]] std::vector<std::int32_t> regions() const {
+    const std::lock_guard lock(mutex_);
+    return regions_;
+  }
   [[nodiscard]] int started() const {
     const std::lock_guard lock(mutex_);
     return started_;
@@ -63,6 +69,7 @@ class FakeControl {
   std::condition_variable_any changed_;
   bool held_ = false;
   int started_ = 0;
+  std::vector<std::int32_t> regions_;
   std::function<void()> thrower_;
   MemoryEstimate estimate_;
   DeviceSpace device_space_;
@@ -100,6 +107,7 @@ class FakeSmoother final : public Smoother {
     {
       const std::lock_guard lock(control_->mutex_);
       thrower = control_->thrower_;
+      control_->regions_.assign(topology.regions.begin(), topology.regions.end());
     }
     if (thrower) thrower();
 

@@ -281,7 +281,9 @@ v1::GetServerInfoResponse encode_server_info(const Engine& engine) {
   for (const ElementType type : kElementTypes) {
     info.add_element_types(wire::encode_element_type(type));
   }
-  for (const char* feature : {"request_id_joins", "kept_results"}) info.add_features(feature);
+  for (const char* feature : {"element_tags", "request_id_joins", "kept_results"}) {
+    info.add_features(feature);
+  }
   info.set_draining(engine.draining());
 
   v1::Limits* limits = info.mutable_limits();
