@@ -175,7 +175,7 @@ void add_smooth_flags(CLI::App& command, SmoothFlags& flags) {
   command.add_option("--compute-budget", flags.compute_budget_seconds,
                      "Seconds of computing, after which the best result reached is returned");
   command.add_flag("--history", flags.history,
-                   "Each sweep's moves, energy and worst element in the report");
+                   "Each sweep's moves, energy and worst mean ratio in the report");
 }
 
 SmoothOptions to_smooth_options(const SmoothFlags& flags) {

@@ -13,8 +13,7 @@ namespace {
 
 /// What the last sweep came to, beside what would have ended the job.
 std::string last_sweep(const Convergence& convergence, const SmoothOptions& options) {
-  const bool by_energy =
-      options.tolerance.relative && std::holds_alternative<Optimize>(options.method);
+  const bool by_energy = converges_by_energy(options);
   return fmt::format("largest move {:.3g}, {} {:.3g}", convergence.last_max_displacement,
                      by_energy ? "energy tolerance" : "tolerance",
                      by_energy ? options.tolerance.value : convergence.tolerance);

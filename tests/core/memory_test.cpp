@@ -115,6 +115,16 @@ TEST(Estimate, BoundsTheMemoryOfSlidingNodes) {
   }
 }
 
+TEST(Estimate, BoundsTheMemoryOfRegionsUnderAFixedBoundary) {
+  for (const ElementType type : kElementTypes) {
+    Mesh mesh = large(type);
+    mesh.regions.assign(mesh.element_count() / 2, 1);
+    mesh.regions.resize(mesh.element_count(), 2);
+    expect_bounded(std::string(element_shape(type).name), mesh,
+                   {.method = SmartLaplacian{}, .max_iterations = 1});
+  }
+}
+
 TEST(Estimate, HoldsWithoutIterations) {
   expect_bounded("judged only", large(ElementType::tetrahedron), {.max_iterations = 0});
 }

@@ -59,6 +59,11 @@ struct SmoothOptions {
   Judgement judgement = Judgement::full;
 };
 
+/// Whether `tolerance` is a share of the energy, not a length.
+[[nodiscard]] inline bool converges_by_energy(const SmoothOptions& options) {
+  return options.tolerance.relative && std::holds_alternative<Optimize>(options.method);
+}
+
 /// Throws `InvalidOption` (OPTION_OUT_OF_RANGE, detail "field") or
 /// `NotSupported` (OPTION_NOT_SUPPORTED).
 void validate(const SmoothOptions& options);

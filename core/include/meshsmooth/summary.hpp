@@ -27,9 +27,10 @@ struct Convergence {
   std::vector<double> max_displacements;  // with SmoothOptions::history
   std::vector<double> rms_displacements;
   std::vector<std::int64_t> moved_node_counts;
-  /// Optimize with SmoothOptions::history: after each sweep the p-mean of the inverse mean
-  /// ratios of all corners that can change, weighted as by the method, at least 1, p that of the
-  /// sweep's phase (Goal::worst has 4, 8, 16, 32); infinite while the mesh is tangled.
+  /// With SmoothOptions::history: after each sweep the p-mean of the inverse mean ratios of all
+  /// corners that can change, weighted as by Optimize, at least 1; infinite while the mesh is
+  /// tangled. p is that of Goal::balanced, 2; of Optimize that of the sweep's phase
+  /// (Goal::average has 1, Goal::worst 4, 8, 16, 32, untangling 1).
   std::vector<double> energies;
   std::vector<double> worst_mean_ratios;  // of those corners; 0 or less while tangled
 };

@@ -47,7 +47,8 @@ struct MeshCounts {
 }
 
 [[nodiscard]] inline MeshSize size_of(const TopologyView& topology) {
-  MeshSize size{.node_count = static_cast<std::int64_t>(topology.node_count)};
+  MeshSize size{.node_count = static_cast<std::int64_t>(topology.node_count),
+                .regions = !topology.regions.empty()};
   for (const ElementBlockView& block : topology.blocks) {
     size.element_counts[static_cast<std::size_t>(block.type)] +=
         static_cast<std::int64_t>(block.element_count());

@@ -25,6 +25,9 @@ struct Surroundings {
   [[nodiscard]] MESHSMOOTH_HD Vec3d reference_of(std::size_t element) const {
     return references == nullptr ? reference : unpack_direction(references[element]);
   }
+  [[nodiscard]] bool surface() const {
+    return references != nullptr || dot(reference, reference) > 0;
+  }
 };
 
 /// Reads positions that nobody writes, or only nodes of another colour.

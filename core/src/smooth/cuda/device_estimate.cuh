@@ -52,9 +52,10 @@ namespace meshsmooth::detail {
     iterating += mesh.elements * static_cast<std::int64_t>(sizeof(PackedDirection));
   }
   const std::int64_t colouring = resolve_form(options) == Form::gauss_seidel ? n * 25 : 0;
-  // Counts by node, the caller's mask and regions.
+  // The caller's regions; counts by node, and the caller's mask.
   const std::int64_t constraining =
-      options.boundary == BoundaryPolicy::slide ? n * 9 + mesh.elements * 4 : 0;
+      (size.regions && options.boundary != BoundaryPolicy::free ? mesh.elements * 4 : 0) +
+      (options.boundary == BoundaryPolicy::slide ? n * 9 : 0);
   const std::int64_t held_balls = needs_balls(options) ? balls : 0;
   const std::int64_t peak =
       kept + std::max({renumbering, counting + balls, balls + rings + n / 4 + colouring,
