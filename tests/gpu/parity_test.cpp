@@ -268,6 +268,26 @@ TEST_P(EveryWay, GivesTheSameBitsInEightThreadsAtOnce) {
   for (std::thread& lane : lanes) lane.join();
 }
 
+/// Smaller meshes give a ball more threads.
+class OptimizeOfSize : public test::CudaTest, public testing::WithParamInterface<int> {};
+INSTANTIATE_TEST_SUITE_P(Cuda, OptimizeOfSize, testing::Values(21, 33, 68));
+
+TEST_P(OptimizeOfSize, EqualsTheCpuBackendAndItself) {
+  Comparison comparison("optimize, " + std::to_string(GetParam()) + " nodes a side");
+  const std::unique_ptr<Smoother> smoother = make_smoother("cuda");
+  const Mesh start = test::noisy(test::lattice(ElementType::tetrahedron, GetParam()), 0.3, 3);
+  for (const Mesh& mesh : {start, test::as_float32(start)}) {
+    SmoothOptions how = test::sweeps(3, Optimize{}, Form::gauss_seidel);
+    comparison.run("free of limits", mesh, how);
+    const Job expected = smooth_on(*smoother, mesh, how);
+    for (int run = 1; run < 4; ++run) {
+      EXPECT_TRUE(same_bits(smooth_on(*smoother, mesh, how).mesh, expected.mesh)) << "run " << run;
+    }
+    how.movement_limit = MovementLimit{.value = 1e-3, .relative = true};
+    comparison.run("on a leash", mesh, how);
+  }
+}
+
 // --- with the racing form -------------------------------------------------------
 
 class EveryWayAndRacing : public EveryWay {};
@@ -342,6 +362,11 @@ TEST_P(Sanitized, RunsOnMeshesOfEveryElementType) {
       EXPECT_EQ(job.summary.convergence.iteration_count,
                 expected.summary.convergence.iteration_count);
       EXPECT_LE(test::difference(job.mesh, to_points(expected.mesh)), 1e-6);
+    }
+    if (std::holds_alternative<Optimize>(GetParam().method)) {
+      SmoothOptions how = options(2, true);
+      how.movement_limit = MovementLimit{.value = 0.01, .relative = true};
+      EXPECT_GT(smooth_on(*cuda, mesh, how).summary.nodes.moved, 0);
     }
   }
 }
