@@ -8,8 +8,11 @@
 #include <array>
 #include <future>
 
+#include "attach_call.hpp"
 #include "client_access.hpp"
 #include "meshsmooth/v1/smoothing.grpc.pb.h"
+#include "request_id.hpp"
+#include "retry.hpp"
 #include "service_error.hpp"
 #include "smooth_call.hpp"
 #include "wire/codec.hpp"
@@ -98,7 +101,22 @@ Client& Client::operator=(Client&&) noexcept = default;
 
 SmoothReport Client::smooth(Mesh& mesh, const SmoothOptions& options,
                             const RequestOptions& request) {
-  return SmoothCall(*impl_->stub, impl_->name, mesh, options, request).run();
+  RequestOptions attempt = request;
+  if (attempt.request_id.empty()) attempt.request_id = make_request_id();
+  Retry retry(attempt, request.timeout.value_or(default_timeout(mesh, options)));
+  for (;;) {
+    attempt.timeout = retry.left();
+    try {
+      return SmoothCall(*impl_->stub, impl_->name, mesh, options, attempt).run();
+    } catch (const ServiceError& error) {
+      retry.wait(error);
+    }
+  }
+}
+
+SmoothReport Client::attach(const std::string& job_name, Mesh& mesh,
+                            const RequestOptions& request) {
+  return AttachCall(*impl_->stub, impl_->name, job_name, mesh, request).run();
 }
 
 ServerInfo Client::server_info() {
@@ -134,6 +152,12 @@ JobInfo Client::cancel_job(const std::string& name, bool keep_result) {
   request.set_name(name);
   request.set_result_kept(keep_result);
   return decode_job(impl_->call(&v1::SmoothingService::Stub::CancelJob, request).job());
+}
+
+void Client::delete_job(const std::string& name) {
+  v1::DeleteJobRequest request;
+  request.set_name(name);
+  impl_->call(&v1::SmoothingService::Stub::DeleteJob, request);
 }
 
 bool Client::healthy(std::chrono::milliseconds timeout) {

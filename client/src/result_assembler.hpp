@@ -16,6 +16,8 @@ class ResultAssembler {
 
   void begin(const v1::ResultHeader& header);
   void add(const v1::Chunk& chunk);
+  [[nodiscard]] bool begun() const { return begun_; }
+  [[nodiscard]] std::size_t received_bytes() const { return received_bytes_; }
   /// The positions, in the mesh's precision; throws unless complete.
   [[nodiscard]] decltype(Mesh::positions) take();
 

@@ -29,11 +29,24 @@ bool was_reset(std::string_view message, int code) {
          message.ends_with("error code " + std::to_string(code));
 }
 
+bool never_connected(std::string_view message) {
+  return contains_any(message, {"failed to connect", "onnection refused", "resolution failed"});
+}
+
+/// A connection that broke may come back; an address where nobody answers does not.
+std::optional<std::chrono::nanoseconds> foreign_retry_delay(const grpc::Status& status) {
+  if (status.error_code() != grpc::StatusCode::UNAVAILABLE ||
+      never_connected(status.error_message())) {
+    return std::nullopt;
+  }
+  return std::chrono::milliseconds(100);
+}
+
 std::string unavailable_hint(std::string_view message, const std::string& server) {
   if (contains_any(message, {"http2 header with status: 50"})) {
     return "a proxy answers at " + server + ", but no server behind it does";
   }
-  if (contains_any(message, {"failed to connect", "onnection refused", "resolution failed"})) {
+  if (never_connected(message)) {
     return "no server answers there; check the address, or start one with: "
            "meshsmooth-server --listen " +
            server;
@@ -91,14 +104,24 @@ ServiceError to_service_error(const grpc::Status& status, const CallFacts& facts
   const auto code = static_cast<StatusCode>(status.error_code());
   const auto details = wire::decode_status_details(status.error_details());
   if (!details || details->reason.empty()) {
-    return {code, {}, foreign_message(status, facts), {}, foreign_hint(status, facts)};
+    return {code,
+            {},
+            foreign_message(status, facts),
+            {},
+            foreign_hint(status, facts),
+            foreign_retry_delay(status)};
   }
   std::string hint;
   if (details->retry_delay) {
     const double delay = std::chrono::duration<double>(*details->retry_delay).count();
     hint = delay > 0 ? "try again in " + seconds_text(delay) : "try again at once, or elsewhere";
   }
-  return {code, details->reason, status.error_message(), details->metadata, std::move(hint)};
+  return {code,
+          details->reason,
+          status.error_message(),
+          details->metadata,
+          std::move(hint),
+          details->retry_delay};
 }
 
 ServiceError broken_answer(const std::string& what) {

@@ -28,18 +28,6 @@ std::size_t size_bytes(const Mesh& mesh) {
   return bytes;
 }
 
-/// See RequestOptions::timeout.
-std::chrono::nanoseconds default_timeout(const Mesh& mesh, const SmoothOptions& options) {
-  constexpr double kSecondsPerByte = 1e-6;
-  constexpr double kSecondsPerElementAndSweep = 10e-6;
-  constexpr double kWeek = 7 * 24 * 3600.0;
-  const double seconds = 600 + kSecondsPerByte * static_cast<double>(size_bytes(mesh)) +
-                         kSecondsPerElementAndSweep * static_cast<double>(mesh.element_count()) *
-                             std::max(options.max_iterations, 0);
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-      std::chrono::duration<double>(std::min(seconds, kWeek)));
-}
-
 v1::BackendKind encode_backend(const std::string& backend) {
   if (backend == "auto") return v1::BACKEND_KIND_UNSPECIFIED;
   if (backend == "cpu") return v1::BACKEND_KIND_CPU;
@@ -50,6 +38,17 @@ v1::BackendKind encode_backend(const std::string& backend) {
 }
 
 }  // namespace
+
+std::chrono::nanoseconds default_timeout(const Mesh& mesh, const SmoothOptions& options) {
+  constexpr double kSecondsPerByte = 1e-6;
+  constexpr double kSecondsPerElementAndSweep = 10e-6;
+  constexpr double kWeek = 7 * 24 * 3600.0;
+  const double seconds = 600 + kSecondsPerByte * static_cast<double>(size_bytes(mesh)) +
+                         kSecondsPerElementAndSweep * static_cast<double>(mesh.element_count()) *
+                             std::max(options.max_iterations, 0);
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+      std::chrono::duration<double>(std::min(seconds, kWeek)));
+}
 
 JobProgress decode_progress(const v1::Progress& message) {
   JobProgress progress;
@@ -106,7 +105,8 @@ SmoothReport SmoothCall::run() {
                                     .cancelled_by_caller = request_.stop.stop_requested(),
                                     .timeout_seconds = seconds});
   }
-  SmoothReport report = make_report();
+  if (!summary_) throw broken_answer("the server ended the call without a summary");
+  SmoothReport report = decode_report(*summary_, job_name_, request_id_);
   mesh_.positions = result_.take();
   return report;
 }
@@ -122,6 +122,9 @@ v1::JobSpec SmoothCall::make_spec() const {
   spec.set_backend_kind(encode_backend(request_.backend));
   if (request_.on_progress) {
     *spec.mutable_progress_interval() = wire::encode_duration(request_.progress_interval);
+  }
+  if (request_.result_ttl) {
+    *spec.mutable_result_ttl() = wire::encode_duration(*request_.result_ttl);
   }
   spec.set_iteration_history_included(options_.history);
   return spec;
@@ -197,21 +200,21 @@ bool SmoothCall::upload_array(v1::ArrayId id, std::span<const std::span<const st
   return true;
 }
 
-SmoothReport SmoothCall::make_report() const {
-  if (!summary_) throw broken_answer("the server ended the call without a summary");
+SmoothReport decode_report(const v1::Summary& summary, const std::string& job_name,
+                           const std::string& request_id) {
   SmoothReport report;
   try {
-    report.summary = wire::decode_summary(*summary_);
+    report.summary = wire::decode_summary(summary);
   } catch (const Error& error) {
     throw broken_answer("the summary cannot be understood: " + std::string(error.what()));
   }
-  report.job_name = job_name_;
-  report.request_id = request_id_;
-  report.queue_seconds = wire::decode_seconds(summary_->timings().queue());
-  report.receive_seconds = wire::decode_seconds(summary_->timings().receive());
-  report.send_seconds = wire::decode_seconds(summary_->timings().send());
-  report.server_version = summary_->execution().server_version();
-  report.json = wire::to_json(*summary_);
+  report.job_name = job_name;
+  report.request_id = request_id;
+  report.queue_seconds = wire::decode_seconds(summary.timings().queue());
+  report.receive_seconds = wire::decode_seconds(summary.timings().receive());
+  report.send_seconds = wire::decode_seconds(summary.timings().send());
+  report.server_version = summary.execution().server_version();
+  report.json = wire::to_json(summary);
   return report;
 }
 

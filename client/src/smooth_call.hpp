@@ -16,6 +16,14 @@ namespace meshsmooth::client {
 
 [[nodiscard]] JobProgress decode_progress(const v1::Progress& message);
 
+/// Throws `ServiceError` when the summary cannot be understood.
+[[nodiscard]] SmoothReport decode_report(const v1::Summary& summary, const std::string& job_name,
+                                         const std::string& request_id);
+
+/// See RequestOptions::timeout.
+[[nodiscard]] std::chrono::nanoseconds default_timeout(const Mesh& mesh,
+                                                       const SmoothOptions& options);
+
 /// One Smooth call from spec to status. Two threads: the caller's reads, its
 /// own uploads once the server has accepted, so that progress, StopSending and
 /// early failures are seen while data is still going out.
@@ -37,7 +45,6 @@ class SmoothCall {
   void stop_sending();
   void upload();
   bool upload_array(v1::ArrayId id, std::span<const std::span<const std::byte>> parts);
-  [[nodiscard]] SmoothReport make_report() const;
 
   v1::SmoothingService::StubInterface& stub_;
   std::string server_;

@@ -15,7 +15,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little);
 static_assert(sizeof(Vec3f) == 12 && sizeof(Vec3d) == 24 && sizeof(NodeId) == 4);
 
-constexpr std::size_t kAlignment = 64;
+std::size_t size_of(std::int64_t bytes) { return static_cast<std::size_t>(bytes); }
 
 std::string array_name(v1::ArrayId id) {
   const std::string& name = v1::ArrayId_Name(id);
@@ -36,42 +36,23 @@ std::string describe(const v1::Chunk& chunk) {
 
 MeshAssembler::MeshAssembler(MeshLayout layout, std::pmr::memory_resource* memory)
     : layout_(std::move(layout)),
-      memory_(memory),
-      arrays_{
-          Array{v1::ARRAY_ID_ELEMENTS, static_cast<std::size_t>(layout_.elements_bytes)},
-          Array{v1::ARRAY_ID_FIXED_MASK, static_cast<std::size_t>(layout_.fixed_mask_bytes)},
-          Array{v1::ARRAY_ID_COORDINATES, static_cast<std::size_t>(layout_.coordinates_bytes)}} {
-  try {
-    for (Array& array : arrays_) {
-      if (array.size_bytes == 0) continue;
-      array.data = static_cast<std::byte*>(memory_->allocate(array.size_bytes, kAlignment));
-    }
-    const auto* nodes = reinterpret_cast<const NodeId*>(arrays_[0].data);
-    block_views_.reserve(layout_.blocks.size());
-    for (const MeshLayout::Block& block : layout_.blocks) {
-      const auto node_count = static_cast<std::size_t>(block.element_count) *
-                              static_cast<std::size_t>(element_shape(block.type).node_count);
-      block_views_.push_back({block.type, {nodes, node_count}});
-      nodes += node_count;
-    }
-  } catch (...) {
-    for (const Array& array : arrays_) {
-      if (array.data != nullptr) memory_->deallocate(array.data, array.size_bytes, kAlignment);
-    }
-    throw;
+      arrays_{Array{v1::ARRAY_ID_ELEMENTS, {size_of(layout_.elements_bytes), memory}},
+              Array{v1::ARRAY_ID_FIXED_MASK, {size_of(layout_.fixed_mask_bytes), memory}},
+              Array{v1::ARRAY_ID_COORDINATES, {size_of(layout_.coordinates_bytes), memory}}} {
+  const auto* nodes = reinterpret_cast<const NodeId*>(arrays_[0].bytes.data());
+  block_views_.reserve(layout_.blocks.size());
+  for (const MeshLayout::Block& block : layout_.blocks) {
+    const auto node_count = static_cast<std::size_t>(block.element_count) *
+                            static_cast<std::size_t>(element_shape(block.type).node_count);
+    block_views_.push_back({block.type, {nodes, node_count}});
+    nodes += node_count;
   }
   skip_complete_arrays();
 }
 
-MeshAssembler::~MeshAssembler() {
-  for (const Array& array : arrays_) {
-    if (array.data != nullptr) memory_->deallocate(array.data, array.size_bytes, kAlignment);
-  }
-}
-
 void MeshAssembler::skip_complete_arrays() {
   while (current_ < arrays_.size() &&
-         arrays_[current_].received_bytes == arrays_[current_].size_bytes) {
+         arrays_[current_].received_bytes == arrays_[current_].bytes.size()) {
     ++current_;
   }
 }
@@ -79,11 +60,11 @@ void MeshAssembler::skip_complete_arrays() {
 void MeshAssembler::throw_unexpected(const v1::Chunk& chunk) const {
   for (std::size_t i = 0; i < current_; ++i) {
     const Array& array = arrays_[i];
-    if (array.id == chunk.array_id() && array.size_bytes > 0 &&
-        chunk.offset_bytes() == static_cast<std::int64_t>(array.size_bytes)) {
+    if (array.id == chunk.array_id() && array.bytes.size() > 0 &&
+        chunk.offset_bytes() == static_cast<std::int64_t>(array.bytes.size())) {
       throw InvalidMesh("ARRAY_SIZE_MISMATCH",
                         describe(chunk) + ": the spec announced only " +
-                            std::to_string(array.size_bytes) + " bytes of it",
+                            std::to_string(array.bytes.size()) + " bytes of it",
                         where(chunk));
     }
   }
@@ -101,10 +82,10 @@ void MeshAssembler::add(const v1::Chunk& chunk) {
     throw_unexpected(chunk);
   }
   const std::string& data = chunk.data();
-  if (data.size() > array.size_bytes - array.received_bytes) {
+  if (data.size() > array.bytes.size() - array.received_bytes) {
     throw InvalidMesh("ARRAY_SIZE_MISMATCH",
                       describe(chunk) + " has " + std::to_string(data.size()) + " bytes, only " +
-                          std::to_string(array.size_bytes - array.received_bytes) +
+                          std::to_string(array.bytes.size() - array.received_bytes) +
                           " are left of what the spec announced",
                       where(chunk));
   }
@@ -113,7 +94,7 @@ void MeshAssembler::add(const v1::Chunk& chunk) {
     throw InvalidMesh("CHECKSUM_MISMATCH", describe(chunk) + ": its bytes changed on the way",
                       where(chunk));
   }
-  std::memcpy(array.data + array.received_bytes, data.data(), data.size());
+  std::memcpy(array.bytes.data() + array.received_bytes, data.data(), data.size());
   array.received_bytes += data.size();
   received_bytes_ += static_cast<std::int64_t>(data.size());
   skip_complete_arrays();
@@ -125,25 +106,28 @@ void MeshAssembler::finish() const {
   throw InvalidMesh(
       "ARRAY_SIZE_MISMATCH",
       array_name(array.id) + " ended after " + std::to_string(array.received_bytes) + " of " +
-          std::to_string(array.size_bytes) + " bytes",
+          std::to_string(array.bytes.size()) + " bytes",
       {{"array", array_name(array.id)}, {"offset_bytes", std::to_string(array.received_bytes)}});
 }
 
 TopologyView MeshAssembler::topology() const {
   return {.node_count = static_cast<std::size_t>(layout_.node_count),
           .blocks = block_views_,
-          .fixed = {reinterpret_cast<const std::uint8_t*>(arrays_[1].data), arrays_[1].size_bytes}};
+          .fixed = {reinterpret_cast<const std::uint8_t*>(arrays_[1].bytes.data()),
+                    arrays_[1].bytes.size()}};
 }
 
 PositionsSpan MeshAssembler::positions() {
   const auto node_count = static_cast<std::size_t>(layout_.node_count);
-  std::byte* data = arrays_[2].data;
+  std::byte* data = arrays_[2].bytes.data();
   if (layout_.float64) return std::span(reinterpret_cast<Vec3d*>(data), node_count);
   return std::span(reinterpret_cast<Vec3f*>(data), node_count);
 }
 
 std::span<const std::byte> MeshAssembler::coordinate_bytes() const {
-  return {arrays_[2].data, arrays_[2].size_bytes};
+  return arrays_[2].bytes.bytes();
 }
+
+ByteArray MeshAssembler::take_coordinates() { return std::move(arrays_[2].bytes); }
 
 }  // namespace meshsmooth::wire

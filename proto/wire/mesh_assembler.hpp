@@ -9,6 +9,7 @@
 
 #include "meshsmooth/mesh.hpp"
 #include "meshsmooth/v1/mesh.pb.h"
+#include "wire/byte_array.hpp"
 #include "wire/mesh_layout.hpp"
 
 namespace meshsmooth::wire {
@@ -28,7 +29,6 @@ class MeshAssembler {
   /// outlive the assembler. Throws std::bad_alloc.
   explicit MeshAssembler(MeshLayout layout,
                          std::pmr::memory_resource* memory = std::pmr::new_delete_resource());
-  ~MeshAssembler();
   MeshAssembler(const MeshAssembler&) = delete;
   MeshAssembler& operator=(const MeshAssembler&) = delete;
 
@@ -48,20 +48,20 @@ class MeshAssembler {
   [[nodiscard]] TopologyView topology() const;
   [[nodiscard]] PositionsSpan positions();
   [[nodiscard]] std::span<const std::byte> coordinate_bytes() const;
+  /// The positions, apart from the rest, which may then go.
+  [[nodiscard]] ByteArray take_coordinates();
 
  private:
   struct Array {
     v1::ArrayId id;
-    std::size_t size_bytes;
+    ByteArray bytes;
     std::size_t received_bytes = 0;
-    std::byte* data = nullptr;
   };
 
   void skip_complete_arrays();
   [[noreturn]] void throw_unexpected(const v1::Chunk& chunk) const;
 
   MeshLayout layout_;
-  std::pmr::memory_resource* memory_;
   std::array<Array, 3> arrays_;  // in the order of the stream; absent ones have no bytes
   std::size_t current_ = 0;
   std::int64_t received_bytes_ = 0;

@@ -33,6 +33,9 @@ void fill_in_host_bytes(ServerConfig& config) {
   }
   if (config.max_job_bytes == 0) config.max_job_bytes = config.host_memory_limit_bytes;
   if (config.max_queued_bytes == 0) config.max_queued_bytes = config.host_memory_limit_bytes;
+  if (config.max_kept_result_bytes == 0) {
+    config.max_kept_result_bytes = config.host_memory_limit_bytes / 4;
+  }
   if (config.idle_pinned_bytes == 0) {
     config.idle_pinned_bytes = std::min(std::int64_t{1} << 30, config.host_memory_limit_bytes / 16);
   }
@@ -97,11 +100,29 @@ std::int64_t stream_bytes(const ServerConfig& config) {
   return window + 2 * std::int64_t{config.max_receive_message_bytes};
 }
 
+// The first field in which two requests differ; empty when in none.
+std::string differing_field(const std::map<std::string, std::string>& a,
+                            const std::map<std::string, std::string>& b) {
+  for (const auto* from : {&a, &b}) {
+    for (const auto& [name, bytes] : *from) {
+      const auto* const other = from == &a ? &b : &a;
+      const auto found = other->find(name);
+      if (found == other->end() || found->second != bytes) return name;
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 std::exception_ptr draining_error() {
   return std::make_exception_ptr(
       Error("DRAINING", "this server is shutting down; send the job to another one"));
+}
+
+std::exception_ptr queue_timeout_error() {
+  return std::make_exception_ptr(
+      DeadlineExceeded("QUEUE_TIMEOUT", "the job waited too long in the queue"));
 }
 
 Engine::Equipment Engine::equip(ServerConfig config, const SmootherFactory& factory) {
@@ -138,10 +159,12 @@ Engine::Engine(Equipment equipment, const std::function<void()>& on_lane_broken)
       ledger_({.host_bytes = config_.host_memory_limit_bytes,
                .device_bytes = config_.device_bytes == 0 ? INT64_MAX : config_.device_bytes}),
       queue_(config_.max_queued_jobs, config_.max_queued_bytes),
-      store_(static_cast<std::size_t>(config_.max_kept_jobs)) {
+      store_(static_cast<std::size_t>(config_.max_kept_jobs)),
+      results_(config_.max_kept_result_bytes) {
   for (auto& smoother : equipment.smoothers) {
     lanes_.push_back(std::make_unique<Lane>(std::move(smoother), queue_, on_lane_broken));
   }
+  housekeeper_ = std::jthread([this](const std::stop_token& stop) { keep_house(stop); });
 }
 
 Engine::~Engine() {
@@ -175,32 +198,90 @@ MemoryEstimate Engine::estimate(const JobRequest& request) const {
 }
 
 std::int64_t Engine::array_bytes(const wire::MeshLayout& layout) const {
-  if (!staging_) return layout.total_bytes();
-  std::int64_t sum = 0;
-  for (const std::int64_t bytes :
-       {layout.elements_bytes, layout.fixed_mask_bytes, layout.coordinates_bytes}) {
-    sum += static_cast<std::int64_t>(StagingMemory::block_bytes(static_cast<std::size_t>(bytes)));
-  }
-  return sum;
+  return array_bytes(layout.elements_bytes) + array_bytes(layout.fixed_mask_bytes) +
+         array_bytes(layout.coordinates_bytes);
 }
 
-std::shared_ptr<Job> Engine::admit(JobRequest request, Job::Observer observer) {
-  if (draining()) std::rethrow_exception(draining_error());
-  Reservation reservation = ledger_.reserve(estimate(request));
-  QueuePlace place = queue_.admit(request.layout.total_bytes());
-  const std::int64_t sequence = next_sequence_++;
-  auto job = std::make_shared<Job>(
-      "jobs/" + instance_ + "-" + std::to_string(sequence), sequence, std::move(request),
-      std::move(reservation), std::move(place), staging_ ? staging_.get() : host_memory(),
-      [this](const Job& ended) { retire(ended); }, std::move(observer));
-  store_.add(job);
-  // A drain that began meanwhile may have looked at the store before this job
-  // was in it.
-  if (draining()) {
-    job->end(draining_error());
-    std::rethrow_exception(draining_error());
+std::int64_t Engine::array_bytes(std::int64_t bytes) const {
+  if (!staging_) return bytes;
+  return static_cast<std::int64_t>(StagingMemory::block_bytes(static_cast<std::size_t>(bytes)));
+}
+
+Attendance Engine::admit(JobRequest request, const Job::Observer& observer) {
+  // The second time only when another call with this request id was faster.
+  for (;;) {
+    if (draining()) std::rethrow_exception(draining_error());
+    if (auto joined = join(request, observer)) return std::move(*joined);
+    results_.expire(Clock::now());
+    Reservation reservation = ledger_.reserve(estimate(request));
+    QueuePlace place = queue_.admit(request.layout.total_bytes());
+    Attendance attendance;
+    attendance.stream = reservation.split({stream_bytes(config_), 0});
+    const std::int64_t sequence = next_sequence_++;
+    attendance.job = std::make_shared<Job>(
+        "jobs/" + instance_ + "-" + std::to_string(sequence), sequence, request,
+        std::move(reservation), array_bytes(request.layout.coordinates_bytes), std::move(place),
+        staging_ ? staging_.get() : host_memory(), [this](const Job& ended) { retire(ended); });
+    attendance.watcher = attendance.job->watch(observer).value();
+    if (!store_.add(attendance.job)) continue;
+    // A drain that began meanwhile may have looked at the store before this job
+    // was in it.
+    if (draining()) {
+      attendance.job->end(draining_error());
+      std::rethrow_exception(draining_error());
+    }
+    return attendance;
   }
-  return job;
+}
+
+std::optional<Attendance> Engine::join(const JobRequest& request, const Job::Observer& observer) {
+  const auto job = store_.find_request(request.identity, request.request_id);
+  if (!job || !job->joinable()) return std::nullopt;
+  if (const std::string field = differing_field(job->request().fields, request.fields);
+      !field.empty()) {
+    throw Error("REQUEST_ID_REUSED",
+                "request_id " + request.request_id + " is that of " + job->name() + ", whose " +
+                    field + " is another; take a new id for a new job",
+                {{"field", field}, {"name", job->name()}});
+  }
+  Attendance attendance{job, 0, true, ledger_.reserve({stream_bytes(config_), 0})};
+  const auto watcher = job->watch(observer);
+  if (!watcher) return std::nullopt;
+  attendance.watcher = *watcher;
+  return attendance;
+}
+
+Attendance Engine::attend(const std::shared_ptr<Job>& job, const Job::Observer& observer) {
+  Attendance attendance{job, 0, true, ledger_.reserve({stream_bytes(config_), 0})};
+  if (const auto watcher = job->watch(observer)) {
+    attendance.watcher = *watcher;
+    return attendance;
+  }
+  if (const std::exception_ptr cause = job->stop_cause()) std::rethrow_exception(cause);
+  if (const std::exception_ptr error = job->snapshot().error) std::rethrow_exception(error);
+  throw Error("RESULT_NOT_KEPT", job->name() + " has ended; its result is not kept (any more)",
+              {{"name", job->name()}});
+}
+
+void Engine::leave(Attendance& attendance, const std::exception_ptr& cause) {
+  if (!attendance.job) return;
+  const std::shared_ptr<Job> job = std::move(attendance.job);
+  const bool brings_mesh = !attendance.joined && job->state() == JobState::receiving;
+  const bool last = job->leave(attendance.watcher, cause);
+  if (brings_mesh || (last && job->state() == JobState::sending)) {
+    job->end(cause);
+  } else if (last && queue_.remove(*job)) {
+    job->end(cause);
+  }
+  attendance.stream = {};
+}
+
+void Engine::forget(Job& job) {
+  if (!store_.forget(job)) {
+    throw Error("JOB_NOT_FINISHED", job.name() + " has not ended; cancel it first",
+                {{"name", job.name()}});
+  }
+  results_.drop(job);
 }
 
 void Engine::submit(const std::shared_ptr<Job>& job) {
@@ -224,7 +305,8 @@ void Engine::call_ended() {
 }
 
 void Engine::retire(const Job& job) {
-  store_.retire(job);
+  if (job.request().kept() && job.snapshot().result) results_.keep(store_.find(job.name()));
+  for (const auto& forgotten : store_.retire(job)) results_.drop(*forgotten);
   log_job_end(job);
   wake();
 }
@@ -243,6 +325,20 @@ void Engine::stop_all() {
 void Engine::close() {
   queue_.close();
   for (const auto& lane : lanes_) lane->join();
+}
+
+void Engine::keep_house(const std::stop_token& stop) {
+  constexpr auto kInterval = std::chrono::milliseconds(100);
+  std::mutex mutex;
+  std::condition_variable_any stopped;
+  std::unique_lock lock(mutex);
+  while (!stopped.wait_for(lock, stop, kInterval, [] { return false; }) && !stop.stop_requested()) {
+    const auto now = Clock::now();
+    results_.expire(now);
+    for (const auto& job : store_.living()) {
+      if (job->waited_too_long(now)) expire(*job, queue_timeout_error());
+    }
+  }
 }
 
 void Engine::wait(Clock::time_point until, const std::atomic<bool>& give_up) {

@@ -7,7 +7,10 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
+#include <stop_token>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "job.hpp"
@@ -18,8 +21,18 @@
 #include "meshsmooth/server.hpp"
 #include "meshsmooth/server_config.hpp"
 #include "meshsmooth/staging_memory.hpp"
+#include "result_store.hpp"
 
 namespace meshsmooth::server {
+
+/// A call's part in a job: while it lasts, the call hears of changes and has the
+/// memory of its stream. Given back by `Engine::leave`.
+struct Attendance {
+  std::shared_ptr<Job> job;
+  int watcher = 0;
+  bool joined = false;  // the job is another call's: this one brings no mesh
+  Reservation stream;
+};
 
 /// Everything of the server that is not gRPC: admits jobs, runs them, ends
 /// them. Thread-safe.
@@ -44,9 +57,19 @@ class Engine {
   /// the stream. Throws OutOfMemory (MESH_TOO_LARGE) when it could never fit.
   [[nodiscard]] MemoryEstimate estimate(const JobRequest& request) const;
 
-  /// Reserves first, then allocates. Throws OutOfMemory (MESH_TOO_LARGE,
-  /// HOST_MEMORY_BUSY, DEVICE_MEMORY_BUSY, QUEUE_FULL) or Error (DRAINING).
-  [[nodiscard]] std::shared_ptr<Job> admit(JobRequest request, Job::Observer observer);
+  /// A new job, or the caller's own of the same request id. Reserves first, then
+  /// allocates. Throws OutOfMemory (MESH_TOO_LARGE, HOST_MEMORY_BUSY,
+  /// DEVICE_MEMORY_BUSY, QUEUE_FULL) or Error (DRAINING; REQUEST_ID_REUSED: that
+  /// job's spec is another).
+  [[nodiscard]] Attendance admit(JobRequest request, const Job::Observer& observer);
+
+  /// A part in a job that is there already. Throws OutOfMemory
+  /// (HOST_MEMORY_BUSY), Error (RESULT_NOT_KEPT), or why the job failed.
+  [[nodiscard]] Attendance attend(const std::shared_ptr<Job>& job, const Job::Observer& observer);
+
+  /// Ends a call's part, by `cause` what nobody else waits for: a job whose mesh it
+  /// has not brought to the end, and one that is not kept.
+  void leave(Attendance& attendance, const std::exception_ptr& cause);
 
   /// Queues a job whose mesh is complete.
   void submit(const std::shared_ptr<Job>& job);
@@ -56,6 +79,9 @@ class Engine {
   void cancel(Job& job, std::exception_ptr cause);
   /// Ends the job only if it still waits in the queue.
   void expire(Job& job, std::exception_ptr cause);
+
+  /// Forgets a job that has ended. Throws Error (JOB_NOT_FINISHED).
+  void forget(Job& job);
 
   /// Every call that has a job says when it is over, with the last byte sent.
   void call_began() { ++calls_; }
@@ -96,7 +122,11 @@ class Engine {
   [[nodiscard]] static Equipment equip(ServerConfig config, const SmootherFactory& factory);
   /// Of the mesh's arrays, as they are allocated.
   [[nodiscard]] std::int64_t array_bytes(const wire::MeshLayout& layout) const;
+  [[nodiscard]] std::int64_t array_bytes(std::int64_t bytes) const;
+  [[nodiscard]] std::optional<Attendance> join(const JobRequest& request,
+                                               const Job::Observer& observer);
   void retire(const Job& job);
+  void keep_house(const std::stop_token& stop);
 
   const ServerConfig config_;
   const std::string passed_over_;
@@ -105,15 +135,20 @@ class Engine {
   Ledger ledger_;
   JobQueue queue_;
   JobStore store_;
+  ResultStore results_;
   std::atomic<bool> draining_ = false;
   std::atomic<std::int64_t> next_sequence_ = 1;
   std::atomic<int> calls_ = 0;
   std::mutex idle_mutex_;
   std::condition_variable idle_;
   std::vector<std::unique_ptr<Lane>> lanes_;
+  std::jthread housekeeper_;  // what time alone brings about
 };
 
 /// The error of every call that a leaving server refuses.
 [[nodiscard]] std::exception_ptr draining_error();
+
+/// That of a job which waited longer than its caller wants.
+[[nodiscard]] std::exception_ptr queue_timeout_error();
 
 }  // namespace meshsmooth::server

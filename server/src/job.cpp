@@ -20,7 +20,8 @@ bool is_cancelled(const std::exception_ptr& error) {
 }  // namespace
 
 bool has_ended(JobState state) {
-  return state == JobState::succeeded || state == JobState::failed || state == JobState::cancelled;
+  return state == JobState::succeeded || state == JobState::failed ||
+         state == JobState::cancelled || state == JobState::expired;
 }
 
 const char* state_name(JobState state) {
@@ -39,24 +40,67 @@ const char* state_name(JobState state) {
       return "failed";
     case JobState::cancelled:
       return "cancelled";
+    case JobState::expired:
+      return "expired";
   }
   __builtin_unreachable();
 }
 
 Job::Job(std::string name, std::int64_t sequence, JobRequest request, Reservation reservation,
-         QueuePlace place, std::pmr::memory_resource* memory, EndObserver end_observer,
-         Observer observer)
+         std::int64_t result_bytes, QueuePlace place, std::pmr::memory_resource* memory,
+         EndObserver end_observer)
     : name_(std::move(name)),
       sequence_(sequence),
       request_(std::move(request)),
       reserved_bytes_(reservation.bytes()),
+      result_bytes_(result_bytes),
       end_observer_(std::move(end_observer)),
-      observer_(std::move(observer)),
       reservation_(std::move(reservation)),
       place_(std::move(place)),
       mesh_(std::make_unique<wire::MeshAssembler>(request_.layout, memory)) {
   now_.times.created = std::chrono::system_clock::now();
   now_.times.admitted = Clock::now();
+}
+
+bool Job::joinable_now() const {
+  return !stop_cause_ && (!has_ended(now_.state) || (request_.kept() && now_.result));
+}
+
+bool Job::joinable() const {
+  const std::lock_guard lock(mutex_);
+  return joinable_now();
+}
+
+std::optional<int> Job::watch(Observer observer) {
+  const std::lock_guard lock(mutex_);
+  if (!joinable_now()) return std::nullopt;
+  watchers_.push_back({next_watcher_, std::move(observer)});
+  return next_watcher_++;
+}
+
+bool Job::leave(int watcher, const std::exception_ptr& cause) {
+  std::shared_ptr<const JobResult> dropped;  // destroyed without the lock
+  {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(watchers_, [=](const Watcher& w) { return w.number == watcher; });
+    if (!watchers_.empty() || request_.kept()) return false;
+    if (has_ended(now_.state)) {
+      dropped = std::move(now_.result);
+      return false;
+    }
+    if (!stop_cause_) stop_cause_ = cause;  // from now on nobody can join
+  }
+  stop_.request_stop();
+  return true;
+}
+
+void Job::notify() const {
+  std::vector<Watcher> watchers;
+  {
+    const std::lock_guard lock(mutex_);
+    watchers = watchers_;
+  }
+  for (const Watcher& watcher : watchers) watcher.observer();
 }
 
 void Job::queue() {
@@ -73,24 +117,38 @@ void Job::start() {
     now_.times.started = Clock::now();
     place = std::move(place_);
   }
-  observer_();
+  notify();
 }
 
 void Job::finish(SmoothSummary summary) {
   std::exception_ptr cause;
+  Reservation rest;  // of what only the run needed; after its bytes
+  std::unique_ptr<wire::MeshAssembler> mesh;
+  auto result = std::make_shared<JobResult>();
   {
     const std::lock_guard lock(mutex_);
     now_.times.finished = Clock::now();
     cause = stop_cause_;  // whoever asked for the stop may be gone: nobody would send
     if (!cause) {
+      mesh = std::move(mesh_);
+      result->coordinates = mesh->take_coordinates();
+      result->reservation = reservation_.split({result_bytes_, 0});
+      rest = std::move(reservation_);
+      now_.result = std::move(result);
       now_.state = JobState::sending;
       now_.summary = std::make_shared<const SmoothSummary>(std::move(summary));
     }
   }
   if (cause) {
     end(cause);
+    return;
+  }
+  mesh.reset();
+  { const Reservation freed = std::move(rest); }
+  if (request_.kept()) {
+    end();
   } else {
-    observer_();
+    notify();
   }
 }
 
@@ -100,22 +158,38 @@ bool Job::end(std::exception_ptr error) {
     Reservation reservation;
     QueuePlace place;
     std::unique_ptr<wire::MeshAssembler> mesh;
+    std::shared_ptr<const JobResult> result;
     const std::lock_guard lock(mutex_);
     if (has_ended(now_.state)) return false;
     if (error && stop_cause_) error = stop_cause_;
+    if (!error) stop_cause_ = nullptr;  // it came too late
     now_.state = !error                ? JobState::succeeded
                  : is_cancelled(error) ? JobState::cancelled
                                        : JobState::failed;
-    now_.error = std::move(error);
     now_.times.ended = Clock::now();
     now_.times.ended_wall = std::chrono::system_clock::now();
+    if (error || (watchers_.empty() && !request_.kept())) result = std::move(now_.result);
+    if (now_.result && request_.kept()) {
+      now_.times.expires_wall =
+          now_.times.ended_wall +
+          std::chrono::duration_cast<std::chrono::system_clock::duration>(*request_.result_ttl);
+    }
+    now_.error = std::move(error);
     mesh = std::move(mesh_);
     place = std::move(place_);
     reservation = std::move(reservation_);
   }
   end_observer_(*this);
-  observer_();
+  notify();
   return true;
+}
+
+void Job::expire() {
+  std::shared_ptr<const JobResult> result;
+  const std::lock_guard lock(mutex_);
+  if (now_.state != JobState::succeeded || !now_.result) return;
+  now_.state = JobState::expired;
+  result = std::move(now_.result);
 }
 
 bool Job::request_stop(std::exception_ptr cause) {
@@ -125,8 +199,14 @@ bool Job::request_stop(std::exception_ptr cause) {
     stop_cause_ = std::move(cause);
   }
   stop_.request_stop();
-  observer_();
+  notify();
   return true;
+}
+
+bool Job::waited_too_long(Clock::time_point now) const {
+  const std::lock_guard lock(mutex_);
+  return now_.state == JobState::queued && request_.queue_timeout &&
+         now - *now_.times.queued >= *request_.queue_timeout;
 }
 
 std::exception_ptr Job::stop_cause() const {
@@ -140,7 +220,7 @@ void Job::report(const Progress& progress) {
     now_.progress = progress;
     ++now_.progress_count;
   }
-  observer_();
+  notify();
 }
 
 JobState Job::state() const {

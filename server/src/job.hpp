@@ -5,12 +5,14 @@
 #include <cstdint>
 #include <exception>
 #include <functional>
+#include <map>
 #include <memory>
 #include <memory_resource>
 #include <mutex>
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <vector>
 
 #include "job_queue.hpp"
 #include "ledger.hpp"
@@ -21,26 +23,54 @@
 
 namespace meshsmooth::server {
 
-enum class JobState { receiving, queued, running, sending, succeeded, failed, cancelled };
+enum class JobState {
+  receiving,
+  queued,
+  running,
+  sending,
+  succeeded,
+  failed,
+  cancelled,
+  expired,  // it succeeded, and its result was kept; it is no more
+};
 
 [[nodiscard]] bool has_ended(JobState state);
 [[nodiscard]] const char* state_name(JobState state);
 
 using Clock = std::chrono::steady_clock;
 
+/// Who asks when nothing says who.
+inline constexpr const char* kAnonymous = "anonymous";
+
 /// What the caller asked for, checked.
 struct JobRequest {
-  std::string request_id;
+  std::string identity = kAnonymous;  // who asks; the job is theirs alone
+  std::string request_id;             // empty: nobody can join
+  /// All fields that were set, by name, in bytes: equal for the same job.
+  std::map<std::string, std::string> fields;
   SmoothOptions options;
   Priority priority = Priority::normal;
   wire::MeshLayout layout;
-  std::optional<Clock::time_point> deadline;
+  std::optional<Clock::time_point> deadline;  // of the call
+  std::optional<Clock::duration> queue_timeout;
+  /// Set: the job outlives its calls, and its result is kept so long.
+  std::optional<Clock::duration> result_ttl;
+
+  [[nodiscard]] bool kept() const { return result_ttl.has_value(); }
+};
+
+/// The positions that a job ended with, for every call that wants them, and the
+/// promise of their bytes.
+struct JobResult {
+  Reservation reservation;
+  wire::ByteArray coordinates;
 };
 
 /// When what happened; unset: not yet.
 struct JobTimes {
   std::chrono::system_clock::time_point created;  // for people; the rest measures
   std::chrono::system_clock::time_point ended_wall;
+  std::chrono::system_clock::time_point expires_wall;  // of a kept result
   Clock::time_point admitted;
   std::optional<Clock::time_point> queued, started, finished, ended;
 
@@ -64,6 +94,7 @@ struct JobSnapshot {
   Progress progress;  // the newest
   int progress_count = 0;
   std::shared_ptr<const SmoothSummary> summary;
+  std::shared_ptr<const JobResult> result;
   std::exception_ptr error;  // why it failed or was cancelled
 };
 
@@ -73,11 +104,18 @@ struct JobSnapshot {
 ///     receiving -> queued -> running -> sending -> succeeded
 ///     any of the first four -> failed | cancelled
 ///
+/// or, when its result is kept, running -> succeeded -> expired.
+///
 /// It ends exactly once, and frees mesh, reservation and place then. Only the
-/// actor whose turn it is may end it: the call while receiving and sending, who
-/// takes it out of the queue while queued, the lane while running. Everyone
-/// else asks by `request_stop`. Thread-safe but for `mesh()`, which belongs to
-/// the actor whose turn it is.
+/// actor whose turn it is may end it: the call that brings the mesh while
+/// receiving, who takes it out of the queue while queued, the lane while
+/// running, any call while sending. Everyone else asks by `request_stop`.
+///
+/// Calls watch it: the one that brought it, and those that joined. When the last
+/// of them leaves a job that is not kept, it is asked to stop. Its positions
+/// live on in `JobSnapshot::result` until then, kept ones until `expire`.
+///
+/// Thread-safe but for `mesh()`, which belongs to the actor whose turn it is.
 class Job {
  public:
   /// Called after changes of state, progress and stop requests, without locks
@@ -86,28 +124,42 @@ class Job {
   /// Called once, the same way, when all memory is given back.
   using EndObserver = std::function<void(const Job&)>;
 
-  /// The mesh's arrays come from `memory`, which must outlive the job's end.
+  /// The mesh's arrays come from `memory`, which must outlive the job and its
+  /// result; `result_bytes` is what the coordinates take of it.
   Job(std::string name, std::int64_t sequence, JobRequest request, Reservation reservation,
-      QueuePlace place, std::pmr::memory_resource* memory, EndObserver end_observer,
-      Observer observer);
+      std::int64_t result_bytes, QueuePlace place, std::pmr::memory_resource* memory,
+      EndObserver end_observer);
 
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] std::int64_t sequence() const { return sequence_; }
   [[nodiscard]] const JobRequest& request() const { return request_; }
   [[nodiscard]] MemoryEstimate reserved_bytes() const { return reserved_bytes_; }
 
+  /// From now on the observer is called; give the number to `leave`. Nothing when
+  /// there is nothing to wait for: the job was asked to stop, or is over and has
+  /// no result.
+  [[nodiscard]] std::optional<int> watch(Observer observer);
+  [[nodiscard]] bool joinable() const;
+  /// True when nobody is left to wait for the job, so that it is asked to stop, by
+  /// `cause` unless it was already.
+  bool leave(int watcher, const std::exception_ptr& cause);
+
   /// Needs a job that has not ended.
   [[nodiscard]] wire::MeshAssembler& mesh() { return *mesh_; }
 
   // The walk. Each step needs the state before it.
   void queue();
-  void start();                        // gives the place in the queue back
-  void finish(SmoothSummary summary);  // ends the job instead when a stop was requested
+  void start();  // gives the place in the queue back
+  /// Ends the job instead when a stop was requested; and when it is kept.
+  void finish(SmoothSummary summary);
 
   /// Ends the job: succeeded without an error, cancelled by a `Cancelled`,
   /// failed otherwise. A stop requested before takes the place of `error`.
   /// False when it had ended already.
   bool end(std::exception_ptr error = nullptr);
+
+  /// Gives up the result of a job that succeeded.
+  void expire();
 
   /// Asks the job to end by `cause`; false when it was asked before or is over.
   bool request_stop(std::exception_ptr cause);
@@ -121,16 +173,26 @@ class Job {
   /// The newest progress wins.
   void report(const Progress& progress);
 
+  /// It is in the queue for longer than its caller wants.
+  [[nodiscard]] bool waited_too_long(Clock::time_point now) const;
+
   [[nodiscard]] JobState state() const;
   [[nodiscard]] JobSnapshot snapshot() const;
 
  private:
+  struct Watcher {
+    int number;
+    Observer observer;
+  };
+  void notify() const;
+  [[nodiscard]] bool joinable_now() const;  // with the lock
+
   const std::string name_;
   const std::int64_t sequence_;
   const JobRequest request_;
   const MemoryEstimate reserved_bytes_;
+  const std::int64_t result_bytes_;
   const EndObserver end_observer_;
-  const Observer observer_;
   std::stop_source stop_;
   std::atomic<bool> finish_early_ = false;
 
@@ -142,6 +204,8 @@ class Job {
   mutable std::mutex mutex_;
   JobSnapshot now_;
   std::exception_ptr stop_cause_;
+  std::vector<Watcher> watchers_;
+  int next_watcher_ = 0;
 };
 
 }  // namespace meshsmooth::server

@@ -6,27 +6,67 @@
 #include "job.hpp"
 
 namespace meshsmooth::server {
+namespace {
 
-void JobStore::add(std::shared_ptr<Job> job) {
-  const std::lock_guard lock(mutex_);
-  const std::int64_t sequence = job->sequence();
-  living_.emplace(sequence, std::move(job));
+std::pair<std::string, std::string> request_key(const Job& job) {
+  return {job.request().identity, job.request().request_id};
 }
 
-void JobStore::retire(const Job& job) {
+}  // namespace
+
+bool JobStore::add(const std::shared_ptr<Job>& job) {
+  const std::lock_guard lock(mutex_);
+  if (!job->request().request_id.empty()) {
+    std::shared_ptr<Job>& newest = by_request_[request_key(*job)];
+    if (newest && newest->joinable()) return false;
+    newest = job;
+  }
+  living_.emplace(job->sequence(), job);
+  by_name_.emplace(job->name(), job);
+  return true;
+}
+
+std::vector<std::shared_ptr<Job>> JobStore::retire(const Job& job) {
   const std::lock_guard lock(mutex_);
   ended_.insert(living_.extract(job.sequence()));
-  if (ended_.size() > max_ended_jobs_) ended_.erase(ended_.begin());
+  std::vector<std::shared_ptr<Job>> forgotten;
+  while (ended_.size() > max_ended_jobs_) {
+    forgotten.push_back(ended_.begin()->second);
+    ended_.erase(ended_.begin());
+    unlink(forgotten.back());
+  }
+  return forgotten;
+}
+
+bool JobStore::forget(const Job& job) {
+  std::shared_ptr<Job> forgotten;  // destroyed after the lock
+  const std::lock_guard lock(mutex_);
+  const auto found = ended_.find(job.sequence());
+  if (found == ended_.end()) return false;
+  forgotten = found->second;
+  ended_.erase(found);
+  unlink(forgotten);
+  return true;
+}
+
+void JobStore::unlink(const std::shared_ptr<Job>& job) {
+  by_name_.erase(job->name());
+  const auto found = by_request_.find(request_key(*job));
+  if (found != by_request_.end() && found->second == job) by_request_.erase(found);
 }
 
 std::shared_ptr<Job> JobStore::find(const std::string& name) const {
   const std::lock_guard lock(mutex_);
-  for (const auto* jobs : {&living_, &ended_}) {
-    for (const auto& [sequence, job] : *jobs) {
-      if (job->name() == name) return job;
-    }
-  }
-  return nullptr;
+  const auto found = by_name_.find(name);
+  return found == by_name_.end() ? nullptr : found->second;
+}
+
+std::shared_ptr<Job> JobStore::find_request(const std::string& identity,
+                                            const std::string& request_id) const {
+  if (request_id.empty()) return nullptr;
+  const std::lock_guard lock(mutex_);
+  const auto found = by_request_.find({identity, request_id});
+  return found == by_request_.end() ? nullptr : found->second;
 }
 
 std::vector<std::shared_ptr<Job>> JobStore::list(

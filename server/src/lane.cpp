@@ -33,11 +33,17 @@ void Lane::run_job(Job& job) {
     job.end(cause);
     return;
   }
+  if (job.request().deadline && Clock::now() >= *job.request().deadline) {
+    job.end(std::make_exception_ptr(
+        DeadlineExceeded("DEADLINE_IN_QUEUE", "the deadline passed before the job could run")));
+    return;
+  }
   job.start();
+  // No deadline: that of its calls ends them, and the last of them the job.
   const JobControl control{
       .stop = job.stop_token(),
       .finish_early = &job.finish_early_flag(),
-      .deadline = job.request().deadline,
+      .deadline = {},
       .on_progress = [&job](const Progress& progress) { job.report(progress); }};
   try {
     wire::MeshAssembler& mesh = job.mesh();

@@ -1,5 +1,6 @@
 #include "ledger.hpp"
 
+#include <algorithm>
 #include <string>
 
 #include "meshsmooth/error.hpp"
@@ -29,6 +30,14 @@ void check_limit(std::int64_t need, std::int64_t limit, const std::string& space
 
 Reservation::~Reservation() {
   if (ledger_ != nullptr) ledger_->give_back(bytes_);
+}
+
+Reservation Reservation::split(MemoryEstimate part) {
+  part = {std::min(part.host_bytes, bytes_.host_bytes),
+          std::min(part.device_bytes, bytes_.device_bytes)};
+  bytes_.host_bytes -= part.host_bytes;
+  bytes_.device_bytes -= part.device_bytes;
+  return {ledger_, part};
 }
 
 void Ledger::check_fits(MemoryEstimate need) const {

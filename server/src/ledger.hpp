@@ -25,6 +25,9 @@ class Reservation {
 
   [[nodiscard]] MemoryEstimate bytes() const { return bytes_; }
 
+  /// Takes a part of it, at most all, as a promise of its own.
+  [[nodiscard]] Reservation split(MemoryEstimate part);
+
  private:
   friend class Ledger;
   Reservation(Ledger* ledger, MemoryEstimate bytes) : ledger_(ledger), bytes_(bytes) {}

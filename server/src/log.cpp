@@ -53,7 +53,9 @@ void log_start(const ServerConfig& config, const std::string& backend, int port,
   std::string line = fmt::format("event=start running_backend={} port={} ", backend, port);
   if (!passed_over.empty())
     line += fmt::format("message=\"jobs run on {}; {}\" ", backend, passed_over);
-  line += describe(config, ' ');
+  for (const auto& [key, value] : list_settings(config)) {
+    std::visit([&](const auto& v) { line += fmt::format("{}={} ", key, v); }, value);
+  }
   logger().log(passed_over.empty() ? spdlog::level::info : spdlog::level::warn, line);
 }
 

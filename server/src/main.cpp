@@ -59,26 +59,30 @@ void serve(server::Server& server, const server::ServerConfig& config, const sig
   _exit(server.device_lost() ? kExitDeviceLost : 0);
 }
 
+int fail(const Error& error) {
+  std::fprintf(stderr, "meshsmooth-server: %s\n", error.what());
+  return kExitUsage;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app("Smooths finite-element meshes for whoever asks by gRPC (meshsmooth.v1).",
                "meshsmooth-server");
-  server::ServerConfig config;
-  server::add_options(app, config);
-  app.set_config("--config", "", "Read settings from this file (TOML)")
-      ->envname("MESHSMOOTH_CONFIG");
   app.set_version_flag("--version", MESHSMOOTH_VERSION);
   bool print_config = false;
-  app.add_flag("--print-config", print_config, "Print every setting as it would be, and stop")
-      ->configurable(false);
+  app.add_flag("--print-config", print_config,
+               "Print every setting as it would be, as a file for --config, and stop");
+  server::ServerConfig config;
   try {
-    app.parse(argc, argv);
+    config = server::read_config(app, argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : kExitUsage;
+  } catch (const Error& error) {
+    return fail(error);
   }
   if (print_config) {
-    std::fputs(server::describe(config, '\n').c_str(), stdout);
+    std::fputs(server::describe(config).c_str(), stdout);
     return 0;
   }
 
@@ -88,8 +92,7 @@ int main(int argc, char** argv) {
   try {
     server.start([] { kill(getpid(), SIGTERM); });
   } catch (const Error& error) {
-    std::fprintf(stderr, "meshsmooth-server: %s\n", error.what());
-    return kExitUsage;
+    return fail(error);
   }
   serve(server, config, signals);
 }

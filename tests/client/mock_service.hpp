@@ -20,8 +20,15 @@ class MockService final : public v1::SmoothingService::Service {
  public:
   std::function<grpc::Status(grpc::ServerContext&, ServerStream&)> on_smooth;
   std::function<v1::ListJobsResponse(const v1::ListJobsRequest&)> on_list_jobs;
+  std::function<grpc::Status(const v1::AttachJobRequest&,
+                             grpc::ServerWriter<v1::AttachJobResponse>&)>
+      on_attach_job;
 
  private:
+  grpc::Status AttachJob(grpc::ServerContext*, const v1::AttachJobRequest* request,
+                         grpc::ServerWriter<v1::AttachJobResponse>* stream) override {
+    return on_attach_job(*request, *stream);
+  }
   grpc::Status Smooth(grpc::ServerContext* context, ServerStream* stream) override {
     return on_smooth(*context, *stream);
   }

@@ -6,77 +6,170 @@
 #include <CLI/CLI.hpp>
 #include <cstdlib>
 #include <fstream>
+#include <sstream>
+
+#include "meshsmooth/error.hpp"
 
 namespace meshsmooth::server {
 namespace {
 
-ServerConfig parse(std::vector<std::string> arguments) {
-  ServerConfig config;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+/// An environment variable for the length of a test.
+class Environment {
+ public:
+  Environment(const char* name, const char* value) : name_(name) { setenv(name, value, 1); }
+  ~Environment() { unsetenv(name_); }
+
+ private:
+  const char* name_;
+};
+
+std::string file_with(const std::string& text) {
+  std::string path = ::testing::TempDir() + "meshsmooth_config_test.toml";
+  std::ofstream(path) << text;
+  return path;
+}
+
+ServerConfig read(std::vector<const char*> arguments) {
+  arguments.insert(arguments.begin(), "meshsmooth-server");
   CLI::App app;
-  add_options(app, config);
-  app.set_config("--config");
-  std::reverse(arguments.begin(), arguments.end());
-  app.parse(arguments);
-  return config;
+  return read_config(app, static_cast<int>(arguments.size()), arguments.data());
+}
+
+std::string error_of(const std::vector<const char*>& arguments) {
+  try {
+    (void)read(arguments);
+  } catch (const InvalidOption& error) {
+    return error.what();
+  }
+  return "no error";
 }
 
 TEST(Config, IsTheDefaultsWithoutArguments) {
-  EXPECT_EQ(describe(parse({}), '\n'), describe(ServerConfig{}, '\n'));
+  EXPECT_EQ(describe(read({})), describe(ServerConfig{}));
 }
 
 TEST(Config, ReadsFlags) {
   const ServerConfig config =
-      parse({"--listen", "0.0.0.0:1", "--lanes", "3", "--host-memory-limit-bytes", "2GiB",
-             "--drain-grace-seconds", "1.5"});
+      read({"--listen", "0.0.0.0:1", "--lanes", "3", "--host-memory-limit-bytes", "2GiB",
+            "--drain-grace-seconds", "1.5", "--idle-pinned-bytes=64MiB", "--backend", "cuda:1"});
 
   EXPECT_EQ(config.listen, "0.0.0.0:1");
   EXPECT_EQ(config.lanes, 3);
   EXPECT_EQ(config.host_memory_limit_bytes, std::int64_t{2} << 30);
   EXPECT_EQ(config.drain_grace_seconds, 1.5);
-}
-
-TEST(Config, ReadsTheDevicesMemory) {
-  setenv("MESHSMOOTH_DEVICE_BYTES", "3GiB", 1);
-  const ServerConfig config = parse({"--backend", "cuda:1", "--idle-pinned-bytes", "64MiB"});
-  unsetenv("MESHSMOOTH_DEVICE_BYTES");
-
-  EXPECT_EQ(config.backend, "cuda:1");
-  EXPECT_EQ(config.device_bytes, std::int64_t{3} << 30);
   EXPECT_EQ(config.idle_pinned_bytes, std::int64_t{64} << 20);
+  EXPECT_EQ(config.backend, "cuda:1");
 }
 
-TEST(Config, ReadsTheEnvironmentButPrefersFlags) {
-  setenv("MESHSMOOTH_LANES", "5", 1);
-  setenv("MESHSMOOTH_MAX_QUEUED_JOBS", "7", 1);
-  const ServerConfig config = parse({"--lanes", "3"});
-  unsetenv("MESHSMOOTH_LANES");
-  unsetenv("MESHSMOOTH_MAX_QUEUED_JOBS");
+TEST(Config, PrefersFlagsToEnvironmentToFileToDefaults) {
+  const std::string path = file_with("lanes = 1\nmax-queued-jobs = 1\nmax-kept-jobs = 1\n");
+  const Environment lanes("MESHSMOOTH_LANES", "2");
+  const Environment queued("MESHSMOOTH_MAX_QUEUED_JOBS", "2");
+  const Environment file("MESHSMOOTH_CONFIG", path.c_str());
+  const Environment empty("MESHSMOOTH_MAX_NODE_COUNT", "");
+
+  const ServerConfig config = read({"--lanes", "3"});
 
   EXPECT_EQ(config.lanes, 3);
-  EXPECT_EQ(config.max_queued_jobs, 7);
+  EXPECT_EQ(config.max_queued_jobs, 2);
+  EXPECT_EQ(config.max_kept_jobs, 1);
+  EXPECT_EQ(config.max_node_count, INT32_MAX);
 }
 
-TEST(Config, NamesTheFlagThatIsOutOfRange) {
-  try {
-    parse({"--lanes", "-1"});
-    FAIL();
-  } catch (const CLI::ValidationError& error) {
-    EXPECT_THAT(error.what(), ::testing::HasSubstr("--lanes"));
+// The whole table: every key works in each of the three sources.
+TEST(Config, TakesEverySettingFromFlagEnvironmentAndFile) {
+  for (const auto& [key, value] : list_settings({})) {
+    std::string line;
+    std::istringstream lines(describe(ServerConfig{}));
+    while (std::getline(lines, line) && !line.starts_with(key + " = ")) {
+    }
+    const std::string text = std::visit(
+        []<class T>(const T& v) {
+          if constexpr (std::is_same_v<T, std::string>) {
+            return v;
+          } else {
+            std::ostringstream out;
+            out << std::boolalpha << v;
+            return out.str();
+          }
+        },
+        value);
+    std::string name = "MESHSMOOTH_" + key;
+    for (char& c : name) c = c == '-' ? '_' : static_cast<char>(std::toupper(c));
+
+    EXPECT_EQ(describe(read({("--" + key + "=" + text).c_str()})), describe(ServerConfig{}))
+        << (text.empty() ? "" : key);
+    EXPECT_EQ(describe(read({"--config", file_with(line).c_str()})), describe(ServerConfig{}));
+    const Environment wrong(name.c_str(), "\x01");
+    EXPECT_THAT(error_of({}), AllOf(HasSubstr(key + ": "), HasSubstr(name)));
   }
-  EXPECT_THROW(parse({"--log-level", "loud"}), CLI::ValidationError);
-  EXPECT_THROW(parse({"--lame-duck-seconds", "-1"}), CLI::ValidationError);
-  EXPECT_THROW(parse({"--no-such-flag"}), CLI::ExtrasError);
+}
+
+TEST(Config, NamesFieldValueAndSourceOfAWrongValue) {
+  EXPECT_THAT(error_of({"--lanes", "-1"}),
+              AllOf(HasSubstr("lanes: "), HasSubstr("\"-1\""), HasSubstr("flag --lanes"),
+                    HasSubstr("0 to 1024")));
+  EXPECT_THAT(error_of({"--lame-duck-seconds", "soon"}),
+              AllOf(HasSubstr("lame-duck-seconds: "), HasSubstr("\"soon\"")));
+  EXPECT_THAT(error_of({"--max-job-bytes", "lots"}), HasSubstr("\"lots\" (flag --max-job-bytes)"));
+  EXPECT_THAT(error_of({"--listen", "here"}), HasSubstr("it is not HOST:PORT or unix:PATH"));
+  EXPECT_THAT(error_of({"--backend", "cuda:x"}), HasSubstr("it is not auto, cpu, cuda or cuda:N"));
+  {
+    const Environment level("MESHSMOOTH_LOG_LEVEL", "loud");
+    EXPECT_THAT(error_of({}), AllOf(HasSubstr("log-level: "), HasSubstr("\"loud\""),
+                                    HasSubstr("environment, MESHSMOOTH_LOG_LEVEL")));
+  }
+  const std::string path = file_with("# nothing\nlanes = 4\nmax-queued-jobs = 0\n");
+  EXPECT_THAT(error_of({"--config", path.c_str()}),
+              AllOf(HasSubstr("max-queued-jobs: "), HasSubstr("\"0\""),
+                    HasSubstr("file " + path + ", line 3")));
+}
+
+TEST(Config, SaysWhatIsWrongWithAFile) {
+  const auto error_of_file = [](const std::string& text) {
+    return error_of({"--config", file_with(text).c_str()});
+  };
+  EXPECT_THAT(error_of_file("lane = 4"),
+              AllOf(HasSubstr("lane: there is no such setting"), HasSubstr("line 1")));
+  EXPECT_THAT(error_of_file("config = \"x\""), HasSubstr("there is no such setting"));
+  EXPECT_THAT(error_of_file("lanes = 4\nlanes = 4"), HasSubstr("said twice"));
+  EXPECT_THAT(error_of_file("[server]"), HasSubstr("no value"));
+  EXPECT_THAT(error_of_file("lanes = [4]"), HasSubstr("neither a number"));
+  EXPECT_THAT(error_of_file("lanes ="), HasSubstr("neither a number"));
+  EXPECT_THAT(error_of_file("listen = \"a:1"), HasSubstr("neither a number"));
+  EXPECT_THAT(error_of_file("listen = \"a:1\" b"), HasSubstr("neither a number"));
+  EXPECT_THAT(error_of({"--config", "/nowhere/at/all.toml"}), HasSubstr("cannot read"));
+}
+
+TEST(Config, ReadsFilesWithCommentsQuotesAndSpaces) {
+  const ServerConfig config = read({"--config", file_with("\n  # a comment\n\tlanes=2 # two\n"
+                                                          "listen = 'unix:a # \\ b' # c\n"
+                                                          "backend = \"cpu\"\r\n")
+                                                    .c_str()});
+
+  EXPECT_EQ(config.lanes, 2);
+  EXPECT_EQ(config.listen, "unix:a # \\ b");
+  EXPECT_EQ(config.backend, "cpu");
+}
+
+TEST(Config, LeavesArgumentsThatDoNotExistToTheParser) {
+  EXPECT_THROW((void)read({"--no-such-flag"}), CLI::ExtrasError);
+  EXPECT_THROW((void)read({"--lanes"}), CLI::ParseError);
+  EXPECT_THROW((void)read({"--lanes", "1", "--lanes", "2"}), CLI::ParseError);
 }
 
 TEST(Config, ReadsWhatItPrints) {
   ServerConfig config;
-  config.listen = "unix:/run/meshsmooth.sock";
+  config.listen = R"(unix:/run/mesh "smooth" \ # .sock)";
   config.lanes = 4;
   config.max_connection_age_seconds = 0;
-  const std::string path = ::testing::TempDir() + "meshsmooth_config_test.toml";
-  std::ofstream(path) << describe(config, '\n');
+  config.drain_grace_seconds = 123456.789012345;
+  config.max_job_bytes = INT64_MAX;
 
-  EXPECT_EQ(describe(parse({"--config", path}), '\n'), describe(config, '\n'));
+  EXPECT_EQ(describe(read({"--config", file_with(describe(config)).c_str()})), describe(config));
 }
 
 }  // namespace

@@ -33,10 +33,11 @@ class Caller {
     request.layout.coordinates_bytes = 96;
     try {
       // The lane may still be telling when the caller is gone.
-      job_ = engine_.admit(std::move(request), [signal = signal_] {
+      attendance_ = engine_.admit(std::move(request), [signal = signal_] {
         { const std::lock_guard lock(signal->mutex); }
         signal->changed.notify_all();
       });
+      job_ = attendance_.job;
       return true;
     } catch (const Error&) {
       return false;
@@ -64,10 +65,11 @@ class Caller {
     lock.unlock();
     if (job_->state() == JobState::sending) {
       double x = 0;
-      std::memcpy(&x, job_->mesh().coordinate_bytes().data(), sizeof x);
+      std::memcpy(&x, job_->snapshot().result->coordinates.data(), sizeof x);
       EXPECT_EQ(x, 1.0);
       job_->end(job_->stop_cause());
     }
+    engine_.leave(attendance_, nullptr);
     return job_->state();
   }
 
@@ -81,6 +83,7 @@ class Caller {
 
   Engine& engine_;
   const std::shared_ptr<Signal> signal_ = std::make_shared<Signal>();
+  Attendance attendance_;
   std::shared_ptr<Job> job_;
 };
 
@@ -171,7 +174,7 @@ class DeviceBytes : public EngineTest {
     request.layout.elements_bytes = 16;
     request.layout.coordinates_bytes = 96;
     try {
-      jobs_.push_back(engine.admit(std::move(request), [] {}));
+      jobs_.push_back(engine.admit(std::move(request), [] {}).job);
     } catch (const OutOfMemory& error) {
       if (details != nullptr) *details = error.details();
       return error.reason();

@@ -15,9 +15,9 @@ std::shared_ptr<Job> make_job(JobQueue& queue, std::int64_t sequence) {
   JobRequest request;
   request.layout.node_count = 1;
   request.layout.coordinates_bytes = 24;
-  return std::make_shared<Job>(
-      "jobs/" + std::to_string(sequence), sequence, std::move(request), Reservation(),
-      queue.admit(24), std::pmr::new_delete_resource(), [](const Job&) {}, [] {});
+  return std::make_shared<Job>("jobs/" + std::to_string(sequence), sequence, std::move(request),
+                               Reservation(), 24, queue.admit(24), std::pmr::new_delete_resource(),
+                               [](const Job&) {});
 }
 
 TEST(JobQueue, HandsOutByPriorityThenByAge) {

@@ -13,10 +13,10 @@ class JobTest : public ::testing::Test {
     JobRequest request;
     request.layout.node_count = 1;
     request.layout.coordinates_bytes = 24;
-    job_ = std::make_shared<Job>(
-        "jobs/1", 1, std::move(request), ledger_.reserve({100, 0}), queue_.admit(24),
-        std::pmr::new_delete_resource(), [this](const Job&) { ++end_count_; },
-        [this] { ++change_count_; });
+    job_ = std::make_shared<Job>("jobs/1", 1, std::move(request), ledger_.reserve({100, 0}), 24,
+                                 queue_.admit(24), std::pmr::new_delete_resource(),
+                                 [this](const Job&) { ++end_count_; });
+    watcher_ = job_->watch([this] { ++change_count_; }).value();
   }
 
   static std::exception_ptr cancelled() { return std::make_exception_ptr(Cancelled("WHY", "")); }
@@ -26,6 +26,7 @@ class JobTest : public ::testing::Test {
   JobQueue queue_{1, 1000};
   int end_count_ = 0;
   int change_count_ = 0;
+  int watcher_ = 0;
   std::shared_ptr<Job> job_;
 };
 

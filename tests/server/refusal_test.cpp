@@ -112,8 +112,6 @@ TEST_F(Refusal, OfOptionsNamesTheField) {
 TEST_F(Refusal, OfWhatLaterVersionsWillHave) {
   expect_refused([](auto& s) { s.set_topology_name("topologies/sha256-0"); },
                  StatusCode::INVALID_ARGUMENT, "OPTION_NOT_SUPPORTED", "topology_name");
-  expect_refused([](auto& s) { s.mutable_result_ttl()->set_seconds(60); },
-                 StatusCode::INVALID_ARGUMENT, "OPTION_NOT_SUPPORTED", "result_ttl");
 }
 
 TEST_F(Refusal, OfABackendThatIsNotHere) {

@@ -41,16 +41,23 @@ enum class StatusCode {
 class ServiceError : public Error {
  public:
   ServiceError(StatusCode code, std::string reason, const std::string& message,
-               ErrorDetails details, std::string hint)
+               ErrorDetails details, std::string hint,
+               std::optional<std::chrono::nanoseconds> retry_delay = {})
       : Error(std::move(reason), message, std::move(details)),
         code_(code),
-        hint_(std::move(hint)) {}
+        hint_(std::move(hint)),
+        retry_delay_(retry_delay) {}
   [[nodiscard]] StatusCode code() const noexcept { return code_; }
   [[nodiscard]] const std::string& hint() const noexcept { return hint_; }
+  /// The same request may do better after this time; unset: it will not.
+  [[nodiscard]] std::optional<std::chrono::nanoseconds> retry_delay() const noexcept {
+    return retry_delay_;
+  }
 
  private:
   StatusCode code_;
   std::string hint_;
+  std::optional<std::chrono::nanoseconds> retry_delay_;
 };
 
 enum class JobState {
@@ -83,7 +90,13 @@ struct RequestOptions {
   std::optional<std::chrono::nanoseconds> timeout;
   std::chrono::milliseconds progress_interval{100};
   std::function<void(const JobProgress&)> on_progress;  // on the calling thread
-  std::stop_token stop;                                 // cancels the call
+  /// A server that is busy or leaving, or a connection that broke, is tried again with the
+  /// same request id, so that a job that still runs is joined and not run twice; so often in
+  /// all, and never beyond the timeout.
+  int max_attempts = 4;
+  /// Set: the job goes on when this call ends, and its result is kept so long for `attach`.
+  std::optional<std::chrono::nanoseconds> result_ttl;
+  std::stop_token stop;  // cancels the call
 };
 
 /// The answer to one job.
@@ -135,11 +148,19 @@ class Client {
   /// arrived, never before; nothing else changes.
   SmoothReport smooth(Mesh& mesh, const SmoothOptions& options, const RequestOptions& request = {});
 
+  /// Waits for a job that was sent with `RequestOptions::result_ttl`, by whomever, and takes
+  /// its positions into `mesh`, which is the one that was sent. Of `request` counts timeout,
+  /// on_progress, max_attempts and stop; what has arrived before a connection broke is not
+  /// sent again.
+  SmoothReport attach(const std::string& job_name, Mesh& mesh, const RequestOptions& request = {});
+
   [[nodiscard]] ServerInfo server_info();
   [[nodiscard]] std::vector<JobInfo> list_jobs();
   [[nodiscard]] JobInfo get_job(const std::string& name);
   /// Returns the job as it then is.
   JobInfo cancel_job(const std::string& name, bool keep_result = false);
+  /// Lets the server forget a job that has ended, and its result.
+  void delete_job(const std::string& name);
   /// Asks grpc.health.v1 for the whole server: true = SERVING.
   [[nodiscard]] bool healthy(std::chrono::milliseconds timeout = std::chrono::seconds(5));
 

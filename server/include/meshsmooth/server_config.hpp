@@ -26,6 +26,9 @@ struct ServerConfig {
   std::int64_t max_queued_bytes = 0;  // mesh bytes of those; 0: the host memory limit
   int max_kept_jobs = 1000;           // ended jobs that ListJobs still knows
 
+  double max_result_ttl_seconds = 3600;    // of results that outlive their call
+  std::int64_t max_kept_result_bytes = 0;  // of all those; 0: a quarter of the host memory limit
+
   double max_queue_timeout_seconds = 3600;
   double stream_idle_timeout_seconds = 60;  // between two chunks of an upload
   double drop_timeout_seconds = 1;          // after StopSending, until half-close

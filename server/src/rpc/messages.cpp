@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <map>
 #include <string_view>
 #include <variant>
+#include <vector>
 
 #include "meshsmooth/error.hpp"
 #include "rpc/status.hpp"
@@ -78,6 +80,32 @@ void check_backend(v1::BackendKind wanted, std::string_view backend) {
                      {{"field", "backend_kind"}});
 }
 
+// What makes the job: not how its call wants to be told.
+std::map<std::string, std::string> fields_of(v1::JobSpec spec) {
+  spec.clear_progress_interval();
+  spec.clear_max_result_chunk_bytes();
+  const google::protobuf::Reflection* const reflection = spec.GetReflection();
+  std::vector<const google::protobuf::FieldDescriptor*> set;
+  reflection->ListFields(spec, &set);
+  std::map<std::string, std::string> fields;
+  for (const google::protobuf::FieldDescriptor* field : set) {
+    v1::JobSpec alone;
+    reflection->SwapFields(&spec, &alone, {field});
+    fields[field->name()] = alone.SerializeAsString();
+  }
+  return fields;
+}
+
+void check_can_be_kept(const wire::MeshLayout& layout, const ServerConfig& config) {
+  if (layout.coordinates_bytes <= config.max_kept_result_bytes) return;
+  const std::string need = std::to_string(layout.coordinates_bytes);
+  const std::string limit = std::to_string(config.max_kept_result_bytes);
+  throw OutOfMemory("MESH_TOO_LARGE",
+                    "the result has " + need + " bytes, this server keeps at most " + limit +
+                        "; stay on the call, without result_ttl",
+                    {{"field", "result_ttl"}, {"need_bytes", need}, {"limit_bytes", limit}});
+}
+
 google::protobuf::Timestamp encode_time(std::chrono::system_clock::time_point time) {
   return google::protobuf::util::TimeUtil::NanosecondsToTimestamp(
       std::chrono::duration_cast<std::chrono::nanoseconds>(time.time_since_epoch()).count());
@@ -105,9 +133,6 @@ DecodedSpec decode_spec(const v1::JobSpec& spec, const Engine& engine) {
   if (!spec.topology_name().empty()) {
     throw_not_supported("topology_name", "this server keeps no topologies; send it inline");
   }
-  if (spec.has_result_ttl()) {
-    throw_not_supported("result_ttl", "this server keeps no results; stay on the call");
-  }
   if (!spec.has_inline_topology()) {
     throw InvalidOption("SPEC_MISSING", "inline_topology: the spec announces no mesh",
                         {{"field", "inline_topology"}});
@@ -117,6 +142,7 @@ DecodedSpec decode_spec(const v1::JobSpec& spec, const Engine& engine) {
 
   DecodedSpec decoded;
   decoded.job.request_id = spec.request_id();
+  decoded.job.fields = fields_of(spec);
   decoded.job.options = wire::decode_options(spec.options());
   decoded.job.options.history = spec.iteration_history_included();
   decoded.job.priority = decode_priority(spec.priority());
@@ -127,11 +153,20 @@ DecodedSpec decode_spec(const v1::JobSpec& spec, const Engine& engine) {
     decoded.call.progress_interval =
         wire::decode_duration(spec.progress_interval(), "progress_interval");
   }
-  decoded.call.queue_timeout = std::chrono::duration_cast<std::chrono::nanoseconds>(
-      std::chrono::duration<double>(config.max_queue_timeout_seconds));
+  const auto at_most = [](double seconds) {
+    return std::chrono::duration_cast<std::chrono::nanoseconds>(
+        std::chrono::duration<double>(seconds));
+  };
+  decoded.job.queue_timeout = at_most(config.max_queue_timeout_seconds);
   if (spec.has_queue_timeout()) {
-    decoded.call.queue_timeout = std::min(
-        decoded.call.queue_timeout, wire::decode_duration(spec.queue_timeout(), "queue_timeout"));
+    decoded.job.queue_timeout = std::min(
+        *decoded.job.queue_timeout, wire::decode_duration(spec.queue_timeout(), "queue_timeout"));
+  }
+  if (spec.has_result_ttl()) {
+    const auto ttl = wire::decode_duration(spec.result_ttl(), "result_ttl");
+    if (ttl.count() == 0) throw_out_of_range("result_ttl", "it must be above 0");
+    decoded.job.result_ttl = std::min(at_most(config.max_result_ttl_seconds), ttl);
+    check_can_be_kept(decoded.job.layout, config);
   }
   if (spec.max_result_chunk_bytes() < 0) throw_out_of_range("max_result_chunk_bytes", "negative");
   decoded.call.result_chunk_bytes =
@@ -158,6 +193,8 @@ v1::State encode_state(JobState state) {
       return v1::STATE_FAILED;
     case JobState::cancelled:
       return v1::STATE_CANCELLED;
+    case JobState::expired:
+      return v1::STATE_EXPIRED;
   }
   __builtin_unreachable();
 }
@@ -188,6 +225,9 @@ v1::Job encode_job(const Job& job, const Engine& engine) {
     *message.mutable_start_time() = encode_time(now.times.created + delay);
   }
   if (has_ended(now.state)) *message.mutable_end_time() = encode_time(now.times.ended_wall);
+  if (request.kept() && now.summary) {
+    *message.mutable_expire_time() = encode_time(now.times.expires_wall);
+  }
   message.set_priority(encode_priority(request.priority));
   message.set_node_count(request.layout.node_count);
   message.set_element_count(request.layout.element_count());
@@ -196,6 +236,25 @@ v1::Job encode_job(const Job& job, const Engine& engine) {
   if (now.error) *message.mutable_error() = encode_error(now.error, job.name());
   if (now.summary) *message.mutable_summary() = encode_job_summary(job, now);
   return message;
+}
+
+v1::ResultHeader encode_result_header(const Job& job) {
+  const wire::MeshLayout& layout = job.request().layout;
+  v1::ResultHeader header;
+  header.set_node_count(layout.node_count);
+  header.set_coordinate_type(layout.float64 ? v1::SCALAR_TYPE_FLOAT64 : v1::SCALAR_TYPE_FLOAT32);
+  header.set_size_bytes(layout.coordinates_bytes);
+  return header;
+}
+
+std::int64_t fill_result_chunk(const JobResult& result, std::int64_t offset, int max_bytes,
+                               v1::Chunk& chunk) {
+  const auto rest = result.coordinates.bytes().subspan(static_cast<std::size_t>(offset));
+  const std::size_t count = std::min(rest.size(), static_cast<std::size_t>(max_bytes));
+  chunk.set_array_id(v1::ARRAY_ID_COORDINATES);
+  chunk.set_offset_bytes(offset);
+  chunk.mutable_data()->assign(reinterpret_cast<const char*>(rest.data()), count);
+  return static_cast<std::int64_t>(count);
 }
 
 v1::Summary encode_job_summary(const Job& job, const JobSnapshot& now) {
@@ -222,6 +281,7 @@ v1::GetServerInfoResponse encode_server_info(const Engine& engine) {
   for (const ElementType type : kElementTypes) {
     info.add_element_types(wire::encode_element_type(type));
   }
+  for (const char* feature : {"request_id_joins", "kept_results"}) info.add_features(feature);
   info.set_draining(engine.draining());
 
   v1::Limits* limits = info.mutable_limits();
@@ -231,6 +291,7 @@ v1::GetServerInfoResponse encode_server_info(const Engine& engine) {
   limits->set_max_element_count(config.max_element_count);
   limits->set_max_queued_job_count(config.max_queued_jobs);
   limits->set_max_concurrent_streams(config.max_concurrent_streams);
+  *limits->mutable_max_result_ttl() = wire::encode_seconds(config.max_result_ttl_seconds);
   *limits->mutable_max_queue_timeout() = wire::encode_seconds(config.max_queue_timeout_seconds);
   *limits->mutable_stream_idle_timeout() = wire::encode_seconds(config.stream_idle_timeout_seconds);
   limits->set_early_data_bytes(config.early_data_bytes);

@@ -13,7 +13,6 @@ namespace meshsmooth::server {
 /// What a JobSpec says of the call rather than of the job.
 struct CallOptions {
   std::optional<std::chrono::nanoseconds> progress_interval;  // unset: no progress
-  std::chrono::nanoseconds queue_timeout{};
   int result_chunk_bytes = 0;
   bool validate_only = false;
 };
@@ -32,6 +31,12 @@ struct DecodedSpec {
 
 /// The job with all that is known of it now.
 [[nodiscard]] v1::Job encode_job(const Job& job, const Engine& engine);
+
+[[nodiscard]] v1::ResultHeader encode_result_header(const Job& job);
+
+/// The positions from `offset` on, at most so many bytes; returns how many.
+std::int64_t fill_result_chunk(const JobResult& result, std::int64_t offset, int max_bytes,
+                               v1::Chunk& chunk);
 
 /// Core's summary and what the server knows: waiting times, options, version.
 [[nodiscard]] v1::Summary encode_job_summary(const Job& job, const JobSnapshot& now);

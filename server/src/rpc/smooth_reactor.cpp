@@ -28,7 +28,7 @@ std::optional<Clock::time_point> call_deadline(const grpc::CallbackServerContext
   return Clock::now() + left;
 }
 
-// The states in which the mesh is the call's, and so the duty to end the job.
+// The states in which it is for a call to end the job.
 bool is_our_turn(JobState state) {
   return state == JobState::receiving || state == JobState::sending;
 }
@@ -56,7 +56,7 @@ void SmoothReactor::OnReadDone(bool ok) {
     if (!error_ && !mesh_complete_ && !call_.validate_only && !context_->IsCancelled()) {
       try {
         if (!job_) throw InvalidOption("SPEC_MISSING", "the stream ended before a spec came");
-        if (is_our_turn(job_->state())) job_->mesh().finish();
+        if (job_->state() == JobState::receiving) job_->mesh().finish();
       } catch (...) {
         fail(std::current_exception());
       }
@@ -85,6 +85,7 @@ void SmoothReactor::ingest() {
       return ingest_spec(request_.spec());
     case v1::SmoothRequest::kChunk:
       if (!job_) throw InvalidOption("SPEC_MISSING", "a chunk came before the spec");
+      if (attendance_.joined) return;  // the job has its mesh from another call
       if (mesh_complete_) {
         throw InvalidMesh("ARRAY_SIZE_MISMATCH", "a chunk came after the last announced byte");
       }
@@ -107,17 +108,19 @@ void SmoothReactor::ingest_spec(const v1::JobSpec& spec) {
     DecodedSpec decoded = decode_spec(spec, engine_);
     decoded.job.deadline = call_deadline(*context_);
     MemoryEstimate estimate;
-    std::shared_ptr<Job> job;
+    Attendance attendance;
     if (decoded.call.validate_only) {
       estimate = engine_.estimate(decoded.job);
     } else {
-      job = engine_.admit(std::move(decoded.job), [weak = weak_from_this()] {
+      attendance = engine_.admit(std::move(decoded.job), [weak = weak_from_this()] {
         if (const auto reactor = weak.lock()) reactor->pump();
       });
       engine_.call_began();
     }
     const std::lock_guard lock(mutex_);
-    job_ = std::move(job);
+    job_ = attendance.job;
+    attendance_ = std::move(attendance);
+    mesh_complete_ = submitted_ = attendance_.joined;
     estimate_ = estimate;
     call_ = decoded.call;
     output_ = Output::accepted;
@@ -159,7 +162,10 @@ void SmoothReactor::OnCancel() {
 }
 
 void SmoothReactor::OnDone() {
-  if (job_) engine_.call_ended();
+  if (job_) {
+    engine_.leave(attendance_, error_);
+    engine_.call_ended();
+  }
   self_.reset();
 }
 
@@ -196,14 +202,10 @@ void SmoothReactor::perform(Step step) {
       return StartWrite(&response_);
     case Step::submit_job:
       return engine_.submit(job_);
-    case Step::cancel_job:
-      return engine_.cancel(*job_, error_);
-    case Step::end_job:
-      job_->end(error_);
-      return;
+    case Step::leave_job:
+      return engine_.leave(attendance_, error_);
     case Step::expire_job:
-      return engine_.expire(*job_, std::make_exception_ptr(DeadlineExceeded(
-                                       "QUEUE_TIMEOUT", "the job waited too long in the queue")));
+      return engine_.expire(*job_, queue_timeout_error());
     case Step::succeed_job:
       job_->end();
       return;
@@ -240,10 +242,7 @@ SmoothReactor::Step SmoothReactor::next_step() {
   notice_idle_client(now);
 
   if (error_) {
-    if (job_ && !has_ended(job.state) && !ingesting_) {
-      if (is_our_turn(job.state)) return Step::end_job;
-      if (!std::exchange(cancel_asked_, true)) return Step::cancel_job;
-    }
+    if (job_ && !ingesting_ && !std::exchange(left_, true)) return Step::leave_job;
     if (client_stalled_ && !std::exchange(aborted_, true)) return Step::abort;
     return next_step_of_failure(now);
   }
@@ -257,8 +256,7 @@ SmoothReactor::Step SmoothReactor::next_step() {
       finished_ = true;
       return Step::finish;
     }
-    if (output_ == Output::chunks && job.state == JobState::sending &&
-        sent_bytes_ == job_->request().layout.coordinates_bytes) {
+    if (output_ == Output::chunks && sent_bytes_ == job_->request().layout.coordinates_bytes) {
       output_ = Output::summary;
       return Step::succeed_job;
     }
@@ -268,8 +266,8 @@ SmoothReactor::Step SmoothReactor::next_step() {
       return Step::write;
     }
   }
-  if (job_ && job.state == JobState::queued) {
-    const auto expires = *job.times.queued + call_.queue_timeout;
+  if (job_ && job.state == JobState::queued && job_->request().queue_timeout) {
+    const auto expires = *job.times.queued + *job_->request().queue_timeout;
     if (now >= expires) return Step::expire_job;
     wake_at(expires);
   }
@@ -316,10 +314,18 @@ SmoothReactor::Step SmoothReactor::next_step_of_waiting() {
 
 // A job that failed, or that someone asked us to end, fails the call.
 void SmoothReactor::notice_job(const JobSnapshot& job) {
-  if (job.error) {
+  if (!result_) result_ = job.result;
+  const std::exception_ptr stop_cause = job_->stop_cause();
+  if (attendance_.joined && job.error && !job.times.queued && !stop_cause) {
+    fail(std::make_exception_ptr(Error(
+        "UPLOAD_LOST", "the call that brought the mesh ended before it was complete; send it")));
+  } else if (job.error) {
     fail(job.error);
-  } else if (is_our_turn(job.state)) {
-    if (const std::exception_ptr cause = job_->stop_cause()) fail(cause);
+  } else if (stop_cause && is_our_turn(job.state)) {
+    fail(stop_cause);
+  } else if (has_ended(job.state) && !result_) {
+    fail(std::make_exception_ptr(
+        Error("RESULT_NOT_KEPT", "the job has ended and its result is gone")));
   }
 }
 
@@ -353,19 +359,17 @@ bool SmoothReactor::prepare_write(const JobSnapshot& job, Clock::time_point now)
   switch (output_) {
     case Output::accepted:
       prepare_accepted();
+      output_ = attendance_.joined ? Output::stop_sending : Output::progress;
+      return true;
+    case Output::stop_sending:
+      response_.mutable_stop_sending();
       output_ = Output::progress;
       return true;
-    case Output::progress: {
-      if (job.state != JobState::sending) return prepare_progress(job, now);
-      const wire::MeshLayout& layout = job_->request().layout;
-      v1::ResultHeader* header = response_.mutable_result();
-      header->set_node_count(layout.node_count);
-      header->set_coordinate_type(layout.float64 ? v1::SCALAR_TYPE_FLOAT64
-                                                 : v1::SCALAR_TYPE_FLOAT32);
-      header->set_size_bytes(layout.coordinates_bytes);
+    case Output::progress:
+      if (!result_) return prepare_progress(job, now);
+      *response_.mutable_result() = encode_result_header(*job_);
       output_ = Output::chunks;
       return true;
-    }
     case Output::chunks:
       prepare_chunk();
       return true;
@@ -385,6 +389,7 @@ void SmoothReactor::prepare_accepted() {
   if (job_) {
     *accepted->mutable_job() = encode_job(*job_, engine_);
     estimate_ = job_->reserved_bytes();
+    estimate_.host_bytes += attendance_.stream.bytes().host_bytes;
   }
   accepted->set_host_reserved_bytes(estimate_.host_bytes);
   accepted->set_device_reserved_bytes(estimate_.device_bytes);
@@ -413,14 +418,8 @@ bool SmoothReactor::prepare_progress(const JobSnapshot& job, Clock::time_point n
 }
 
 void SmoothReactor::prepare_chunk() {
-  const auto data = job_->mesh().coordinate_bytes().subspan(static_cast<std::size_t>(sent_bytes_));
-  const std::size_t count =
-      std::min(data.size(), static_cast<std::size_t>(call_.result_chunk_bytes));
-  v1::Chunk* chunk = response_.mutable_chunk();
-  chunk->set_array_id(v1::ARRAY_ID_COORDINATES);
-  chunk->set_offset_bytes(sent_bytes_);
-  chunk->mutable_data()->assign(reinterpret_cast<const char*>(data.data()), count);
-  sent_bytes_ += static_cast<std::int64_t>(count);
+  sent_bytes_ += fill_result_chunk(*result_, sent_bytes_, call_.result_chunk_bytes,
+                                   *response_.mutable_chunk());
 }
 
 void SmoothReactor::wake_at(Clock::time_point time) {

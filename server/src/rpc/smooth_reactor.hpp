@@ -37,8 +37,7 @@ class SmoothReactor final : public grpc::ServerBidiReactor<v1::SmoothRequest, v1
     read,
     write,
     submit_job,
-    cancel_job,   // someone else's turn: ask
-    end_job,      // our turn: by error_
+    leave_job,    // by error_
     expire_job,   // waited too long in the queue
     succeed_job,  // all positions are sent
     arm_timer,
@@ -47,7 +46,7 @@ class SmoothReactor final : public grpc::ServerBidiReactor<v1::SmoothRequest, v1
   };
 
   /// What is written next.
-  enum class Output { nothing, accepted, progress, chunks, summary, done };
+  enum class Output { nothing, accepted, stop_sending, progress, chunks, summary, done };
 
   SmoothReactor(Engine& engine, grpc::CallbackServerContext* context);
 
@@ -97,11 +96,13 @@ class SmoothReactor final : public grpc::ServerBidiReactor<v1::SmoothRequest, v1
   std::exception_ptr error_;  // the first; the call ends by it
 
   std::shared_ptr<Job> job_;
+  Attendance attendance_;  // in that job, until the call leaves it
+  std::shared_ptr<const JobResult> result_;
   CallOptions call_;
   MemoryEstimate estimate_;  // validate_only
   bool mesh_complete_ = false;
   bool submitted_ = false;
-  bool cancel_asked_ = false;
+  bool left_ = false;
 
   Output output_ = Output::nothing;
   std::int64_t sent_bytes_ = 0;

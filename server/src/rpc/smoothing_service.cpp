@@ -8,6 +8,7 @@
 #include <string>
 
 #include "meshsmooth/error.hpp"
+#include "rpc/attach_reactor.hpp"
 #include "rpc/messages.hpp"
 #include "rpc/smooth_reactor.hpp"
 #include "rpc/status.hpp"
@@ -104,6 +105,17 @@ grpc::ServerUnaryReactor* SmoothingService::CancelJob(grpc::CallbackServerContex
     }
     *response->mutable_job() = encode_job(*job, engine_);
   });
+}
+
+grpc::ServerWriteReactor<v1::AttachJobResponse>* SmoothingService::AttachJob(
+    grpc::CallbackServerContext* context, const v1::AttachJobRequest* request) {
+  return AttachReactor::start(engine_, context, engine_.store().find(request->name()), *request);
+}
+
+grpc::ServerUnaryReactor* SmoothingService::DeleteJob(grpc::CallbackServerContext* context,
+                                                      const v1::DeleteJobRequest* request,
+                                                      v1::DeleteJobResponse*) {
+  return answer(context, [&] { engine_.forget(*find_job(engine_, request->name())); });
 }
 
 grpc::ServerUnaryReactor* SmoothingService::GetServerInfo(grpc::CallbackServerContext* context,

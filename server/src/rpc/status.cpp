@@ -23,6 +23,11 @@ constexpr std::array kReasonCodes = {
     ReasonCode{"CHECKSUM_MISMATCH", StatusCode::DATA_LOSS},
     ReasonCode{"BACKEND_NOT_AVAILABLE", StatusCode::FAILED_PRECONDITION},
     ReasonCode{"JOB_NOT_FOUND", StatusCode::NOT_FOUND},
+    ReasonCode{"JOB_NOT_FINISHED", StatusCode::FAILED_PRECONDITION},
+    ReasonCode{"RESULT_NOT_KEPT", StatusCode::NOT_FOUND},
+    ReasonCode{"RESULT_OFFSET_PAST_END", StatusCode::OUT_OF_RANGE},
+    ReasonCode{"REQUEST_ID_REUSED", StatusCode::ALREADY_EXISTS},
+    ReasonCode{"UPLOAD_LOST", StatusCode::UNAVAILABLE},
     ReasonCode{"DRAINING", StatusCode::UNAVAILABLE},
     ReasonCode{"DEVICE_LOST", StatusCode::UNAVAILABLE},
 };
@@ -35,7 +40,7 @@ struct RetryDelay {
 constexpr std::array kRetryDelays = {
     RetryDelay{"QUEUE_FULL", 1s},         RetryDelay{"HOST_MEMORY_BUSY", 1s},
     RetryDelay{"DEVICE_MEMORY_BUSY", 1s}, RetryDelay{"DRAINING", 0s},
-    RetryDelay{"DEVICE_LOST", 0s},
+    RetryDelay{"DEVICE_LOST", 0s},        RetryDelay{"UPLOAD_LOST", 0s},
 };
 
 wire::StatusDetails details_of(const Error& error, StatusCode code) {

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <chrono>
+#include <optional>
+
+#include "meshsmooth/client.hpp"
+
+namespace meshsmooth::client {
+
+/// The attempts at one request: as many, and as long, as it allows.
+class Retry {
+ public:
+  Retry(const RequestOptions& request, std::chrono::nanoseconds timeout)
+      : request_(request), deadline_(Clock::now() + timeout) {}
+
+  [[nodiscard]] std::chrono::nanoseconds left() const { return deadline_ - Clock::now(); }
+
+  /// Waits until it is time for the next attempt, longer each time. Throws the error when there
+  /// is none: it is final, or time or attempts are used up. A requested stop ends the wait: the
+  /// next attempt then says so.
+  void wait(const ServiceError& error);
+
+  /// Counts anew: the last attempt got further.
+  void succeeded_in_part() { attempt_ = 0; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  const RequestOptions& request_;
+  const Clock::time_point deadline_;
+  int attempt_ = 0;
+  std::optional<ServiceError> broken_;  // what cut off an attempt that had been under way
+};
+
+}  // namespace meshsmooth::client
