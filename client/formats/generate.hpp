@@ -39,7 +39,8 @@ namespace meshsmooth::formats {
 [[nodiscard]] Mesh generate_ball(std::size_t node_count, std::uint64_t seed, double tangle = 0);
 
 /// A pipe of the radii 1/2 and 1 and the length 1: tetrahedra of a regular grid, nodes
-/// jittered along the surfaces that they are on; about `node_count`, at least 216.
+/// jittered along the surfaces that they are on; `node_count`, at least 216, or up to a quarter
+/// more.
 [[nodiscard]] Mesh generate_pipe(std::size_t node_count, std::uint64_t seed, double tangle = 0);
 
 }  // namespace meshsmooth::formats

@@ -202,7 +202,7 @@ TEST(GenerateBall, FillsTheSphereWithTetrahedra) {
 
 TEST(GeneratePipe, IsBoundedByTwoCylindersAndTwoPlanes) {
   const Mesh mesh = generate_pipe(3000, 1);
-  EXPECT_NEAR(static_cast<double>(mesh.node_count()), 3000, 600);
+  EXPECT_NEAR(static_cast<double>(mesh.node_count()), 3000, 750);
   expect_valid(mesh);
   expect_conforming(mesh, [](Vec3d p) {
     const double radius = std::hypot(p.x, p.y);
