@@ -16,7 +16,7 @@ die() {
 # checks them.
 build_packages=(
   g++ cmake ninja-build ccache
-  libgrpc++-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc
+  libgrpc++-dev libprotobuf-dev libssl-dev protobuf-compiler protobuf-compiler-grpc
   libtbb-dev libspdlog-dev libcli11-dev
   libvtk9-dev libgmsh-dev libtet1.5-dev
 )

@@ -9,8 +9,12 @@ Connection::Connection(const std::optional<std::string>& address, const std::str
     client_.emplace(*address);
     return;
   }
-  embedded_ = std::make_unique<server::Server>(server::ServerConfig{
-      .listen = "", .backend = backend, .lanes = 1, .lame_duck_seconds = 0, .log_level = "off"});
+  embedded_ = std::make_unique<server::Server>(server::ServerConfig{.listen = "",
+                                                                    .backend = backend,
+                                                                    .lanes = 1,
+                                                                    .lame_duck_seconds = 0,
+                                                                    .warm_up = false,
+                                                                    .log_level = "off"});
   embedded_->start();
   client_ = client::ClientAccess::make(embedded_->in_process_channel());
 }

@@ -5,6 +5,7 @@
 #include <grpcpp/create_channel.h>
 #include <grpcpp/generic/generic_stub.h>
 
+#include <algorithm>
 #include <array>
 #include <future>
 
@@ -16,6 +17,7 @@
 #include "service_error.hpp"
 #include "smooth_call.hpp"
 #include "wire/codec.hpp"
+#include "wire/topology_name.hpp"
 
 namespace meshsmooth::client {
 namespace {
@@ -79,10 +81,77 @@ struct Client::Impl {
         status, {.server = name, .cancelled_by_caller = false, .timeout_seconds = timeout.count()});
   }
 
+  /// A job, as often as it takes.
+  SmoothReport smooth(Mesh& mesh, const SmoothOptions& options, const RequestOptions& request,
+                      const TopologyUse& topology) {
+    RequestOptions attempt = request;
+    if (attempt.request_id.empty()) attempt.request_id = make_request_id();
+    Retry retry(attempt, request.timeout.value_or(default_timeout(mesh, options)));
+    for (;;) {
+      attempt.timeout = retry.left();
+      try {
+        return SmoothCall(*stub, name, mesh, options, attempt, topology).run();
+      } catch (const ServiceError& error) {
+        retry.wait(error);
+      }
+    }
+  }
+
   std::shared_ptr<grpc::Channel> channel;
   std::unique_ptr<v1::SmoothingService::Stub> stub;
   std::string name;
 };
+
+struct Session::Impl {
+  Impl(Client::Impl& its_client, const Mesh& its_mesh)
+      : client(its_client),
+        mesh(its_mesh),
+        node_count(mesh.node_count()),
+        topology_name(wire::topology_name(MeshTopology(mesh).view())) {}
+
+  template <class Real>
+  SmoothReport smooth(std::span<Vec3<Real>> positions, const SmoothOptions& options,
+                      const RequestOptions& request) {
+    if (positions.size() != node_count) {
+      throw ServiceError(StatusCode::invalid_argument, "ARRAY_SIZE_MISMATCH",
+                         std::to_string(positions.size()) + " positions for a mesh of " +
+                             std::to_string(node_count) + " nodes",
+                         {}, {});
+    }
+    auto& own = mesh.positions.emplace<std::vector<Vec3<Real>>>(positions.begin(), positions.end());
+    SmoothReport report;
+    try {
+      report = client.smooth(mesh, options, request, {topology_name, false});
+    } catch (const ServiceError& error) {
+      if (error.reason() != "TOPOLOGY_NOT_FOUND") throw;
+      report = client.smooth(mesh, options, request, {{}, true});
+    }
+    std::copy(own.begin(), own.end(), positions.begin());
+    return report;
+  }
+
+  Client::Impl& client;
+  Mesh mesh;  // its positions are those of the last job
+  const std::size_t node_count;
+  std::string topology_name;
+};
+
+Session::Session(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Session::~Session() = default;
+Session::Session(Session&&) noexcept = default;
+Session& Session::operator=(Session&&) noexcept = default;
+
+const std::string& Session::topology_name() const { return impl_->topology_name; }
+
+SmoothReport Session::smooth(std::span<Vec3d> positions, const SmoothOptions& options,
+                             const RequestOptions& request) {
+  return impl_->smooth(positions, options, request);
+}
+
+SmoothReport Session::smooth(std::span<Vec3f> positions, const SmoothOptions& options,
+                             const RequestOptions& request) {
+  return impl_->smooth(positions, options, request);
+}
 
 std::string_view job_state_name(JobState state) {
   return kJobStateNames[static_cast<std::size_t>(state)];
@@ -101,17 +170,11 @@ Client& Client::operator=(Client&&) noexcept = default;
 
 SmoothReport Client::smooth(Mesh& mesh, const SmoothOptions& options,
                             const RequestOptions& request) {
-  RequestOptions attempt = request;
-  if (attempt.request_id.empty()) attempt.request_id = make_request_id();
-  Retry retry(attempt, request.timeout.value_or(default_timeout(mesh, options)));
-  for (;;) {
-    attempt.timeout = retry.left();
-    try {
-      return SmoothCall(*impl_->stub, impl_->name, mesh, options, attempt).run();
-    } catch (const ServiceError& error) {
-      retry.wait(error);
-    }
-  }
+  return impl_->smooth(mesh, options, request, {});
+}
+
+Session Client::open(const Mesh& mesh) {
+  return Session(std::make_unique<Session::Impl>(*impl_, mesh));
 }
 
 SmoothReport Client::attach(const std::string& job_name, Mesh& mesh,

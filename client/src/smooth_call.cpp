@@ -67,12 +67,14 @@ JobProgress decode_progress(const v1::Progress& message) {
 }
 
 SmoothCall::SmoothCall(v1::SmoothingService::StubInterface& stub, std::string server, Mesh& mesh,
-                       const SmoothOptions& options, const RequestOptions& request)
+                       const SmoothOptions& options, const RequestOptions& request,
+                       TopologyUse topology)
     : stub_(stub),
       server_(std::move(server)),
       mesh_(mesh),
       options_(options),
       request_(request),
+      topology_(std::move(topology)),
       request_id_(request.request_id.empty() ? make_request_id() : request.request_id),
       timeout_(request.timeout.value_or(default_timeout(mesh, options))),
       result_(mesh) {}
@@ -114,7 +116,12 @@ SmoothReport SmoothCall::run() {
 v1::JobSpec SmoothCall::make_spec() const {
   v1::JobSpec spec;
   spec.set_request_id(request_id_);
-  *spec.mutable_inline_topology() = wire::encode_topology_spec(MeshTopology(mesh_).view());
+  if (topology_.name.empty()) {
+    *spec.mutable_inline_topology() = wire::encode_topology_spec(MeshTopology(mesh_).view());
+    spec.set_topology_kept(topology_.kept);
+  } else {
+    spec.set_topology_name(topology_.name);
+  }
   spec.set_coordinate_type(std::holds_alternative<std::vector<Vec3d>>(mesh_.positions)
                                ? v1::SCALAR_TYPE_FLOAT64
                                : v1::SCALAR_TYPE_FLOAT32);
@@ -127,6 +134,7 @@ v1::JobSpec SmoothCall::make_spec() const {
     *spec.mutable_result_ttl() = wire::encode_duration(*request_.result_ttl);
   }
   spec.set_iteration_history_included(options_.history);
+  if (options_.judgement == Judgement::brief) spec.set_quality_detail(v1::QUALITY_DETAIL_BRIEF);
   return spec;
 }
 
@@ -175,8 +183,9 @@ void SmoothCall::upload() {
   const std::array coordinates = {
       std::visit([](const auto& positions) { return std::as_bytes(std::span(positions)); },
                  std::as_const(mesh_.positions))};
-  const bool connected = upload_array(v1::ARRAY_ID_ELEMENTS, elements) &&
-                         upload_array(v1::ARRAY_ID_FIXED_MASK, fixed) &&
+  const bool sends_topology = topology_.name.empty();
+  const bool connected = (!sends_topology || (upload_array(v1::ARRAY_ID_ELEMENTS, elements) &&
+                                              upload_array(v1::ARRAY_ID_FIXED_MASK, fixed))) &&
                          upload_array(v1::ARRAY_ID_COORDINATES, coordinates);
   if (connected) stream_->WritesDone();
 }
@@ -213,6 +222,7 @@ SmoothReport decode_report(const v1::Summary& summary, const std::string& job_na
   report.queue_seconds = wire::decode_seconds(summary.timings().queue());
   report.receive_seconds = wire::decode_seconds(summary.timings().receive());
   report.send_seconds = wire::decode_seconds(summary.timings().send());
+  report.topology_reused = summary.execution().topology_reused();
   report.server_version = summary.execution().server_version();
   report.json = wire::to_json(summary);
   return report;

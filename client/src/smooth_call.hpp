@@ -24,13 +24,20 @@ namespace meshsmooth::client {
 [[nodiscard]] std::chrono::nanoseconds default_timeout(const Mesh& mesh,
                                                        const SmoothOptions& options);
 
+/// How a call tells the server its mesh's topology.
+struct TopologyUse {
+  std::string name;   // not empty: by this name alone
+  bool kept = false;  // inline, and kept under its name
+};
+
 /// One Smooth call from spec to status. Two threads: the caller's reads, its
 /// own uploads once the server has accepted, so that progress, StopSending and
 /// early failures are seen while data is still going out.
 class SmoothCall {
  public:
   SmoothCall(v1::SmoothingService::StubInterface& stub, std::string server, Mesh& mesh,
-             const SmoothOptions& options, const RequestOptions& request);
+             const SmoothOptions& options, const RequestOptions& request,
+             TopologyUse topology = {});
 
   /// Needs to be called once. Throws `ServiceError`, and what on_progress throws.
   SmoothReport run();
@@ -51,6 +58,7 @@ class SmoothCall {
   Mesh& mesh_;
   const SmoothOptions& options_;
   const RequestOptions& request_;
+  const TopologyUse topology_;
   std::string request_id_;
   std::chrono::nanoseconds timeout_;
 

@@ -34,25 +34,61 @@ std::string describe(const v1::Chunk& chunk) {
 
 }  // namespace
 
-MeshAssembler::MeshAssembler(MeshLayout layout, std::pmr::memory_resource* memory)
-    : layout_(std::move(layout)),
-      arrays_{Array{v1::ARRAY_ID_ELEMENTS, {size_of(layout_.elements_bytes), memory}},
-              Array{v1::ARRAY_ID_FIXED_MASK, {size_of(layout_.fixed_mask_bytes), memory}},
-              Array{v1::ARRAY_ID_COORDINATES, {size_of(layout_.coordinates_bytes), memory}}} {
-  const auto* nodes = reinterpret_cast<const NodeId*>(arrays_[0].bytes.data());
-  block_views_.reserve(layout_.blocks.size());
-  for (const MeshLayout::Block& block : layout_.blocks) {
-    const auto node_count = static_cast<std::size_t>(block.element_count) *
-                            static_cast<std::size_t>(element_shape(block.type).node_count);
-    block_views_.push_back({block.type, {nodes, node_count}});
+TopologyArrays::TopologyArrays(const MeshLayout& layout, std::pmr::memory_resource* memory)
+    : node_count_(size_of(layout.node_count)),
+      elements_(size_of(layout.elements_bytes), memory),
+      fixed_mask_(size_of(layout.fixed_mask_bytes), memory),
+      element_tags_(size_of(layout.element_tags_bytes), memory) {
+  const auto* nodes = reinterpret_cast<const NodeId*>(elements_.data());
+  blocks_.reserve(layout.blocks.size());
+  for (const MeshLayout::Block& block : layout.blocks) {
+    const std::size_t node_count = size_of(block.element_count) *
+                                   static_cast<std::size_t>(element_shape(block.type).node_count);
+    blocks_.push_back({block.type, {nodes, node_count}});
     nodes += node_count;
   }
+}
+
+TopologyView TopologyArrays::view() const {
+  return {.node_count = node_count_,
+          .blocks = blocks_,
+          .fixed = {reinterpret_cast<const std::uint8_t*>(fixed_mask_.data()), fixed_mask_.size()},
+          .regions = {reinterpret_cast<const std::int32_t*>(element_tags_.data()),
+                      element_tags_.size() / sizeof(std::int32_t)}};
+}
+
+std::int64_t TopologyArrays::size_bytes() const {
+  return static_cast<std::int64_t>(elements_.size() + fixed_mask_.size() + element_tags_.size());
+}
+
+MeshAssembler::MeshAssembler(MeshLayout layout, std::pmr::memory_resource* memory)
+    : layout_(std::move(layout)), coordinates_(size_of(layout_.coordinates_bytes), memory) {
+  const auto topology = std::make_shared<TopologyArrays>(layout_, memory);
+  const auto array = [](v1::ArrayId id, ByteArray& bytes) {
+    return Array{id, bytes.data(), bytes.size()};
+  };
+  arrays_ = {array(v1::ARRAY_ID_ELEMENTS, topology->elements_),
+             array(v1::ARRAY_ID_FIXED_MASK, topology->fixed_mask_),
+             array(v1::ARRAY_ID_ELEMENT_TAGS, topology->element_tags_),
+             array(v1::ARRAY_ID_COORDINATES, coordinates_)};
+  topology_ = topology;
+  skip_complete_arrays();
+}
+
+MeshAssembler::MeshAssembler(MeshLayout layout, std::shared_ptr<const TopologyArrays> topology,
+                             std::pmr::memory_resource* memory)
+    : layout_(std::move(layout)),
+      topology_(std::move(topology)),
+      coordinates_(size_of(layout_.coordinates_bytes), memory),
+      arrays_{Array{v1::ARRAY_ID_ELEMENTS, nullptr, 0}, Array{v1::ARRAY_ID_FIXED_MASK, nullptr, 0},
+              Array{v1::ARRAY_ID_ELEMENT_TAGS, nullptr, 0},
+              Array{v1::ARRAY_ID_COORDINATES, coordinates_.data(), coordinates_.size()}} {
   skip_complete_arrays();
 }
 
 void MeshAssembler::skip_complete_arrays() {
   while (current_ < arrays_.size() &&
-         arrays_[current_].received_bytes == arrays_[current_].bytes.size()) {
+         arrays_[current_].received_bytes == arrays_[current_].size_bytes) {
     ++current_;
   }
 }
@@ -60,11 +96,11 @@ void MeshAssembler::skip_complete_arrays() {
 void MeshAssembler::throw_unexpected(const v1::Chunk& chunk) const {
   for (std::size_t i = 0; i < current_; ++i) {
     const Array& array = arrays_[i];
-    if (array.id == chunk.array_id() && array.bytes.size() > 0 &&
-        chunk.offset_bytes() == static_cast<std::int64_t>(array.bytes.size())) {
+    if (array.id == chunk.array_id() && array.size_bytes > 0 &&
+        chunk.offset_bytes() == static_cast<std::int64_t>(array.size_bytes)) {
       throw InvalidMesh("ARRAY_SIZE_MISMATCH",
                         describe(chunk) + ": the spec announced only " +
-                            std::to_string(array.bytes.size()) + " bytes of it",
+                            std::to_string(array.size_bytes) + " bytes of it",
                         where(chunk));
     }
   }
@@ -82,10 +118,10 @@ void MeshAssembler::add(const v1::Chunk& chunk) {
     throw_unexpected(chunk);
   }
   const std::string& data = chunk.data();
-  if (data.size() > array.bytes.size() - array.received_bytes) {
+  if (data.size() > array.size_bytes - array.received_bytes) {
     throw InvalidMesh("ARRAY_SIZE_MISMATCH",
                       describe(chunk) + " has " + std::to_string(data.size()) + " bytes, only " +
-                          std::to_string(array.bytes.size() - array.received_bytes) +
+                          std::to_string(array.size_bytes - array.received_bytes) +
                           " are left of what the spec announced",
                       where(chunk));
   }
@@ -94,7 +130,10 @@ void MeshAssembler::add(const v1::Chunk& chunk) {
     throw InvalidMesh("CHECKSUM_MISMATCH", describe(chunk) + ": its bytes changed on the way",
                       where(chunk));
   }
-  std::memcpy(array.bytes.data() + array.received_bytes, data.data(), data.size());
+  std::memcpy(array.data + array.received_bytes, data.data(), data.size());
+  if (namer_ && array.id != v1::ARRAY_ID_COORDINATES) {
+    namer_->add({array.data + array.received_bytes, data.size()});
+  }
   array.received_bytes += data.size();
   received_bytes_ += static_cast<std::int64_t>(data.size());
   skip_complete_arrays();
@@ -106,28 +145,15 @@ void MeshAssembler::finish() const {
   throw InvalidMesh(
       "ARRAY_SIZE_MISMATCH",
       array_name(array.id) + " ended after " + std::to_string(array.received_bytes) + " of " +
-          std::to_string(array.bytes.size()) + " bytes",
+          std::to_string(array.size_bytes) + " bytes",
       {{"array", array_name(array.id)}, {"offset_bytes", std::to_string(array.received_bytes)}});
-}
-
-TopologyView MeshAssembler::topology() const {
-  return {.node_count = static_cast<std::size_t>(layout_.node_count),
-          .blocks = block_views_,
-          .fixed = {reinterpret_cast<const std::uint8_t*>(arrays_[1].bytes.data()),
-                    arrays_[1].bytes.size()}};
 }
 
 PositionsSpan MeshAssembler::positions() {
   const auto node_count = static_cast<std::size_t>(layout_.node_count);
-  std::byte* data = arrays_[2].bytes.data();
+  std::byte* data = coordinates_.data();
   if (layout_.float64) return std::span(reinterpret_cast<Vec3d*>(data), node_count);
   return std::span(reinterpret_cast<Vec3f*>(data), node_count);
 }
-
-std::span<const std::byte> MeshAssembler::coordinate_bytes() const {
-  return arrays_[2].bytes.bytes();
-}
-
-ByteArray MeshAssembler::take_coordinates() { return std::move(arrays_[2].bytes); }
 
 }  // namespace meshsmooth::wire

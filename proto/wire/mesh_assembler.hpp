@@ -3,16 +3,36 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <memory_resource>
+#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "meshsmooth/mesh.hpp"
 #include "meshsmooth/v1/mesh.pb.h"
 #include "wire/byte_array.hpp"
 #include "wire/mesh_layout.hpp"
+#include "wire/topology_name.hpp"
 
 namespace meshsmooth::wire {
+
+/// The arrays of a topology. Several meshes may share them.
+class TopologyArrays {
+ public:
+  /// Allocates them from `memory`. Throws std::bad_alloc.
+  TopologyArrays(const MeshLayout& layout, std::pmr::memory_resource* memory);
+
+  [[nodiscard]] TopologyView view() const;
+  [[nodiscard]] std::int64_t size_bytes() const;
+
+ private:
+  friend class MeshAssembler;
+  std::size_t node_count_;
+  ByteArray elements_, fixed_mask_, element_tags_;
+  std::vector<ElementBlockView> blocks_;
+};
 
 /// Turns the chunks of one mesh into arrays at their final place: one copy, no
 /// zero fill. Not thread-safe.
@@ -29,8 +49,17 @@ class MeshAssembler {
   /// outlive the assembler. Throws std::bad_alloc.
   explicit MeshAssembler(MeshLayout layout,
                          std::pmr::memory_resource* memory = std::pmr::new_delete_resource());
+  /// Only coordinates come, for a topology that is there; the layout announces
+  /// bytes of them alone.
+  MeshAssembler(MeshLayout layout, std::shared_ptr<const TopologyArrays> topology,
+                std::pmr::memory_resource* memory);
   MeshAssembler(const MeshAssembler&) = delete;
   MeshAssembler& operator=(const MeshAssembler&) = delete;
+
+  /// Has the topology's name made of what comes; before the first chunk.
+  void name_topology() { namer_.emplace(layout_); }
+  /// Needs a complete mesh. Once.
+  [[nodiscard]] std::string topology_name() { return namer_.value().finish(); }
 
   /// Throws InvalidMesh: CHUNK_OUT_OF_ORDER (wrong array, gap, overlap),
   /// ARRAY_SIZE_MISMATCH (more bytes than announced), CHECKSUM_MISMATCH; with
@@ -45,16 +74,20 @@ class MeshAssembler {
 
   [[nodiscard]] const MeshLayout& layout() const { return layout_; }
   /// Views of the arrays; need a complete mesh and live as long as this.
-  [[nodiscard]] TopologyView topology() const;
+  [[nodiscard]] TopologyView topology() const { return topology_->view(); }
   [[nodiscard]] PositionsSpan positions();
-  [[nodiscard]] std::span<const std::byte> coordinate_bytes() const;
+  [[nodiscard]] std::span<const std::byte> coordinate_bytes() const { return coordinates_.bytes(); }
+
+  /// The topology, to be shared.
+  [[nodiscard]] std::shared_ptr<const TopologyArrays> topology_arrays() const { return topology_; }
   /// The positions, apart from the rest, which may then go.
-  [[nodiscard]] ByteArray take_coordinates();
+  [[nodiscard]] ByteArray take_coordinates() { return std::move(coordinates_); }
 
  private:
   struct Array {
     v1::ArrayId id;
-    ByteArray bytes;
+    std::byte* data;
+    std::size_t size_bytes;
     std::size_t received_bytes = 0;
   };
 
@@ -62,10 +95,12 @@ class MeshAssembler {
   [[noreturn]] void throw_unexpected(const v1::Chunk& chunk) const;
 
   MeshLayout layout_;
-  std::array<Array, 3> arrays_;  // in the order of the stream; absent ones have no bytes
+  std::shared_ptr<const TopologyArrays> topology_;
+  ByteArray coordinates_;
+  std::array<Array, 4> arrays_;  // in the order of the stream; absent ones have no bytes
   std::size_t current_ = 0;
   std::int64_t received_bytes_ = 0;
-  std::vector<ElementBlockView> block_views_;
+  std::optional<TopologyNamer> namer_;
 };
 
 }  // namespace meshsmooth::wire

@@ -39,13 +39,6 @@ void need_not_negative(std::int64_t count, const std::string& field) {
                       {{"field", field}});
 }
 
-bool decode_float64(v1::ScalarType type) {
-  if (type == v1::SCALAR_TYPE_FLOAT64) return true;
-  if (type == v1::SCALAR_TYPE_FLOAT32) return false;
-  throw NotSupported("OPTION_NOT_SUPPORTED", "coordinate_type must be FLOAT32 or FLOAT64",
-                     {{"field", "coordinate_type"}});
-}
-
 }  // namespace
 
 std::int64_t MeshLayout::element_count() const {
@@ -54,12 +47,28 @@ std::int64_t MeshLayout::element_count() const {
       [](std::int64_t sum, const Block& block) { return sum + block.element_count; });
 }
 
+MeshLayout MeshLayout::coordinates_only(bool as_float64) const {
+  MeshLayout layout = *this;
+  layout.float64 = as_float64;
+  layout.elements_bytes = layout.fixed_mask_bytes = layout.element_tags_bytes = 0;
+  layout.coordinates_bytes =
+      node_count * static_cast<std::int64_t>(as_float64 ? sizeof(Vec3d) : sizeof(Vec3f));
+  return layout;
+}
+
 MeshSize MeshLayout::size() const {
   MeshSize size{.node_count = node_count, .element_counts = {}, .float64 = float64};
   for (const Block& block : blocks) {
     size.element_counts[static_cast<std::size_t>(block.type)] += block.element_count;
   }
   return size;
+}
+
+bool decode_float64(v1::ScalarType type) {
+  if (type == v1::SCALAR_TYPE_FLOAT64) return true;
+  if (type == v1::SCALAR_TYPE_FLOAT32) return false;
+  throw NotSupported("OPTION_NOT_SUPPORTED", "coordinate_type must be FLOAT32 or FLOAT64",
+                     {{"field", "coordinate_type"}});
 }
 
 MeshLayout decode_layout(const v1::TopologySpec& topology, v1::ScalarType coordinate_type,

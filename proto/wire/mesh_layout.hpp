@@ -27,13 +27,16 @@ struct MeshLayout {
   std::vector<Block> blocks;
   bool float64 = true;
   std::int64_t elements_bytes = 0;
-  std::int64_t fixed_mask_bytes = 0;  // 0: no mask follows
+  std::int64_t fixed_mask_bytes = 0;    // 0: no mask follows
+  std::int64_t element_tags_bytes = 0;  // 0: no tags follow
   std::int64_t coordinates_bytes = 0;
 
   [[nodiscard]] std::int64_t total_bytes() const {
-    return elements_bytes + fixed_mask_bytes + coordinates_bytes;
+    return elements_bytes + fixed_mask_bytes + element_tags_bytes + coordinates_bytes;
   }
   [[nodiscard]] std::int64_t element_count() const;
+  /// Of a mesh whose topology is there already: only coordinates come, of this type.
+  [[nodiscard]] MeshLayout coordinates_only(bool as_float64) const;
   [[nodiscard]] MeshSize size() const;
 };
 
@@ -42,6 +45,9 @@ struct MeshLayout {
 /// (MESH_TOO_LARGE with "need_…" and "limit_…"). O(blocks).
 [[nodiscard]] MeshLayout decode_layout(const v1::TopologySpec& topology,
                                        v1::ScalarType coordinate_type, const MeshLimits& limits);
+
+/// Throws NotSupported (OPTION_NOT_SUPPORTED).
+[[nodiscard]] bool decode_float64(v1::ScalarType coordinate_type);
 
 /// What a sender announces of its mesh.
 [[nodiscard]] v1::TopologySpec encode_topology_spec(const TopologyView& topology);

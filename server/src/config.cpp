@@ -90,6 +90,11 @@ void visit_settings(Config& config, const Visit& visit) {
   visit("max-kept-result-bytes", config.max_kept_result_bytes,
         "Positions kept so, the oldest go first; 0: a quarter of the host memory limit", bytes);
 
+  visit("max-topology-bytes", config.max_topology_bytes,
+        "Topologies kept for jobs that name them; 0: a quarter of the host memory limit", bytes);
+
+  visit("priority-ageing-seconds", config.priority_ageing_seconds,
+        "A job that waited so long counts as one priority higher; 0: never", seconds);
   visit("max-queue-timeout-seconds", config.max_queue_timeout_seconds, "Longest wait in the queue",
         seconds);
   visit("stream-idle-timeout-seconds", config.stream_idle_timeout_seconds,
@@ -101,6 +106,8 @@ void visit_settings(Config& config, const Visit& visit) {
   visit("drain-grace-seconds", config.drain_grace_seconds,
         "After that: for the running jobs to finish", seconds);
 
+  visit("lane-watchdog-seconds", config.lane_watchdog_seconds,
+        "A lane that holds a stopped job so long breaks the server", seconds);
   visit("early-data-bytes", config.early_data_bytes,
         "What clients may send before they are accepted", CLI::Range(0, 1 << 22));
   visit("max-chunk-bytes", config.max_chunk_bytes, "Largest chunk clients should send",

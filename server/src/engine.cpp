@@ -36,6 +36,9 @@ void fill_in_host_bytes(ServerConfig& config) {
   if (config.max_kept_result_bytes == 0) {
     config.max_kept_result_bytes = config.host_memory_limit_bytes / 4;
   }
+  if (config.max_topology_bytes == 0) {
+    config.max_topology_bytes = config.host_memory_limit_bytes / 4;
+  }
   if (config.idle_pinned_bytes == 0) {
     config.idle_pinned_bytes = std::min(std::int64_t{1} << 30, config.host_memory_limit_bytes / 16);
   }
@@ -81,6 +84,21 @@ std::unique_ptr<Smoother> make_best_smoother(const ServerConfig& config, std::st
     }
   }
   throw NotSupported("BACKEND_NOT_AVAILABLE", "no backend is available: " + passed_over);
+}
+
+// The first job of a backend pays for what it loads and allocates once.
+void warm_up(Smoother& smoother) {
+  Mesh mesh;
+  mesh.positions = std::vector<Vec3d>{{0.1, 0, 0}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0},
+                                      {0, -1, 0},  {0, 0, 1}, {0, 0, -1}};
+  mesh.blocks = {{ElementType::tetrahedron, {0, 1, 3, 5, 0, 3, 2, 5, 0, 2, 4, 5, 0, 4, 1, 5,
+                                             0, 3, 1, 6, 0, 2, 3, 6, 0, 4, 2, 6, 0, 1, 4, 6}}};
+  for (const Method& method : {Method(Laplacian{}), Method(SmartLaplacian{}), Method(Optimize{})}) {
+    SmoothOptions options;
+    options.method = method;
+    options.max_iterations = 2;
+    smoother.smooth(mesh, options);
+  }
 }
 
 std::string random_instance() {
@@ -139,6 +157,9 @@ Engine::Equipment Engine::equip(ServerConfig config, const SmootherFactory& fact
   while (result.smoothers.size() < static_cast<std::size_t>(config.lanes)) {
     result.smoothers.push_back(make(backend));
   }
+  if (!factory && config.warm_up) {
+    for (const auto& smoother : result.smoothers) warm_up(*smoother);
+  }
   fill_in_host_bytes(config);
   fill_in_device_bytes(config, result.smoothers.front()->device_space());
   result.staging = make_staging_memory(backend, static_cast<std::size_t>(config.idle_pinned_bytes),
@@ -158,11 +179,15 @@ Engine::Engine(Equipment equipment, const std::function<void()>& on_lane_broken)
       instance_(random_instance()),
       ledger_({.host_bytes = config_.host_memory_limit_bytes,
                .device_bytes = config_.device_bytes == 0 ? INT64_MAX : config_.device_bytes}),
-      queue_(config_.max_queued_jobs, config_.max_queued_bytes),
+      topologies_(ledger_, config_.max_topology_bytes),
+      queue_(config_.max_queued_jobs, config_.max_queued_bytes,
+             std::chrono::duration_cast<Clock::duration>(
+                 std::chrono::duration<double>(config_.priority_ageing_seconds))),
       store_(static_cast<std::size_t>(config_.max_kept_jobs)),
       results_(config_.max_kept_result_bytes) {
   for (auto& smoother : equipment.smoothers) {
-    lanes_.push_back(std::make_unique<Lane>(std::move(smoother), queue_, on_lane_broken));
+    lanes_.push_back(
+        std::make_unique<Lane>(std::move(smoother), queue_, topologies_, on_lane_broken));
   }
   housekeeper_ = std::jthread([this](const std::stop_token& stop) { keep_house(stop); });
 }
@@ -199,7 +224,7 @@ MemoryEstimate Engine::estimate(const JobRequest& request) const {
 
 std::int64_t Engine::array_bytes(const wire::MeshLayout& layout) const {
   return array_bytes(layout.elements_bytes) + array_bytes(layout.fixed_mask_bytes) +
-         array_bytes(layout.coordinates_bytes);
+         array_bytes(layout.element_tags_bytes) + array_bytes(layout.coordinates_bytes);
 }
 
 std::int64_t Engine::array_bytes(std::int64_t bytes) const {
@@ -213,7 +238,7 @@ Attendance Engine::admit(JobRequest request, const Job::Observer& observer) {
     if (draining()) std::rethrow_exception(draining_error());
     if (auto joined = join(request, observer)) return std::move(*joined);
     results_.expire(Clock::now());
-    Reservation reservation = ledger_.reserve(estimate(request));
+    Reservation reservation = reserve(estimate(request));
     QueuePlace place = queue_.admit(request.layout.total_bytes());
     Attendance attendance;
     attendance.stream = reservation.split({stream_bytes(config_), 0});
@@ -234,6 +259,16 @@ Attendance Engine::admit(JobRequest request, const Job::Observer& observer) {
   }
 }
 
+Reservation Engine::reserve(MemoryEstimate need) {
+  for (;;) {
+    try {
+      return ledger_.reserve(need);
+    } catch (const OutOfMemory& error) {
+      if (error.reason() == "MESH_TOO_LARGE" || !topologies_.evict_one()) throw;
+    }
+  }
+}
+
 std::optional<Attendance> Engine::join(const JobRequest& request, const Job::Observer& observer) {
   const auto job = store_.find_request(request.identity, request.request_id);
   if (!job || !job->joinable()) return std::nullopt;
@@ -244,7 +279,7 @@ std::optional<Attendance> Engine::join(const JobRequest& request, const Job::Obs
                     field + " is another; take a new id for a new job",
                 {{"field", field}, {"name", job->name()}});
   }
-  Attendance attendance{job, 0, true, ledger_.reserve({stream_bytes(config_), 0})};
+  Attendance attendance{job, 0, true, reserve({stream_bytes(config_), 0})};
   const auto watcher = job->watch(observer);
   if (!watcher) return std::nullopt;
   attendance.watcher = *watcher;
@@ -252,7 +287,7 @@ std::optional<Attendance> Engine::join(const JobRequest& request, const Job::Obs
 }
 
 Attendance Engine::attend(const std::shared_ptr<Job>& job, const Job::Observer& observer) {
-  Attendance attendance{job, 0, true, ledger_.reserve({stream_bytes(config_), 0})};
+  Attendance attendance{job, 0, true, reserve({stream_bytes(config_), 0})};
   if (const auto watcher = job->watch(observer)) {
     attendance.watcher = *watcher;
     return attendance;
@@ -285,6 +320,7 @@ void Engine::forget(Job& job) {
 }
 
 void Engine::submit(const std::shared_ptr<Job>& job) {
+  job->keep_topology(topologies_);
   job->queue();
   queue_.push(job, job->request().priority);
   // A stop that came before the push did not find the job in the queue.
@@ -329,12 +365,15 @@ void Engine::close() {
 
 void Engine::keep_house(const std::stop_token& stop) {
   constexpr auto kInterval = std::chrono::milliseconds(100);
+  const auto patience = std::chrono::duration_cast<Clock::duration>(
+      std::chrono::duration<double>(config_.lane_watchdog_seconds));
   std::mutex mutex;
   std::condition_variable_any stopped;
   std::unique_lock lock(mutex);
   while (!stopped.wait_for(lock, stop, kInterval, [] { return false; }) && !stop.stop_requested()) {
     const auto now = Clock::now();
     results_.expire(now);
+    for (const auto& lane : lanes_) lane->watch(now, patience);
     for (const auto& job : store_.living()) {
       if (job->waited_too_long(now)) expire(*job, queue_timeout_error());
     }

@@ -22,6 +22,7 @@
 #include "meshsmooth/server_config.hpp"
 #include "meshsmooth/staging_memory.hpp"
 #include "result_store.hpp"
+#include "topology_cache.hpp"
 
 namespace meshsmooth::server {
 
@@ -88,6 +89,8 @@ class Engine {
   void call_ended();
 
   [[nodiscard]] const JobStore& store() const { return store_; }
+  [[nodiscard]] TopologyCache& topologies() { return topologies_; }
+  [[nodiscard]] const TopologyCache& topologies() const { return topologies_; }
   [[nodiscard]] const JobQueue& queue() const { return queue_; }
   [[nodiscard]] const Ledger& ledger() const { return ledger_; }
   [[nodiscard]] const std::vector<std::unique_ptr<Lane>>& lanes() const { return lanes_; }
@@ -125,6 +128,8 @@ class Engine {
   [[nodiscard]] std::int64_t array_bytes(std::int64_t bytes) const;
   [[nodiscard]] std::optional<Attendance> join(const JobRequest& request,
                                                const Job::Observer& observer);
+  /// Evicts topologies before it refuses.
+  [[nodiscard]] Reservation reserve(MemoryEstimate need);
   void retire(const Job& job);
   void keep_house(const std::stop_token& stop);
 
@@ -133,6 +138,7 @@ class Engine {
   const std::unique_ptr<StagingMemory> staging_;
   const std::string instance_;  // makes job names differ between runs
   Ledger ledger_;
+  TopologyCache topologies_;
   JobQueue queue_;
   JobStore store_;
   ResultStore results_;

@@ -17,6 +17,13 @@ bool is_cancelled(const std::exception_ptr& error) {
   }
 }
 
+// The request lives as long as anybody knows of the job, the topology only until its end.
+JobRequest without_topology(const JobRequest& request) {
+  JobRequest copy = request;
+  copy.topology = nullptr;
+  return copy;
+}
+
 }  // namespace
 
 bool has_ended(JobState state) {
@@ -51,13 +58,18 @@ Job::Job(std::string name, std::int64_t sequence, JobRequest request, Reservatio
          EndObserver end_observer)
     : name_(std::move(name)),
       sequence_(sequence),
-      request_(std::move(request)),
+      request_(without_topology(request)),
       reserved_bytes_(reservation.bytes()),
       result_bytes_(result_bytes),
       end_observer_(std::move(end_observer)),
       reservation_(std::move(reservation)),
+      topology_(std::move(request.topology)),
       place_(std::move(place)),
-      mesh_(std::make_unique<wire::MeshAssembler>(request_.layout, memory)) {
+      mesh_(topology_ ? std::make_unique<wire::MeshAssembler>(request_.layout, topology_->arrays(),
+                                                              memory)
+                      : std::make_unique<wire::MeshAssembler>(request_.layout, memory)) {
+  if (topology_) now_.topology_name = topology_->name();
+  if (request_.topology_kept) mesh_->name_topology();
   now_.times.created = std::chrono::system_clock::now();
   now_.times.admitted = Clock::now();
 }
@@ -88,6 +100,7 @@ bool Job::leave(int watcher, const std::exception_ptr& cause) {
       dropped = std::move(now_.result);
       return false;
     }
+    if (!stop_cause_) stop_requested_ = Clock::now();
     if (!stop_cause_) stop_cause_ = cause;  // from now on nobody can join
   }
   stop_.request_stop();
@@ -101,6 +114,31 @@ void Job::notify() const {
     watchers = watchers_;
   }
   for (const Watcher& watcher : watchers) watcher.observer();
+}
+
+std::shared_ptr<CachedTopology> Job::topology() const {
+  const std::lock_guard lock(mutex_);
+  return topology_;
+}
+
+void Job::keep_topology(TopologyCache& cache) {
+  if (!request_.topology_kept) return;
+  Reservation reservation;
+  const auto arrays = mesh_->topology_arrays();
+  {
+    const std::lock_guard lock(mutex_);
+    reservation = reservation_.split({arrays->size_bytes(), 0});
+  }
+  auto topology = cache.add(std::make_shared<CachedTopology>(
+      request_.identity, mesh_->topology_name(), request_.layout, arrays, std::move(reservation)));
+  const std::lock_guard lock(mutex_);
+  topology_ = std::move(topology);
+  now_.topology_name = topology_->name();
+}
+
+void Job::note_topology_reused() {
+  const std::lock_guard lock(mutex_);
+  now_.topology_reused = true;
 }
 
 void Job::queue() {
@@ -123,6 +161,7 @@ void Job::start() {
 void Job::finish(SmoothSummary summary) {
   std::exception_ptr cause;
   Reservation rest;  // of what only the run needed; after its bytes
+  std::shared_ptr<CachedTopology> topology;
   std::unique_ptr<wire::MeshAssembler> mesh;
   auto result = std::make_shared<JobResult>();
   {
@@ -131,6 +170,7 @@ void Job::finish(SmoothSummary summary) {
     cause = stop_cause_;  // whoever asked for the stop may be gone: nobody would send
     if (!cause) {
       mesh = std::move(mesh_);
+      topology = std::move(topology_);
       result->coordinates = mesh->take_coordinates();
       result->reservation = reservation_.split({result_bytes_, 0});
       rest = std::move(reservation_);
@@ -144,6 +184,7 @@ void Job::finish(SmoothSummary summary) {
     return;
   }
   mesh.reset();
+  topology.reset();
   { const Reservation freed = std::move(rest); }
   if (request_.kept()) {
     end();
@@ -157,6 +198,7 @@ bool Job::end(std::exception_ptr error) {
     // Destroyed before the observers hear, in reverse order, outside the lock.
     Reservation reservation;
     QueuePlace place;
+    std::shared_ptr<CachedTopology> topology;
     std::unique_ptr<wire::MeshAssembler> mesh;
     std::shared_ptr<const JobResult> result;
     const std::lock_guard lock(mutex_);
@@ -176,6 +218,7 @@ bool Job::end(std::exception_ptr error) {
     }
     now_.error = std::move(error);
     mesh = std::move(mesh_);
+    topology = std::move(topology_);
     place = std::move(place_);
     reservation = std::move(reservation_);
   }
@@ -197,10 +240,16 @@ bool Job::request_stop(std::exception_ptr cause) {
     const std::lock_guard lock(mutex_);
     if (has_ended(now_.state) || stop_cause_) return false;
     stop_cause_ = std::move(cause);
+    stop_requested_ = Clock::now();
   }
   stop_.request_stop();
   notify();
   return true;
+}
+
+Clock::duration Job::stopping_for(Clock::time_point now) const {
+  const std::lock_guard lock(mutex_);
+  return stop_cause_ ? now - stop_requested_ : Clock::duration::zero();
 }
 
 bool Job::waited_too_long(Clock::time_point now) const {

@@ -19,6 +19,7 @@
 #include "meshsmooth/options.hpp"
 #include "meshsmooth/smoother.hpp"
 #include "meshsmooth/summary.hpp"
+#include "topology_cache.hpp"
 #include "wire/mesh_assembler.hpp"
 
 namespace meshsmooth::server {
@@ -51,6 +52,8 @@ struct JobRequest {
   SmoothOptions options;
   Priority priority = Priority::normal;
   wire::MeshLayout layout;
+  std::shared_ptr<CachedTopology> topology;   // set: only coordinates come
+  bool topology_kept = false;                 // the one that comes enters the cache
   std::optional<Clock::time_point> deadline;  // of the call
   std::optional<Clock::duration> queue_timeout;
   /// Set: the job outlives its calls, and its result is kept so long.
@@ -95,6 +98,8 @@ struct JobSnapshot {
   int progress_count = 0;
   std::shared_ptr<const SmoothSummary> summary;
   std::shared_ptr<const JobResult> result;
+  std::string topology_name;  // of one that is cached
+  bool topology_reused = false;
   std::exception_ptr error;  // why it failed or was cancelled
 };
 
@@ -147,6 +152,14 @@ class Job {
   /// Needs a job that has not ended.
   [[nodiscard]] wire::MeshAssembler& mesh() { return *mesh_; }
 
+  /// The cached topology that it runs on; nothing before and after, and for a job that
+  /// brings its own for itself alone.
+  [[nodiscard]] std::shared_ptr<CachedTopology> topology() const;
+  /// Offers the topology that has come to the cache, if that was asked for. Needs a
+  /// complete mesh; before `queue`.
+  void keep_topology(TopologyCache& cache);
+  void note_topology_reused();
+
   // The walk. Each step needs the state before it.
   void queue();
   void start();  // gives the place in the queue back
@@ -164,6 +177,8 @@ class Job {
   /// Asks the job to end by `cause`; false when it was asked before or is over.
   bool request_stop(std::exception_ptr cause);
   [[nodiscard]] std::exception_ptr stop_cause() const;
+  /// For how long it has been asked to stop; 0: it has not.
+  [[nodiscard]] Clock::duration stopping_for(Clock::time_point now) const;
   [[nodiscard]] std::stop_token stop_token() const { return stop_.get_token(); }
 
   /// Asks the job to end with the positions reached so far.
@@ -198,12 +213,14 @@ class Job {
 
   // Given back in reverse order: the promise outlives the bytes.
   Reservation reservation_;
+  std::shared_ptr<CachedTopology> topology_;
   QueuePlace place_;
   std::unique_ptr<wire::MeshAssembler> mesh_;
 
   mutable std::mutex mutex_;
   JobSnapshot now_;
   std::exception_ptr stop_cause_;
+  Clock::time_point stop_requested_;
   std::vector<Watcher> watchers_;
   int next_watcher_ = 0;
 };

@@ -1,9 +1,12 @@
 #include "job_queue.hpp"
 
-#include <iterator>
+#include <algorithm>
+#include <optional>
 #include <string>
+#include <vector>
 
-#include "meshsmooth/error.hpp"
+#include "busy.hpp"
+#include "job.hpp"
 
 namespace meshsmooth::server {
 
@@ -13,12 +16,19 @@ QueuePlace::~QueuePlace() {
 
 QueuePlace JobQueue::admit(std::int64_t bytes) {
   const std::lock_guard lock(mutex_);
-  if (admitted_jobs_ >= max_jobs_ || bytes > max_bytes_ - admitted_bytes_) {
-    throw OutOfMemory("QUEUE_FULL",
-                      "the queue is full: " + std::to_string(admitted_jobs_) + " jobs with " +
-                          std::to_string(admitted_bytes_) + " bytes wait; try again later",
-                      {{"queued_jobs", std::to_string(admitted_jobs_)},
-                       {"queued_bytes", std::to_string(admitted_bytes_)}});
+  const std::int64_t too_many_bytes = bytes - (max_bytes_ - admitted_bytes_);
+  if (admitted_jobs_ >= max_jobs_ || too_many_bytes > 0) {
+    const auto now = Clock::now();
+    auto delay = jobs_left_.time_for(1, now);
+    if (too_many_bytes > 0) {
+      delay = std::max(delay, bytes_left_.time_for(static_cast<double>(too_many_bytes), now));
+    }
+    throw Busy("QUEUE_FULL",
+               "the queue is full: " + std::to_string(admitted_jobs_) + " jobs with " +
+                   std::to_string(admitted_bytes_) + " bytes wait; try again later",
+               {{"queued_jobs", std::to_string(admitted_jobs_)},
+                {"queued_bytes", std::to_string(admitted_bytes_)}},
+               delay);
   }
   ++admitted_jobs_;
   admitted_bytes_ += bytes;
@@ -28,37 +38,68 @@ QueuePlace JobQueue::admit(std::int64_t bytes) {
 void JobQueue::push(std::shared_ptr<Job> job, Priority priority) {
   {
     const std::lock_guard lock(mutex_);
-    const Key key{-static_cast<int>(priority), next_age_++};
-    keys_.emplace(job.get(), key);
-    waiting_.emplace(key, std::move(job));
+    const Age age = next_age_++;
+    ages_.emplace(job.get(), age);
+    waiting_.emplace(age, Waiting{std::move(job), static_cast<int>(priority), Clock::now()});
   }
   not_empty_.notify_one();
+}
+
+template <class Visit>
+void JobQueue::rank_all(const Visit& visit) const {
+  const auto now = Clock::now();
+  std::map<std::pair<std::string, int>, int> turns;  // by owner and level: jobs before
+  for (const auto& [age, waiting] : waiting_) {
+    const auto grown = ageing_.count() > 0 ? (now - waiting.since) / ageing_ : 0;
+    const int level = static_cast<int>(
+        std::min<std::int64_t>(waiting.level + grown, static_cast<int>(Priority::interactive)));
+    const std::string& owner = waiting.job->request().identity;
+    const auto running = running_.find(owner);
+    const int turn = turns[{owner, level}]++ + (running == running_.end() ? 0 : running->second);
+    visit(waiting, Rank{-level, turn, age});
+  }
 }
 
 std::shared_ptr<Job> JobQueue::pop() {
   std::unique_lock lock(mutex_);
   not_empty_.wait(lock, [this] { return closed_ || !waiting_.empty(); });
   if (closed_) return nullptr;
-  auto first = waiting_.extract(waiting_.begin());
-  keys_.erase(first.mapped().get());
-  return std::move(first.mapped());
+  std::optional<Rank> next;
+  rank_all([&](const Waiting&, const Rank& rank) { next = next ? std::min(*next, rank) : rank; });
+  auto first = waiting_.extract(next->age);
+  std::shared_ptr<Job> job = std::move(first.mapped().job);
+  ages_.erase(job.get());
+  ++running_[job->request().identity];
+  return job;
+}
+
+void JobQueue::done(const Job& job) {
+  const std::lock_guard lock(mutex_);
+  const auto owner = running_.find(job.request().identity);
+  if (--owner->second == 0) running_.erase(owner);
 }
 
 bool JobQueue::remove(const Job& job) {
   std::shared_ptr<Job> removed;  // its last owner may be this queue: destroyed after the lock
   const std::lock_guard lock(mutex_);
-  const auto found = keys_.find(&job);
-  if (found == keys_.end()) return false;
-  removed = std::move(waiting_.extract(found->second).mapped());
-  keys_.erase(found);
+  const auto found = ages_.find(&job);
+  if (found == ages_.end()) return false;
+  removed = std::move(waiting_.extract(found->second).mapped().job);
+  ages_.erase(found);
   return true;
 }
 
 int JobQueue::position(const Job& job) const {
   const std::lock_guard lock(mutex_);
-  const auto found = keys_.find(&job);
-  if (found == keys_.end()) return 0;
-  return 1 + static_cast<int>(std::distance(waiting_.begin(), waiting_.find(found->second)));
+  if (!ages_.contains(&job)) return 0;
+  std::vector<Rank> ranks;
+  std::optional<Rank> own;
+  rank_all([&](const Waiting& waiting, const Rank& rank) {
+    ranks.push_back(rank);
+    if (waiting.job.get() == &job) own = rank;
+  });
+  return 1 +
+         static_cast<int>(std::ranges::count_if(ranks, [&](const Rank& r) { return r < *own; }));
 }
 
 void JobQueue::close() {
@@ -73,6 +114,9 @@ void JobQueue::give_back(std::int64_t bytes) {
   const std::lock_guard lock(mutex_);
   --admitted_jobs_;
   admitted_bytes_ -= bytes;
+  const auto now = Clock::now();
+  jobs_left_.add(1, now);
+  bytes_left_.add(static_cast<double>(bytes), now);
 }
 
 }  // namespace meshsmooth::server

@@ -1,12 +1,16 @@
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <unordered_map>
 #include <utility>
+
+#include "drain_rate.hpp"
 
 namespace meshsmooth::server {
 
@@ -38,26 +42,33 @@ class QueuePlace {
   std::int64_t bytes_ = 0;
 };
 
-/// Orders waiting jobs by priority, then by age. Bounded by jobs and bytes at
-/// admission, so a job that was uploaded always finds room. Knows neither gRPC
-/// nor backends. Thread-safe.
+/// Orders waiting jobs: by priority, which grows by a level for every `ageing` waited;
+/// inside a level by turns of their owners, those first who have fewer jobs running;
+/// of one owner by age. Bounded by jobs and bytes at admission, so a job that was
+/// uploaded always finds room. Knows neither gRPC nor backends. Thread-safe.
 class JobQueue {
  public:
-  JobQueue(int max_jobs, std::int64_t max_bytes) : max_jobs_(max_jobs), max_bytes_(max_bytes) {}
+  using Clock = std::chrono::steady_clock;
 
-  /// Throws OutOfMemory (QUEUE_FULL).
+  JobQueue(int max_jobs, std::int64_t max_bytes, Clock::duration ageing = std::chrono::minutes(1))
+      : max_jobs_(max_jobs), max_bytes_(max_bytes), ageing_(ageing) {}
+
+  /// Throws Busy (QUEUE_FULL).
   [[nodiscard]] QueuePlace admit(std::int64_t bytes);
 
   /// Never blocks, never fails. Needs a job that holds a place. O(log n).
   void push(std::shared_ptr<Job> job, Priority priority);
 
-  /// Waits for a job; nothing once the queue is closed.
+  /// Waits for a job, which then runs until `done`; nothing once the queue is
+  /// closed. O(n log n).
   [[nodiscard]] std::shared_ptr<Job> pop();
+  /// The owner of this job has one less running.
+  void done(const Job& job);
 
   /// False when the job is not (or no longer) waiting here. O(log n).
   bool remove(const Job& job);
 
-  /// 1 = next, 0 = not waiting here. O(n).
+  /// 1 = next, 0 = not waiting here. O(n log n).
   [[nodiscard]] int position(const Job& job) const;
 
   /// Lets every `pop` return nothing; jobs that wait stay where they are.
@@ -65,18 +76,35 @@ class JobQueue {
 
  private:
   friend class QueuePlace;
-  using Key = std::pair<int, std::int64_t>;  // minus priority, age
+  struct Waiting {
+    std::shared_ptr<Job> job;
+    int level;
+    Clock::time_point since;
+  };
+  using Age = std::int64_t;
+  struct Rank {  // the lowest is next
+    int minus_level;
+    int turn;  // of the owner, inside the level
+    Age age;
+    friend auto operator<=>(const Rank&, const Rank&) = default;
+  };
+
+  template <class Visit>
+  void rank_all(const Visit& visit) const;
   void give_back(std::int64_t bytes);
 
   const int max_jobs_;
   const std::int64_t max_bytes_;
+  const Clock::duration ageing_;
   mutable std::mutex mutex_;
   std::condition_variable not_empty_;
-  std::map<Key, std::shared_ptr<Job>> waiting_;
-  std::unordered_map<const Job*, Key> keys_;
-  std::int64_t next_age_ = 0;
+  std::map<Age, Waiting> waiting_;
+  std::unordered_map<const Job*, Age> ages_;
+  std::map<std::string, int> running_;  // by owner
+  Age next_age_ = 0;
   int admitted_jobs_ = 0;
   std::int64_t admitted_bytes_ = 0;
+  DrainRate jobs_left_, bytes_left_;
   bool closed_ = false;
 };
 

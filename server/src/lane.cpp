@@ -3,13 +3,16 @@
 #include <exception>
 #include <utility>
 
+#include "log.hpp"
 #include "meshsmooth/error.hpp"
 
 namespace meshsmooth::server {
 
-Lane::Lane(std::unique_ptr<Smoother> smoother, JobQueue& queue, std::function<void()> on_broken)
+Lane::Lane(std::unique_ptr<Smoother> smoother, JobQueue& queue, TopologyCache& topologies,
+           std::function<void()> on_broken)
     : smoother_(std::move(smoother)),
       queue_(queue),
+      topologies_(topologies),
       on_broken_(std::move(on_broken)),
       thread_([this] { run(); }) {}
 
@@ -21,11 +24,33 @@ void Lane::run() {
   while (!broken_) {
     const std::shared_ptr<Job> job = queue_.pop();
     if (!job) return;
+    set_job(job);
     busy_ = true;
     run_job(*job);
+    set_job(nullptr);
+    queue_.done(*job);
     busy_ = false;
   }
-  on_broken_();
+  break_down();
+}
+
+void Lane::set_job(std::shared_ptr<Job> job) {
+  const std::lock_guard lock(mutex_);
+  job_.swap(job);
+}
+
+void Lane::watch(Clock::time_point now, Clock::duration patience) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!job_ || job_->stopping_for(now) <= patience) return;
+  }
+  log_error("lane_stuck", "a lane does not let its job go");
+  break_down();
+}
+
+void Lane::break_down() {
+  broken_ = true;
+  if (!told_.exchange(true)) on_broken_();
 }
 
 void Lane::run_job(Job& job) {
@@ -46,15 +71,23 @@ void Lane::run_job(Job& job) {
       .deadline = {},
       .on_progress = [&job](const Progress& progress) { job.report(progress); }};
   try {
-    wire::MeshAssembler& mesh = job.mesh();
-    job.finish(
-        smoother_->smooth(mesh.topology(), mesh.positions(), job.request().options, control));
+    job.finish(smooth(job, control));
   } catch (const DeviceError& error) {
     broken_ = error.fatal();
     job.end(std::current_exception());
   } catch (...) {
     job.end(std::current_exception());
   }
+}
+
+SmoothSummary Lane::smooth(Job& job, const JobControl& control) {
+  wire::MeshAssembler& mesh = job.mesh();
+  const SmoothOptions& options = job.request().options;
+  const auto topology = job.topology();
+  if (!topology) return smoother_->smooth(mesh.topology(), mesh.positions(), options, control);
+  const PreparedForJob prepared = topologies_.prepare(*topology, *smoother_, control);
+  if (prepared.reused) job.note_topology_reused();
+  return smoother_->smooth(*prepared.topology, mesh.positions(), options, control);
 }
 
 }  // namespace meshsmooth::server

@@ -3,20 +3,23 @@
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <thread>
 
 #include "job.hpp"
 #include "job_queue.hpp"
 #include "meshsmooth/smoother.hpp"
+#include "topology_cache.hpp"
 
 namespace meshsmooth::server {
 
 /// One thread with its own smoother: takes job after job from the queue. Ends
 /// when the queue is closed, or when its device is lost; then it says so by
-/// `on_broken`, once, from its own thread.
+/// `on_broken`, once.
 class Lane {
  public:
-  Lane(std::unique_ptr<Smoother> smoother, JobQueue& queue, std::function<void()> on_broken);
+  Lane(std::unique_ptr<Smoother> smoother, JobQueue& queue, TopologyCache& topologies,
+       std::function<void()> on_broken);
   ~Lane() { join(); }
   Lane(const Lane&) = delete;
   Lane& operator=(const Lane&) = delete;
@@ -28,15 +31,26 @@ class Lane {
   [[nodiscard]] bool busy() const { return busy_; }
   [[nodiscard]] bool broken() const { return broken_; }
 
+  /// Breaks a lane whose job was asked to stop longer ago than `patience` and goes on:
+  /// nothing less than the end of the process gets its thread back.
+  void watch(Clock::time_point now, Clock::duration patience);
+
  private:
   void run();
   void run_job(Job& job);
+  void set_job(std::shared_ptr<Job> job);
+  void break_down();
+  [[nodiscard]] SmoothSummary smooth(Job& job, const JobControl& control);
 
   const std::unique_ptr<Smoother> smoother_;
   JobQueue& queue_;
+  TopologyCache& topologies_;
   const std::function<void()> on_broken_;
   std::atomic<bool> busy_ = false;
   std::atomic<bool> broken_ = false;
+  std::atomic<bool> told_ = false;  // that it is broken
+  std::mutex mutex_;
+  std::shared_ptr<Job> job_;  // that runs
   std::thread thread_;
 };
 

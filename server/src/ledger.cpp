@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string>
 
-#include "meshsmooth/error.hpp"
+#include "busy.hpp"
 
 namespace meshsmooth::server {
 namespace {
@@ -19,11 +19,12 @@ void check_limit(std::int64_t need, std::int64_t limit, const std::string& space
 }
 
 [[noreturn]] void throw_busy(const std::string& reason, std::int64_t need, std::int64_t free,
-                             const std::string& space) {
-  throw OutOfMemory(reason,
-                    "the job needs " + std::to_string(need) + " bytes of " + space + " memory, " +
-                        std::to_string(free) + " are free now; try again later",
-                    {{"need_bytes", std::to_string(need)}, {"free_bytes", std::to_string(free)}});
+                             const std::string& space, const DrainRate& freed) {
+  throw Busy(reason,
+             "the job needs " + std::to_string(need) + " bytes of " + space + " memory, " +
+                 std::to_string(free) + " are free now; try again later",
+             {{"need_bytes", std::to_string(need)}, {"free_bytes", std::to_string(free)}},
+             freed.time_for(static_cast<double>(need - free), DrainRate::Clock::now()));
 }
 
 }  // namespace
@@ -51,10 +52,10 @@ Reservation Ledger::reserve(MemoryEstimate need) {
   const std::int64_t host_free = limit_.host_bytes - reserved_.host_bytes;
   const std::int64_t device_free = limit_.device_bytes - reserved_.device_bytes;
   if (need.host_bytes > host_free) {
-    throw_busy("HOST_MEMORY_BUSY", need.host_bytes, host_free, "host");
+    throw_busy("HOST_MEMORY_BUSY", need.host_bytes, host_free, "host", host_freed_);
   }
   if (need.device_bytes > device_free) {
-    throw_busy("DEVICE_MEMORY_BUSY", need.device_bytes, device_free, "device");
+    throw_busy("DEVICE_MEMORY_BUSY", need.device_bytes, device_free, "device", device_freed_);
   }
   reserved_.host_bytes += need.host_bytes;
   reserved_.device_bytes += need.device_bytes;
@@ -70,6 +71,9 @@ void Ledger::give_back(MemoryEstimate bytes) {
   const std::lock_guard lock(mutex_);
   reserved_.host_bytes -= bytes.host_bytes;
   reserved_.device_bytes -= bytes.device_bytes;
+  const auto now = DrainRate::Clock::now();
+  host_freed_.add(static_cast<double>(bytes.host_bytes), now);
+  device_freed_.add(static_cast<double>(bytes.device_bytes), now);
 }
 
 }  // namespace meshsmooth::server

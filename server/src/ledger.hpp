@@ -3,6 +3,7 @@
 #include <mutex>
 #include <utility>
 
+#include "drain_rate.hpp"
 #include "meshsmooth/smoother.hpp"
 
 namespace meshsmooth::server {
@@ -43,7 +44,7 @@ class Ledger {
   explicit Ledger(MemoryEstimate limit) : limit_(limit) {}
 
   /// Throws OutOfMemory: MESH_TOO_LARGE ("need_bytes", "limit_bytes") when it
-  /// could never fit, HOST_MEMORY_BUSY or DEVICE_MEMORY_BUSY when not now.
+  /// could never fit; Busy: HOST_MEMORY_BUSY or DEVICE_MEMORY_BUSY when not now.
   [[nodiscard]] Reservation reserve(MemoryEstimate need);
 
   /// Throws as `reserve` does when it could never fit.
@@ -59,6 +60,7 @@ class Ledger {
   const MemoryEstimate limit_;
   mutable std::mutex mutex_;
   MemoryEstimate reserved_;
+  DrainRate host_freed_, device_freed_;
 };
 
 }  // namespace meshsmooth::server

@@ -1,4 +1,4 @@
-// server_bench: meshsmooth-bench's "server" where there is no CUDA to build that with.
+// server_bench: meshsmooth-bench's "server" and "steps" where there is no CUDA to build that with.
 
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
@@ -13,6 +13,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   meshsmooth::bench::Action action;
   meshsmooth::bench::add_server_command(app, action);
+  meshsmooth::bench::add_steps_command(app, action);
   CLI11_PARSE(app, argc, argv);
   try {
     return action();

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <condition_variable>
 #include <cstring>
 #include <mutex>
@@ -285,6 +286,32 @@ TEST_F(EngineTest, WaitsUntilTheLastJobHasEnded) {
 
   waiter.join();
   expect_balanced();
+}
+
+// Nothing less than the end of the process gets such a lane back.
+TEST(EngineWatchdog, BreaksALaneThatDoesNotLetGo) {
+  const auto fake = std::make_shared<FakeControl>();
+  std::atomic<int> broken = 0;
+  ServerConfig config = testing::quiet_config();
+  config.lane_watchdog_seconds = 0.2;
+  Engine engine(
+      config, [&] { return std::make_unique<FakeSmoother>(fake); }, [&] { ++broken; });
+  fake->hold_deaf();
+  Caller caller(engine);
+  ASSERT_TRUE(caller.admit());
+  caller.submit();
+  fake->wait_started(1);
+  std::this_thread::sleep_for(std::chrono::milliseconds(400));
+  EXPECT_EQ(broken, 0);  // it only takes long
+
+  engine.cancel(caller.job(), std::make_exception_ptr(Cancelled("WHY", "")));
+
+  while (broken == 0) std::this_thread::yield();
+  EXPECT_TRUE(engine.lanes()[0]->broken());
+  fake->release();
+  EXPECT_EQ(caller.finish(), JobState::cancelled);
+  engine.close();
+  EXPECT_EQ(broken, 1);
 }
 
 TEST_F(EngineTest, ExpiresOnlyJobsThatStillWait) {

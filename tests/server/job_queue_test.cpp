@@ -11,8 +11,10 @@
 namespace meshsmooth::server {
 namespace {
 
-std::shared_ptr<Job> make_job(JobQueue& queue, std::int64_t sequence) {
+std::shared_ptr<Job> make_job(JobQueue& queue, std::int64_t sequence,
+                              const std::string& owner = kAnonymous) {
   JobRequest request;
+  request.identity = owner;
   request.layout.node_count = 1;
   request.layout.coordinates_bytes = 24;
   return std::make_shared<Job>("jobs/" + std::to_string(sequence), sequence, std::move(request),
@@ -31,6 +33,69 @@ TEST(JobQueue, HandsOutByPriorityThenByAge) {
   std::vector<std::int64_t> order;
   for (int i = 0; i < 4; ++i) order.push_back(queue.pop()->sequence());
   EXPECT_EQ(order, (std::vector<std::int64_t>{3, 2, 4, 1}));
+}
+
+std::vector<std::int64_t> pop_all(JobQueue& queue, int count) {
+  std::vector<std::int64_t> order;
+  for (int i = 0; i < count; ++i) order.push_back(queue.pop()->sequence());
+  return order;
+}
+
+TEST(JobQueue, LetsWaitingJobsRiseSoThatNoneStarves) {
+  using namespace std::chrono_literals;
+  JobQueue queue(10, 1000, 30ms);
+  queue.push(make_job(queue, 1), Priority::batch);
+  queue.push(make_job(queue, 2), Priority::normal);
+  std::this_thread::sleep_for(70ms);  // two levels
+  queue.push(make_job(queue, 3), Priority::interactive);
+  queue.push(make_job(queue, 4), Priority::normal);
+
+  EXPECT_EQ(pop_all(queue, 4), (std::vector<std::int64_t>{1, 2, 3, 4}));
+}
+
+TEST(JobQueue, TakesTheOwnersOfALevelInTurns) {
+  JobQueue queue(10, 1000);
+  for (const auto& [sequence, owner] : {std::pair{1, "a"}, std::pair{2, "a"}, std::pair{3, "a"},
+                                        std::pair{4, "b"}, std::pair{5, "b"}, std::pair{6, "c"}}) {
+    queue.push(make_job(queue, sequence, owner), Priority::normal);
+  }
+  const auto urgent = make_job(queue, 7, "a");
+  queue.push(urgent, Priority::interactive);
+  EXPECT_EQ(queue.position(*urgent), 1);
+
+  EXPECT_EQ(pop_all(queue, 7), (std::vector<std::int64_t>{7, 4, 6, 1, 5, 2, 3}));
+}
+
+// "a" has a job running, so "b" goes first though it came later; once that is done, by age.
+TEST(JobQueue, CountsWhatAnOwnerHasRunning) {
+  JobQueue queue(10, 1000);
+  queue.push(make_job(queue, 1, "a"), Priority::normal);
+  const auto running = queue.pop();
+  const auto second = make_job(queue, 2, "a");
+  const auto other = make_job(queue, 3, "b");
+  queue.push(second, Priority::normal);
+  queue.push(other, Priority::normal);
+  EXPECT_EQ(queue.position(*other), 1);
+  EXPECT_EQ(queue.position(*second), 2);
+
+  queue.done(*running);
+
+  EXPECT_EQ(queue.position(*second), 1);
+}
+
+TEST(DrainRate, ForeseesByWhatHasGone) {
+  using namespace std::chrono_literals;
+  DrainRate rate;
+  const auto start = DrainRate::Clock::now();
+  EXPECT_EQ(rate.time_for(5, start), 1s);                         // nothing is known
+  for (int i = 0; i < 100; ++i) rate.add(10, start + i * 100ms);  // 100 a second
+  const auto now = start + 10s;
+  const auto delay = std::chrono::duration<double>(rate.time_for(500, now)).count();
+  EXPECT_GT(delay, 4);
+  EXPECT_LT(delay, 6);
+  EXPECT_EQ(rate.time_for(1e9, now), 30s);
+  EXPECT_EQ(rate.time_for(1, now), 50ms);
+  EXPECT_GT(rate.time_for(500, now + 60s), rate.time_for(500, now));  // it has become slower
 }
 
 TEST(JobQueue, KnowsThePlaceOfAJob) {

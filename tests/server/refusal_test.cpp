@@ -110,8 +110,8 @@ TEST_F(Refusal, OfOptionsNamesTheField) {
 }
 
 TEST_F(Refusal, OfWhatLaterVersionsWillHave) {
-  expect_refused([](auto& s) { s.set_topology_name("topologies/sha256-0"); },
-                 StatusCode::INVALID_ARGUMENT, "OPTION_NOT_SUPPORTED", "topology_name");
+  expect_refused([](auto& s) { s.set_topology_name("topologies/sha256-0"); }, StatusCode::NOT_FOUND,
+                 "TOPOLOGY_NOT_FOUND", "");
 }
 
 TEST_F(Refusal, OfABackendThatIsNotHere) {

@@ -5,6 +5,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cstdint>
 #include <stdexcept>
 #include <string>
@@ -37,6 +38,9 @@ class Relay {
 
   [[nodiscard]] std::string target() const { return "127.0.0.1:" + std::to_string(port_); }
 
+  /// What the client has sent.
+  [[nodiscard]] std::int64_t bytes_up() const { return bytes_up_; }
+
   void cut() {
     shutdown(listener_, SHUT_RDWR);
     shutdown(client_, SHUT_RDWR);
@@ -60,15 +64,17 @@ class Relay {
     close(accepted);
     const sockaddr_in address = loopback(server_port);
     if (connect(server_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) {
-      std::thread back([this] { copy(server_, client_); });
-      copy(client_, server_);
+      std::atomic<std::int64_t> bytes_down = 0;
+      std::thread back([&] { copy(server_, client_, bytes_down); });
+      copy(client_, server_, bytes_up_);
       back.join();
     }
   }
 
-  static void copy(int from, int to) {
+  static void copy(int from, int to, std::atomic<std::int64_t>& bytes) {
     char buffer[1 << 16];
     for (ssize_t count; (count = recv(from, buffer, sizeof buffer, 0)) > 0;) {
+      bytes += count;
       for (ssize_t sent = 0; sent < count;) {
         const ssize_t written =
             send(to, buffer + sent, static_cast<std::size_t>(count - sent), MSG_NOSIGNAL);
@@ -84,6 +90,7 @@ class Relay {
   const int client_ = make_socket();
   const int server_ = make_socket();
   int port_ = 0;
+  std::atomic<std::int64_t> bytes_up_ = 0;
   std::thread thread_;
 };
 

@@ -181,14 +181,6 @@ TEST_F(Service, DescribesItself) {
   EXPECT_FALSE(info.draining());
 }
 
-TEST_F(Service, AnswersUnimplementedToCallsOfLaterVersions) {
-  grpc::ClientContext context;
-  v1::GetTopologyResponse response;
-
-  EXPECT_EQ(stub_.GetTopology(&context, {}, &response).error_code(),
-            grpc::StatusCode::UNIMPLEMENTED);
-}
-
 TEST_F(Service, IsFoundByReflection) {
   RawCall call(server_.channel(), "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo");
   call.send(string_message(7, "*"));  // list_services

@@ -5,6 +5,7 @@
 #include <new>
 #include <stdexcept>
 
+#include "busy.hpp"
 #include "meshsmooth/error.hpp"
 
 namespace meshsmooth::server {
@@ -42,7 +43,9 @@ TEST(Status, HasTheCodeOfItsReasonWhereThatSaysMore) {
 
 TEST(Status, AsksForARetryOnlyWhereOneHelps) {
   for (const char* reason : {"QUEUE_FULL", "HOST_MEMORY_BUSY", "DEVICE_MEMORY_BUSY"}) {
-    EXPECT_TRUE(describe(OutOfMemory(reason, "")).retry_delay) << reason;
+    EXPECT_EQ(describe(Busy(reason, "", {}, std::chrono::milliseconds(70))).retry_delay,
+              std::chrono::milliseconds(70))
+        << reason;
   }
   EXPECT_TRUE(describe(Error("DRAINING", "")).retry_delay);
   EXPECT_FALSE(describe(OutOfMemory("MESH_TOO_LARGE", "")).retry_delay);

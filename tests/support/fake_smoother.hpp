@@ -24,10 +24,15 @@ class FakeControl {
     const std::lock_guard lock(mutex_);
     held_ = true;
   }
+  /// The same, and they do not hear that they should end.
+  void hold_deaf() {
+    const std::lock_guard lock(mutex_);
+    held_ = deaf_ = true;
+  }
   void release() {
     {
       const std::lock_guard lock(mutex_);
-      held_ = false;
+      held_ = deaf_ = preparation_held_ = false;
     }
     changed_.notify_all();
   }
@@ -35,6 +40,20 @@ class FakeControl {
   void fail_with(std::function<void()> thrower) {
     const std::lock_guard lock(mutex_);
     thrower_ = std::move(thrower);
+  }
+  /// The same for the preparation of topologies.
+  void hold_preparation() {
+    const std::lock_guard lock(mutex_);
+    preparation_held_ = true;
+  }
+  void fail_to_prepare(std::function<void()> thrower) {
+    const std::lock_guard lock(mutex_);
+    preparation_thrower_ = std::move(thrower);
+  }
+  /// How many topologies were prepared, or were to be.
+  [[nodiscard]] int prepared() const {
+    const std::lock_guard lock(mutex_);
+    return prepared_;
   }
   /// Progress that a job reports at its start, iterations 1..count.
   void report_progress(int count) { progress_count_ = count; }
@@ -62,6 +81,10 @@ class FakeControl {
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;
   bool held_ = false;
+  bool deaf_ = false;
+  bool preparation_held_ = false;
+  int prepared_ = 0;
+  std::function<void()> preparation_thrower_;
   int started_ = 0;
   std::function<void()> thrower_;
   MemoryEstimate estimate_;
@@ -86,6 +109,23 @@ class FakeSmoother final : public Smoother {
     return control_->estimate_;
   }
 
+  std::shared_ptr<const PreparedTopology> prepare(const TopologyView& topology,
+                                                  const JobControl& job) override {
+    std::function<void()> thrower;
+    {
+      std::unique_lock lock(control_->mutex_);
+      ++control_->prepared_;
+      while (control_->preparation_held_) {
+        if (job.stop.stop_requested()) throw Cancelled("CANCELLED", "the job was cancelled");
+        control_->changed_.wait_for(lock, std::chrono::milliseconds(1));
+      }
+      thrower = control_->preparation_thrower_;
+    }
+    if (thrower) thrower();
+    return Smoother::prepare(topology, job);
+  }
+
+  using Smoother::smooth;
   SmoothSummary smooth(const TopologyView& topology, PositionsSpan positions, const SmoothOptions&,
                        const JobControl& job) override {
     start();
@@ -127,7 +167,9 @@ class FakeSmoother final : public Smoother {
     std::unique_lock lock(control_->mutex_);
     const auto finish_early = [&] { return job.finish_early != nullptr && *job.finish_early; };
     while (control_->held_ && !finish_early()) {
-      if (job.stop.stop_requested()) throw Cancelled("CANCELLED", "the job was cancelled");
+      if (job.stop.stop_requested() && !control_->deaf_) {
+        throw Cancelled("CANCELLED", "the job was cancelled");
+      }
       if (job.deadline && std::chrono::steady_clock::now() >= *job.deadline) {
         throw DeadlineExceeded("DEADLINE_RUNNING", "the deadline passed");
       }

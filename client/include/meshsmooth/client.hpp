@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -107,6 +108,7 @@ struct SmoothReport {
   double queue_seconds = 0;
   double receive_seconds = 0;
   double send_seconds = 0;
+  bool topology_reused = false;  // the server had prepared it for an earlier job
   std::string server_version;
   /// meshsmooth.v1.Summary as proto3 JSON with original field names.
   std::string json;
@@ -134,6 +136,34 @@ struct JobInfo {
 
 [[nodiscard]] std::string_view job_state_name(JobState state);
 
+/// A mesh whose nodes move from job to job while its elements stay, as in a time-step loop. The
+/// server keeps the topology, and what it finds out about it, under a name made of its content; a
+/// job sends coordinates only. A server that does not have it (any more) gets it once more, with
+/// the job. The same positions give the same bits, whatever the server has. Not thread-safe; the
+/// client must outlive it.
+class Session {
+ public:
+  ~Session();
+  Session(Session&&) noexcept;
+  Session& operator=(Session&&) noexcept;
+
+  /// The server's name of the topology, "topologies/sha256-…".
+  [[nodiscard]] const std::string& topology_name() const;
+
+  /// Smooths the positions in place: as many as the mesh has nodes, in either precision. Errors
+  /// leave them as they were. `Judgement::brief` saves the server most of the judging.
+  SmoothReport smooth(std::span<Vec3d> positions, const SmoothOptions& options,
+                      const RequestOptions& request = {});
+  SmoothReport smooth(std::span<Vec3f> positions, const SmoothOptions& options,
+                      const RequestOptions& request = {});
+
+ private:
+  friend class Client;
+  struct Impl;
+  explicit Session(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
 /// A connection to one server. Thread-safe: calls may run at the same time.
 /// Every call throws `ServiceError`.
 class Client {
@@ -147,6 +177,9 @@ class Client {
   /// Smooths `mesh` in place: positions change when the whole result has
   /// arrived, never before; nothing else changes.
   SmoothReport smooth(Mesh& mesh, const SmoothOptions& options, const RequestOptions& request = {});
+
+  /// For many jobs on the topology of `mesh`, which is copied. Hashes it, sends nothing yet.
+  [[nodiscard]] Session open(const Mesh& mesh);
 
   /// Waits for a job that was sent with `RequestOptions::result_ttl`, by whomever, and takes
   /// its positions into `mesh`, which is the one that was sent. Of `request` counts timeout,
@@ -165,6 +198,7 @@ class Client {
   [[nodiscard]] bool healthy(std::chrono::milliseconds timeout = std::chrono::seconds(5));
 
  private:
+  friend class Session;
   struct Impl;
   explicit Client(std::unique_ptr<Impl> impl);
   friend struct ClientAccess;  // lets the CLI and tests hand in an in-process channel

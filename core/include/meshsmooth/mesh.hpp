@@ -90,8 +90,16 @@ class MeshTopology {
 /// INDEX_OUT_OF_RANGE, REPEATED_NODE, NON_FINITE_COORDINATE.
 void validate(const TopologyView& topology, const PositionsView& positions);
 
+/// The part of `validate` that needs no positions.
+void validate(const TopologyView& topology);
+
+/// The part of `validate` for new positions of a topology that has passed it. O(nodes),
+/// multi-threaded.
+void validate_positions(const TopologyView& topology, const PositionsView& positions);
+
 /// The part of `validate` that looks at sizes and types, not into the arrays.
 /// O(blocks).
+void validate_sizes(const TopologyView& topology);
 void validate_sizes(const TopologyView& topology, const PositionsView& positions);
 
 }  // namespace meshsmooth

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "meshsmooth/methods.hpp"
+#include "meshsmooth/quality.hpp"
 
 namespace meshsmooth {
 
@@ -55,6 +56,7 @@ struct SmoothOptions {
   std::optional<std::chrono::nanoseconds> compute_budget = {};
   std::optional<MovementLimit> movement_limit = {};
   bool history = false;
+  Judgement judgement = Judgement::full;
 };
 
 /// Throws `InvalidOption` (OPTION_OUT_OF_RANGE, detail "field") or

@@ -10,6 +10,12 @@
 
 namespace meshsmooth {
 
+/// How much is said of the elements of a mesh.
+enum class Judgement {
+  full,   // every metric of every element
+  brief,  // what is inverted and degenerate, the volumes, the worst elements: a third of the time
+};
+
 enum class QualityMetric {
   mean_ratio,          // every type, worst corner; 1 = ideal, negative = inverted
   scaled_jacobian,     // every type, worst corner, ideal corner = 1; a pyramid may exceed 1
@@ -126,11 +132,12 @@ class SurfaceOrientation {
 /// Judges every element in double, at all its corners. Needs a valid mesh.
 /// `element_ids` are the names of the elements where these are not their places;
 /// by name the worst are listed. Multi-threaded; same bits for every number of
-/// threads. O(elements).
+/// threads. In brief there are no metrics. O(elements).
 [[nodiscard]] QualityStats measure_quality(const TopologyView& topology,
                                            const PositionsView& positions,
                                            const SurfaceOrientation& orientation,
-                                           std::span<const std::uint32_t> element_ids = {});
+                                           std::span<const std::uint32_t> element_ids = {},
+                                           Judgement judgement = Judgement::full);
 
 /// Convenience over a mesh's own orientation.
 [[nodiscard]] QualityStats measure_quality(const Mesh& mesh);

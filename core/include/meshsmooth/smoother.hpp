@@ -59,6 +59,21 @@ struct DeviceSpace {
   std::int64_t kept_bytes = 0;  // what a smoother holds between its jobs, at most
 };
 
+/// What `Smoother::prepare` found out about a topology, for many jobs. It does not change, and
+/// serves every smoother of the backend that made it, several at the same time.
+class PreparedTopology {
+ public:
+  virtual ~PreparedTopology() = default;
+
+  /// Of which it was made.
+  TopologyView topology;
+
+  /// What it holds.
+  [[nodiscard]] virtual MemoryEstimate bytes() const = 0;
+  /// -1: not known yet.
+  [[nodiscard]] virtual std::int64_t boundary_node_count() const { return -1; }
+};
+
 /// One in-order slot on one backend: takes a mesh and options, moves its nodes,
 /// says what happened. Not thread-safe; costly to build, cheap to call again.
 class Smoother {
@@ -88,6 +103,21 @@ class Smoother {
   /// O(elements + sweeps * edges).
   virtual SmoothSummary smooth(const TopologyView& topology, PositionsSpan positions,
                                const SmoothOptions& options, const JobControl& control) = 0;
+
+  /// Does once what many jobs on one topology need: rings, balls, boundary. All that
+  /// `topology` views must outlive the result. It does not depend on positions, so a job
+  /// on it has the same bits whenever it was made; they may differ in the last digits of
+  /// sums from those of `smooth` without it, where nodes are numbered by their positions.
+  ///
+  /// Throws what `smooth` throws of a topology. About twice the time of those steps of a job.
+  [[nodiscard]] virtual std::shared_ptr<const PreparedTopology> prepare(
+      const TopologyView& topology, const JobControl& control = {});
+  /// Upper bound of `PreparedTopology::bytes` for a mesh of this size.
+  [[nodiscard]] virtual MemoryEstimate estimate_prepared(const MeshSize& size) const;
+
+  /// As the other, with `prepared.topology`. O(nodes + sweeps * edges), and the judging.
+  virtual SmoothSummary smooth(const PreparedTopology& prepared, PositionsSpan positions,
+                               const SmoothOptions& options, const JobControl& control);
 
   SmoothSummary smooth(Mesh& mesh, const SmoothOptions& options, const JobControl& control = {}) {
     const MeshTopology topology(mesh);

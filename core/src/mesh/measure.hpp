@@ -117,6 +117,26 @@ MESHSMOOTH_HD inline ElementMeasure measure_tetrahedron(const Vec3d* p) {
   return m;
 }
 
+/// What `measure_tetrahedron` says of validity and volume, with its bits, and of shape the cube
+/// of the mean ratio to some rounding: enough to know which elements need the whole measure.
+struct TetrahedronSketch {
+  double volume;
+  bool inverted, degenerate;
+  double mean_ratio_cubed;
+};
+inline TetrahedronSketch sketch_tetrahedron(const Vec3d* p) {
+  const Vec3d a = p[1] - p[0], b = p[2] - p[0], c = p[3] - p[0];
+  const double aa = dot(a, a), bb = dot(b, b), cc = dot(c, c);
+  const double determinant = dot(a, cross(b, c));
+  const double bound = kSignBound * std::sqrt(aa * bb * cc);
+  const Vec3d ab = b - a, ac = c - a, bc = c - b;
+  const double edges = aa + bb + cc + dot(ab, ab) + dot(ac, ac) + dot(bc, bc);
+  const double size = edges * edges * edges;
+  const bool inverted = determinant < -bound;
+  return {determinant / 6, inverted, !inverted && !(determinant > bound),
+          size > 0 ? 432 * determinant * std::abs(determinant) / size : 0.0};
+}
+
 /// `corners` are the positions of the element's nodes in VTK order.
 MESHSMOOTH_HD inline ElementMeasure measure_element(const ElementShape& shape, const Vec3d* corners,
                                                     Vec3d reference) {

@@ -37,16 +37,12 @@ std::size_t find_first(std::size_t count, const Wrong& wrong) {
 
 }  // namespace
 
-void validate_sizes(const TopologyView& topology, const PositionsView& positions) {
+void validate_sizes(const TopologyView& topology) {
   if (topology.node_count == 0) throw InvalidMesh("MESH_EMPTY", "the mesh has no nodes");
   if (topology.element_count() == 0) throw InvalidMesh("MESH_EMPTY", "the mesh has no elements");
   if (topology.node_count > std::numeric_limits<NodeId>::max()) {
     throw_size("the mesh has " + std::to_string(topology.node_count) +
                " nodes, node ids are 32-bit");
-  }
-  if (position_count(positions) != topology.node_count) {
-    throw_size("the mesh has " + std::to_string(topology.node_count) + " nodes but " +
-               std::to_string(position_count(positions)) + " positions");
   }
   if (!topology.fixed.empty() && topology.fixed.size() != topology.node_count) {
     throw_size("the fixed mask has " + std::to_string(topology.fixed.size()) +
@@ -119,7 +115,7 @@ void validate_elements(const ElementBlockView& block, std::size_t first_id,
 }
 
 template <class Real>
-void validate_positions(std::span<const Vec3<Real>> positions) {
+void validate_finite(std::span<const Vec3<Real>> positions) {
   const std::size_t wrong = find_first(positions.size(), [&](std::size_t node) {
     const Vec3<Real> p = positions[node];
     return !(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z));
@@ -183,14 +179,31 @@ std::vector<ElementBlockView> Mesh::block_views() const {
   return views;
 }
 
-void validate(const TopologyView& topology, const PositionsView& positions) {
-  validate_sizes(topology, positions);
+void validate_sizes(const TopologyView& topology, const PositionsView& positions) {
+  validate_sizes(topology);
+  if (position_count(positions) == topology.node_count) return;
+  throw_size("the mesh has " + std::to_string(topology.node_count) + " nodes but " +
+             std::to_string(position_count(positions)) + " positions");
+}
+
+void validate(const TopologyView& topology) {
+  validate_sizes(topology);
   std::size_t first_id = 0;
   for (const ElementBlockView& block : topology.blocks) {
     validate_elements(block, first_id, topology.node_count);
     first_id += block.element_count();
   }
-  std::visit([](auto span) { validate_positions(span); }, positions);
+}
+
+void validate(const TopologyView& topology, const PositionsView& positions) {
+  validate_sizes(topology, positions);
+  validate(topology);
+  std::visit([](auto span) { validate_finite(span); }, positions);
+}
+
+void validate_positions(const TopologyView& topology, const PositionsView& positions) {
+  validate_sizes(topology, positions);
+  std::visit([](auto span) { validate_finite(span); }, positions);
 }
 
 }  // namespace meshsmooth

@@ -41,13 +41,19 @@ struct ElementRun {
 };
 
 template <class Real>
-ElementMeasure measure_in(const ElementRun<Real>& run, std::size_t element,
-                          const SurfaceOrientation& orientation) {
+std::array<Vec3d, 8> corners_of(const ElementRun<Real>& run, std::size_t element) {
   std::array<Vec3d, 8> corners;
   std::size_t n = 0;
   for (const NodeId node : run.nodes_of(element)) {
     corners[n++] = vec3_cast<double>(run.positions[node]);
   }
+  return corners;
+}
+
+template <class Real>
+ElementMeasure measure_in(const ElementRun<Real>& run, std::size_t element,
+                          const SurfaceOrientation& orientation) {
+  const std::array<Vec3d, 8> corners = corners_of(run, element);
   return detail::measure_element(element_shape(run.type), corners.data(),
                                  orientation.reference(run.first_id + element));
 }
@@ -57,6 +63,19 @@ void tally_run(const ElementRun<Real>& run, const SurfaceOrientation& orientatio
                ChunkSums& sums) {
   for (std::size_t e = run.begin; e < run.end; ++e) {
     tally.add(measure_in(run, e, orientation), run.type, run.id_of(e), sums);
+  }
+}
+
+template <class Real>
+void tally_briefly(const ElementRun<Real>& run, const SurfaceOrientation& orientation, Tally& tally,
+                   ChunkSums& sums) {
+  for (std::size_t e = run.begin; e < run.end; ++e) {
+    if (run.type != ElementType::tetrahedron) {
+      tally.add_briefly(measure_in(run, e, orientation), run.type, run.id_of(e), sums);
+    } else if (tally.add(sketch_tetrahedron(corners_of(run, e).data()), sums)) {
+      tally.keep_if_worst(
+          Tally::quality_of(measure_in(run, e, orientation), run.type, run.id_of(e)));
+    }
   }
 }
 
@@ -80,11 +99,12 @@ std::vector<ElementRun<Real>> cut_into_runs(const TopologyView& topology,
 
 template <class Real>
 QualityStats measure_runs(const std::vector<ElementRun<Real>>& runs,
-                          const SurfaceOrientation& orientation) {
+                          const SurfaceOrientation& orientation, Judgement judgement) {
   std::vector<ChunkSums> chunk_sums(runs.size());
   tbb::enumerable_thread_specific<Tally> tallies;
   tbb::parallel_for(std::size_t{0}, runs.size(), [&](std::size_t r) {
-    tally_run(runs[r], orientation, tallies.local(), chunk_sums[r]);
+    const auto tally = judgement == Judgement::brief ? tally_briefly<Real> : tally_run<Real>;
+    tally(runs[r], orientation, tallies.local(), chunk_sums[r]);
   });
 
   Tally total;
@@ -114,10 +134,10 @@ std::string_view metric_name(QualityMetric metric) {
 
 QualityStats measure_quality(const TopologyView& topology, const PositionsView& positions,
                              const SurfaceOrientation& orientation,
-                             std::span<const std::uint32_t> element_ids) {
+                             std::span<const std::uint32_t> element_ids, Judgement judgement) {
   return std::visit(
       [&](auto span) {
-        return measure_runs(cut_into_runs(topology, span, element_ids), orientation);
+        return measure_runs(cut_into_runs(topology, span, element_ids), orientation, judgement);
       },
       positions);
 }

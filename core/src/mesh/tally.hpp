@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "mesh/measure.hpp"
 #include "meshsmooth/quality.hpp"
 
 namespace meshsmooth::detail {
@@ -92,8 +93,32 @@ struct Tally {
       add(QualityMetric::min_angle, degrees(measure.min_angle_cos), sums);
       add(QualityMetric::max_angle, degrees(measure.max_angle_cos), sums);
     }
-    keep_if_worst({element, type, finite_measure(measure.mean_ratio),
-                   finite_measure(measure.scaled_jacobian)});
+    keep_if_worst(quality_of(measure, type, element));
+  }
+
+  /// What is said in brief; true when the element may be among the worst: `keep_if_worst` it.
+  [[nodiscard]] bool add(const TetrahedronSketch& sketch, ChunkSums& sums) {
+    inverted += sketch.inverted ? 1 : 0;
+    degenerate += sketch.degenerate ? 1 : 0;
+    sums.volume += std::abs(sketch.volume);
+    sums.enclosed_volume += sketch.volume;
+    if (worst.size() < kWorstCount) return true;
+    const double bar = worst.front().mean_ratio;
+    return !(sketch.mean_ratio_cubed > bar * bar * bar + 1e-9);
+  }
+  void add_briefly(const ElementMeasure& measure, ElementType type, std::int64_t element,
+                   ChunkSums& sums) {
+    inverted += measure.inverted ? 1 : 0;
+    degenerate += measure.degenerate ? 1 : 0;
+    sums.volume += std::abs(measure.volume);
+    if (element_shape(type).dimension == 3) sums.enclosed_volume += measure.volume;
+    keep_if_worst(quality_of(measure, type, element));
+  }
+
+  static ElementQuality quality_of(const ElementMeasure& measure, ElementType type,
+                                   std::int64_t element) {
+    return {element, type, finite_measure(measure.mean_ratio),
+            finite_measure(measure.scaled_jacobian)};
   }
 
   void keep_if_worst(const ElementQuality& quality) {

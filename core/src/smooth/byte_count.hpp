@@ -15,6 +15,7 @@ class ByteCount {
     }
   }
   void subtract(std::size_t bytes) { now_ -= bytes; }
+  [[nodiscard]] std::size_t now() const { return now_; }
   [[nodiscard]] std::size_t peak() const { return peak_; }
 
  private:

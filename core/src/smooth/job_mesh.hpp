@@ -76,6 +76,31 @@ FixedCounts fix_nodes(E& executor, std::size_t node_count, const Rows<ElementId>
       [] MESHSMOOTH_HD(const FixedCounts& a, const FixedCounts& b) { return a + b; });
 }
 
+/// Positions in internal order.
+template <Executor E, class Real>
+typename E::template Buffer<Vec3<Real>> places_of(E& executor, const Vec3<Real>* positions,
+                                                  const NodeId* caller_of, std::size_t node_count) {
+  auto result = executor.template allocate<Vec3<Real>>(node_count);
+  Vec3<Real>* const places = result.data();
+  executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) {
+    places[node] = positions[caller_of[node]];
+  });
+  return result;
+}
+
+/// `fix_nodes` of a job whose `fixed` has the boundary's marks.
+template <Executor E, class Real>
+void hold_nodes(E& executor, const TopologyView& topology, const SmoothOptions& options,
+                JobMesh<E, Real>& job) {
+  auto mask = executor.in_executor_memory(topology.fixed);
+  const FixedCounts counts =
+      fix_nodes(executor, job.node_count, job.balls.view(), job.caller_of.data(),
+                topology.fixed.empty() ? nullptr : mask.data(),
+                options.boundary != BoundaryPolicy::free, job.fixed.data());
+  job.nodes = counts.nodes;
+  job.free_count = static_cast<std::size_t>(counts.free);
+}
+
 /// Steps 1 and 2: numbers along a curve, balls, rings, boundary.
 ///
 /// takes  the caller's mesh in host memory, its sizes valid
@@ -93,13 +118,7 @@ JobMesh<E, Real> prepare_job(E& executor, const TopologyView& topology,
     job.given = executor.in_executor_memory(positions);
     job.box = find_box(executor, job.given.data(), node_count);
     Renumbering<E> renumbering = renumber_nodes(executor, job.given.data(), node_count, job.box);
-    job.places = executor.template allocate<Vec3<Real>>(node_count);
-    const NodeId* const caller_of = renumbering.caller_of.data();
-    const Vec3<Real>* const source = job.given.data();
-    Vec3<Real>* const places = job.places.data();
-    executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) {
-      places[node] = source[caller_of[node]];
-    });
+    job.places = places_of(executor, job.given.data(), renumbering.caller_of.data(), node_count);
     job.elements = renumber_elements(executor, topology, renumbering.internal_of.data());
     renumbering.internal_of = {};
     job.caller_of = std::move(renumbering.caller_of);
@@ -114,13 +133,7 @@ JobMesh<E, Real> prepare_job(E& executor, const TopologyView& topology,
                        job.fixed.data())) {
       throw_overused_facet(topology);
     }
-    auto mask = executor.in_executor_memory(topology.fixed);
-    const FixedCounts counts =
-        fix_nodes(executor, node_count, job.balls.view(), job.caller_of.data(),
-                  topology.fixed.empty() ? nullptr : mask.data(),
-                  options.boundary != BoundaryPolicy::free, job.fixed.data());
-    job.nodes = counts.nodes;
-    job.free_count = static_cast<std::size_t>(counts.free);
+    hold_nodes(executor, topology, options, job);
   }
   return job;
 }

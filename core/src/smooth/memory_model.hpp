@@ -97,6 +97,17 @@ struct MeshCounts {
   return bytes;
 }
 
+/// Bytes that the CPU backend keeps of a prepared topology.
+[[nodiscard]] inline std::int64_t prepared_bytes(const MeshSize& size) {
+  const MeshCounts mesh = count_mesh(size);
+  const std::int64_t numbers = mesh.nodes * (4 + 1) + mesh.entries * 4 + mesh.elements * 4;
+  const std::int64_t balls = (mesh.nodes + 1) * 8 + mesh.entries * 4;
+  const std::int64_t rings = (mesh.nodes + 1) * 8 + mesh.edges * 2 * 4;
+  const auto table = static_cast<std::int64_t>(kElementTypeCount * sizeof(ElementShape));
+  const std::int64_t bytes = numbers + balls + rings + table;
+  return bytes + bytes / 50;
+}
+
 /// Bytes of the host buffers that the CPU backend holds at its highest point, from
 /// the sizes alone.
 [[nodiscard]] inline std::int64_t estimate_bytes(const MeshSize& size, const SmoothOptions& options,

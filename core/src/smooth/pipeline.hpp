@@ -3,6 +3,7 @@
 #include <limits>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "smooth/constraints.hpp"
@@ -61,22 +62,14 @@ inline void refuse_tangled(const QualityStats& quality, TangledPolicy policy, bo
   }
 }
 
-/// neighbours -> boundary -> constraints -> iterate, in this order and timed: the one text of
-/// every backend. `Judge` is the backend's way to the quality measures and back
-/// to the caller's positions.
-///
-/// takes  a mesh whose sizes are valid, the caller's positions in host memory;
-///        what the backend has not had validated, `prepare_job` finds
-/// gives  smoothed positions in `positions` (free nodes only) and the summary
+/// constraints -> iterate, of a job that is prepared.
 template <Executor E, class Real, class Judge>
-SmoothSummary run_pipeline(E& executor, const TopologyView& topology,
+SmoothSummary run_prepared(E& executor, const TopologyView& topology, JobMesh<E, Real> job,
                            std::span<Vec3<Real>> positions, const SmoothOptions& options,
-                           const JobControl& control, Judge&& judge) {
-  refuse_too_large(topology);
+                           const JobControl& control, Judge&& judge, const StageTimes& prepared) {
   SmoothSummary summary;
+  summary.times = prepared;
   StageTimes& times = summary.times;
-  JobMesh<E, Real> job = prepare_job(executor, topology, std::span<const Vec3<Real>>(positions),
-                                     options, control, times);
   const Constraints<E> constraints = constrain(executor, topology, options, control, job, times);
   summary.nodes = job.nodes;
 
@@ -120,6 +113,25 @@ SmoothSummary run_pipeline(E& executor, const TopologyView& topology,
   }
   executor.collect_times();
   return summary;
+}
+
+/// neighbours -> boundary -> constraints -> iterate, in this order and timed: the one text of
+/// every backend. `Judge` is the backend's way to the quality measures and back
+/// to the caller's positions.
+///
+/// takes  a mesh whose sizes are valid, the caller's positions in host memory;
+///        what the backend has not had validated, `prepare_job` finds
+/// gives  smoothed positions in `positions` (free nodes only) and the summary
+template <Executor E, class Real, class Judge>
+SmoothSummary run_pipeline(E& executor, const TopologyView& topology,
+                           std::span<Vec3<Real>> positions, const SmoothOptions& options,
+                           const JobControl& control, Judge&& judge) {
+  refuse_too_large(topology);
+  StageTimes times;
+  JobMesh<E, Real> job = prepare_job(executor, topology, std::span<const Vec3<Real>>(positions),
+                                     options, control, times);
+  return run_prepared(executor, topology, std::move(job), positions, options, control, judge,
+                      times);
 }
 
 }  // namespace meshsmooth::detail

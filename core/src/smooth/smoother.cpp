@@ -8,6 +8,11 @@
 namespace meshsmooth {
 namespace {
 
+/// Of a backend that prepares every job anew.
+struct UnpreparedTopology final : PreparedTopology {
+  [[nodiscard]] MemoryEstimate bytes() const override { return {}; }
+};
+
 [[noreturn]] void throw_not_available(std::string_view backend) {
   std::string names, problems;
   const std::vector<BackendInfo> backends = list_backends();
@@ -26,6 +31,20 @@ namespace {
 }
 
 }  // namespace
+
+std::shared_ptr<const PreparedTopology> Smoother::prepare(const TopologyView& topology,
+                                                          const JobControl&) {
+  auto result = std::make_shared<UnpreparedTopology>();
+  result->topology = topology;
+  return result;
+}
+
+MemoryEstimate Smoother::estimate_prepared(const MeshSize&) const { return {}; }
+
+SmoothSummary Smoother::smooth(const PreparedTopology& prepared, PositionsSpan positions,
+                               const SmoothOptions& options, const JobControl& control) {
+  return smooth(prepared.topology, positions, options, control);
+}
 
 std::vector<BackendInfo> list_backends() {
   std::vector<BackendInfo> backends = detail::list_cuda_backends();

@@ -28,12 +28,21 @@ struct ServerConfig {
 
   double max_result_ttl_seconds = 3600;    // of results that outlive their call
   std::int64_t max_kept_result_bytes = 0;  // of all those; 0: a quarter of the host memory limit
+  /// Topologies that jobs can name, with what is prepared of them; the least recently used go
+  /// first, and whenever their memory is needed. 0: a quarter of the host memory limit.
+  std::int64_t max_topology_bytes = 0;
 
+  /// A job that has waited so long counts as one priority higher; 0: never.
+  double priority_ageing_seconds = 60;
   double max_queue_timeout_seconds = 3600;
   double stream_idle_timeout_seconds = 60;  // between two chunks of an upload
   double drop_timeout_seconds = 1;          // after StopSending, until half-close
   double lame_duck_seconds = 5;             // not serving, but still accepting
   double drain_grace_seconds = 30;          // for the running jobs, after that
+
+  /// A lane that does not let go of a job so long after it was asked to: the server is broken.
+  double lane_watchdog_seconds = 30;
+  bool warm_up = true;  // each lane runs tiny jobs before the server says SERVING
 
   int early_data_bytes = 64 * 1024;
   int max_chunk_bytes = 2 * 1024 * 1024;

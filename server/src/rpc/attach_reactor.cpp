@@ -86,11 +86,13 @@ void AttachReactor::pump() {
   const auto keep_alive = shared_from_this();
   std::unique_lock lock(mutex_);
   if (std::exchange(pumping_, true)) return;
+  leave_if_failed(lock);
   while (!writing_ && !finished_) {
     const auto now = Clock::now();
     JobSnapshot job;
     if (job_) job = job_->snapshot();
     if (!error_) notice_job(job);
+    leave_if_failed(lock);
     if (all_sent() && job.state == JobState::sending) {
       lock.unlock();
       job_->end();  // it is not kept, and waited for this
@@ -132,6 +134,16 @@ void AttachReactor::pump() {
   pumping_ = false;
 }
 
+// Now: a write to a client that is gone may take until TCP gives it up.
+void AttachReactor::leave_if_failed(std::unique_lock<std::mutex>& lock) {
+  if (!error_ || std::exchange(left_, true)) return;
+  result_.reset();
+  const std::exception_ptr error = error_;
+  lock.unlock();
+  engine_.leave(attendance_, error);
+  lock.lock();
+}
+
 void AttachReactor::notice_job(const JobSnapshot& job) {
   if (!result_) result_ = job.result;
   const std::exception_ptr stop_cause = job_->stop_cause();
@@ -161,7 +173,7 @@ bool AttachReactor::prepare_write(const JobSnapshot& job, Clock::time_point now)
     return true;
   }
   if (result_) {
-    *response_.mutable_result() = encode_result_header(*job_);
+    *response_.mutable_result() = encode_result_header(*job_, job);
     output_ = Output::chunks;
     return true;
   }

@@ -41,6 +41,7 @@ class AttachReactor final : public grpc::ServerWriteReactor<v1::AttachJobRespons
   void attend();
   void pump();
   // With the lock.
+  void leave_if_failed(std::unique_lock<std::mutex>& lock);
   void notice_job(const JobSnapshot& job);
   [[nodiscard]] bool all_sent() const;
   bool prepare_write(const JobSnapshot& job, Clock::time_point now);
@@ -58,6 +59,7 @@ class AttachReactor final : public grpc::ServerWriteReactor<v1::AttachJobRespons
   bool writing_ = false;
   bool finished_ = false;
   bool client_gone_ = false;
+  bool left_ = false;
   std::exception_ptr error_;
   Attendance attendance_;
   std::shared_ptr<const JobResult> result_;

@@ -126,28 +126,68 @@ void add_method_names(v1::GetServerInfoResponse& info, std::index_sequence<I...>
   (info.add_methods(std::string(method_name(std::variant_alternative_t<I, Method>{}))), ...);
 }
 
+Judgement decode_quality_detail(v1::QualityDetail detail) {
+  switch (detail) {
+    case v1::QUALITY_DETAIL_UNSPECIFIED:
+    case v1::QUALITY_DETAIL_FULL:
+      return Judgement::full;
+    case v1::QUALITY_DETAIL_BRIEF:
+      return Judgement::brief;
+    default:
+      throw_not_supported("quality_detail", "unknown detail " + std::to_string(detail));
+  }
+}
+
+void decode_topology(const v1::JobSpec& spec, Engine& engine, JobRequest& job) {
+  switch (spec.topology_case()) {
+    case v1::JobSpec::kInlineTopology:
+      job.layout =
+          wire::decode_layout(spec.inline_topology(), spec.coordinate_type(), engine.mesh_limits());
+      job.topology_kept = spec.topology_kept();
+      return;
+    case v1::JobSpec::kTopologyName:
+      job.topology = find_topology(engine, job.identity, spec.topology_name());
+      job.layout =
+          job.topology->layout().coordinates_only(wire::decode_float64(spec.coordinate_type()));
+      return;
+    case v1::JobSpec::TOPOLOGY_NOT_SET:
+      throw InvalidOption("SPEC_MISSING", "inline_topology: the spec announces no mesh",
+                          {{"field", "inline_topology"}});
+  }
+}
+
 }  // namespace
 
-DecodedSpec decode_spec(const v1::JobSpec& spec, const Engine& engine) {
+std::shared_ptr<CachedTopology> find_topology(Engine& engine, const std::string& identity,
+                                              const std::string& name) {
+  if (auto topology = engine.topologies().find(identity, name)) return topology;
+  throw Error("TOPOLOGY_NOT_FOUND", "no topology of this name is here (any more); send it inline",
+              {{"name", name}});
+}
+
+v1::Topology encode_topology(const CachedTopology& topology) {
+  v1::Topology message;
+  message.set_name(topology.name());
+  *message.mutable_spec() = wire::encode_topology_spec(topology.arrays()->view());
+  message.set_resident_bytes(topology.resident_bytes());
+  message.set_boundary_node_count(std::max<std::int64_t>(topology.boundary_node_count(), 0));
+  return message;
+}
+
+DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& identity, Engine& engine) {
   const ServerConfig& config = engine.config();
-  if (!spec.topology_name().empty()) {
-    throw_not_supported("topology_name", "this server keeps no topologies; send it inline");
-  }
-  if (!spec.has_inline_topology()) {
-    throw InvalidOption("SPEC_MISSING", "inline_topology: the spec announces no mesh",
-                        {{"field", "inline_topology"}});
-  }
   check_request_id(spec.request_id());
   check_backend(spec.backend_kind(), engine.backend());
 
   DecodedSpec decoded;
+  decoded.job.identity = identity;
   decoded.job.request_id = spec.request_id();
   decoded.job.fields = fields_of(spec);
   decoded.job.options = wire::decode_options(spec.options());
   decoded.job.options.history = spec.iteration_history_included();
   decoded.job.priority = decode_priority(spec.priority());
-  decoded.job.layout =
-      wire::decode_layout(spec.inline_topology(), spec.coordinate_type(), engine.mesh_limits());
+  decoded.job.options.judgement = decode_quality_detail(spec.quality_detail());
+  decode_topology(spec, engine, decoded.job);
 
   if (spec.has_progress_interval()) {
     decoded.call.progress_interval =
@@ -238,12 +278,13 @@ v1::Job encode_job(const Job& job, const Engine& engine) {
   return message;
 }
 
-v1::ResultHeader encode_result_header(const Job& job) {
+v1::ResultHeader encode_result_header(const Job& job, const JobSnapshot& now) {
   const wire::MeshLayout& layout = job.request().layout;
   v1::ResultHeader header;
   header.set_node_count(layout.node_count);
   header.set_coordinate_type(layout.float64 ? v1::SCALAR_TYPE_FLOAT64 : v1::SCALAR_TYPE_FLOAT32);
   header.set_size_bytes(layout.coordinates_bytes);
+  header.set_topology_name(now.topology_name);
   return header;
 }
 
@@ -265,6 +306,7 @@ v1::Summary encode_job_summary(const Job& job, const JobSnapshot& now) {
   *timings->mutable_send() = wire::encode_seconds(now.times.send_seconds());
   v1::Execution* execution = message.mutable_execution();
   execution->set_host_peak_bytes(execution->host_peak_bytes() + job.request().layout.total_bytes());
+  execution->set_topology_reused(now.topology_reused);
   execution->set_server_version(MESHSMOOTH_VERSION);
   *message.mutable_options() = wire::encode_options(job.request().options);
   return message;
@@ -281,7 +323,8 @@ v1::GetServerInfoResponse encode_server_info(const Engine& engine) {
   for (const ElementType type : kElementTypes) {
     info.add_element_types(wire::encode_element_type(type));
   }
-  for (const char* feature : {"request_id_joins", "kept_results"}) info.add_features(feature);
+  for (const char* feature : {"request_id_joins", "kept_results", "topology_cache"})
+    info.add_features(feature);
   info.set_draining(engine.draining());
 
   v1::Limits* limits = info.mutable_limits();

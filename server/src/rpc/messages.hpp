@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -24,7 +25,14 @@ struct DecodedSpec {
 
 /// Checks everything but memory. Throws InvalidMesh, InvalidOption,
 /// NotSupported, OutOfMemory (MESH_TOO_LARGE).
-[[nodiscard]] DecodedSpec decode_spec(const v1::JobSpec& spec, const Engine& engine);
+[[nodiscard]] DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& identity,
+                                      Engine& engine);
+
+/// Throws Error (TOPOLOGY_NOT_FOUND).
+[[nodiscard]] std::shared_ptr<CachedTopology> find_topology(Engine& engine,
+                                                            const std::string& identity,
+                                                            const std::string& name);
+[[nodiscard]] v1::Topology encode_topology(const CachedTopology& topology);
 
 [[nodiscard]] v1::State encode_state(JobState state);
 [[nodiscard]] v1::Progress encode_progress(const JobSnapshot& now, int queue_position);
@@ -32,7 +40,7 @@ struct DecodedSpec {
 /// The job with all that is known of it now.
 [[nodiscard]] v1::Job encode_job(const Job& job, const Engine& engine);
 
-[[nodiscard]] v1::ResultHeader encode_result_header(const Job& job);
+[[nodiscard]] v1::ResultHeader encode_result_header(const Job& job, const JobSnapshot& now);
 
 /// The positions from `offset` on, at most so many bytes; returns how many.
 std::int64_t fill_result_chunk(const JobResult& result, std::int64_t offset, int max_bytes,

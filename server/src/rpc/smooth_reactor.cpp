@@ -105,7 +105,7 @@ void SmoothReactor::ingest_spec(const v1::JobSpec& spec) {
     throw InvalidOption("OPTION_OUT_OF_RANGE", "spec: it came twice", {{"field", "spec"}});
   }
   try {
-    DecodedSpec decoded = decode_spec(spec, engine_);
+    DecodedSpec decoded = decode_spec(spec, kAnonymous, engine_);
     decoded.job.deadline = call_deadline(*context_);
     MemoryEstimate estimate;
     Attendance attendance;
@@ -242,6 +242,8 @@ SmoothReactor::Step SmoothReactor::next_step() {
   notice_idle_client(now);
 
   if (error_) {
+    // Now: a write to a client that is gone may take until TCP gives it up.
+    result_.reset();
     if (job_ && !ingesting_ && !std::exchange(left_, true)) return Step::leave_job;
     if (client_stalled_ && !std::exchange(aborted_, true)) return Step::abort;
     return next_step_of_failure(now);
@@ -314,7 +316,7 @@ SmoothReactor::Step SmoothReactor::next_step_of_waiting() {
 
 // A job that failed, or that someone asked us to end, fails the call.
 void SmoothReactor::notice_job(const JobSnapshot& job) {
-  if (!result_) result_ = job.result;
+  if (!result_ && !error_) result_ = job.result;
   const std::exception_ptr stop_cause = job_->stop_cause();
   if (attendance_.joined && job.error && !job.times.queued && !stop_cause) {
     fail(std::make_exception_ptr(Error(
@@ -367,7 +369,7 @@ bool SmoothReactor::prepare_write(const JobSnapshot& job, Clock::time_point now)
       return true;
     case Output::progress:
       if (!result_) return prepare_progress(job, now);
-      *response_.mutable_result() = encode_result_header(*job_);
+      *response_.mutable_result() = encode_result_header(*job_, job);
       output_ = Output::chunks;
       return true;
     case Output::chunks:
@@ -391,6 +393,7 @@ void SmoothReactor::prepare_accepted() {
     estimate_ = job_->reserved_bytes();
     estimate_.host_bytes += attendance_.stream.bytes().host_bytes;
   }
+  if (job_) accepted->set_topology_name(job_->snapshot().topology_name);
   accepted->set_host_reserved_bytes(estimate_.host_bytes);
   accepted->set_device_reserved_bytes(estimate_.device_bytes);
 }

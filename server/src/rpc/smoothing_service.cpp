@@ -64,6 +64,24 @@ grpc::ServerBidiReactor<v1::SmoothRequest, v1::SmoothResponse>* SmoothingService
   return SmoothReactor::start(engine_, context);
 }
 
+grpc::ServerUnaryReactor* SmoothingService::GetTopology(grpc::CallbackServerContext* context,
+                                                        const v1::GetTopologyRequest* request,
+                                                        v1::GetTopologyResponse* response) {
+  return answer(context, [&] {
+    *response->mutable_topology() =
+        encode_topology(*find_topology(engine_, kAnonymous, request->name()));
+  });
+}
+
+grpc::ServerUnaryReactor* SmoothingService::DeleteTopology(grpc::CallbackServerContext* context,
+                                                           const v1::DeleteTopologyRequest* request,
+                                                           v1::DeleteTopologyResponse*) {
+  return answer(context, [&] {
+    const auto topology = find_topology(engine_, kAnonymous, request->name());
+    engine_.topologies().remove(topology->identity(), topology->name());
+  });
+}
+
 grpc::ServerUnaryReactor* SmoothingService::GetJob(grpc::CallbackServerContext* context,
                                                    const v1::GetJobRequest* request,
                                                    v1::GetJobResponse* response) {

@@ -14,6 +14,12 @@ class SmoothingService final : public v1::SmoothingService::CallbackService {
 
   grpc::ServerBidiReactor<v1::SmoothRequest, v1::SmoothResponse>* Smooth(
       grpc::CallbackServerContext* context) override;
+  grpc::ServerUnaryReactor* GetTopology(grpc::CallbackServerContext* context,
+                                        const v1::GetTopologyRequest* request,
+                                        v1::GetTopologyResponse* response) override;
+  grpc::ServerUnaryReactor* DeleteTopology(grpc::CallbackServerContext* context,
+                                           const v1::DeleteTopologyRequest* request,
+                                           v1::DeleteTopologyResponse* response) override;
   grpc::ServerUnaryReactor* GetJob(grpc::CallbackServerContext* context,
                                    const v1::GetJobRequest* request,
                                    v1::GetJobResponse* response) override;

@@ -6,6 +6,7 @@
 #include <new>
 #include <string_view>
 
+#include "busy.hpp"
 #include "meshsmooth/error.hpp"
 
 namespace meshsmooth::server {
@@ -24,6 +25,7 @@ constexpr std::array kReasonCodes = {
     ReasonCode{"BACKEND_NOT_AVAILABLE", StatusCode::FAILED_PRECONDITION},
     ReasonCode{"JOB_NOT_FOUND", StatusCode::NOT_FOUND},
     ReasonCode{"JOB_NOT_FINISHED", StatusCode::FAILED_PRECONDITION},
+    ReasonCode{"TOPOLOGY_NOT_FOUND", StatusCode::NOT_FOUND},
     ReasonCode{"RESULT_NOT_KEPT", StatusCode::NOT_FOUND},
     ReasonCode{"RESULT_OFFSET_PAST_END", StatusCode::OUT_OF_RANGE},
     ReasonCode{"REQUEST_ID_REUSED", StatusCode::ALREADY_EXISTS},
@@ -32,15 +34,16 @@ constexpr std::array kReasonCodes = {
     ReasonCode{"DEVICE_LOST", StatusCode::UNAVAILABLE},
 };
 
-// Refusals that pass: when to come back.
+// Refusals that pass, but for `Busy`: when to come back.
 struct RetryDelay {
   std::string_view reason;
   std::chrono::nanoseconds delay;
 };
 constexpr std::array kRetryDelays = {
-    RetryDelay{"QUEUE_FULL", 1s},         RetryDelay{"HOST_MEMORY_BUSY", 1s},
-    RetryDelay{"DEVICE_MEMORY_BUSY", 1s}, RetryDelay{"DRAINING", 0s},
-    RetryDelay{"DEVICE_LOST", 0s},        RetryDelay{"UPLOAD_LOST", 0s},
+    RetryDelay{"HOST_MEMORY_BUSY", 1s},
+    RetryDelay{"DRAINING", 0s},
+    RetryDelay{"DEVICE_LOST", 0s},
+    RetryDelay{"UPLOAD_LOST", 0s},
 };
 
 wire::StatusDetails details_of(const Error& error, StatusCode code) {
@@ -52,7 +55,11 @@ wire::StatusDetails details_of(const Error& error, StatusCode code) {
                               .metadata = error.details(),
                               .retry_delay = {}};
   const auto* retry = std::ranges::find(kRetryDelays, error.reason(), &RetryDelay::reason);
-  if (retry != kRetryDelays.end()) details.retry_delay = retry->delay;
+  if (const auto* busy = dynamic_cast<const Busy*>(&error)) {
+    details.retry_delay = busy->retry_delay();
+  } else if (retry != kRetryDelays.end()) {
+    details.retry_delay = retry->delay;
+  }
   return details;
 }
 

@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
   add_paper_command(app, action);
   add_pipeline_command(app, action);
   add_server_command(app, action);
+  add_steps_command(app, action);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& help) {

@@ -55,9 +55,26 @@ class CpuBuffer {
     return *this;
   }
   ~CpuBuffer() {
-    if (data_ == nullptr) return;
+    if (data_ == nullptr || count_ == nullptr) return;
     count_->subtract(size_ * sizeof(T));
     munmap(data_, size_ * sizeof(T));
+  }
+
+  /// The same memory, owned by this buffer, which must outlive that one.
+  [[nodiscard]] CpuBuffer borrow() const {
+    CpuBuffer borrowed;
+    borrowed.data_ = data_;
+    borrowed.size_ = size_;
+    return borrowed;
+  }
+
+  /// From now on another count has its bytes.
+  void count_by(ByteCount& count) {
+    if (data_ != nullptr) {
+      count.add(size_ * sizeof(T));
+      count_->subtract(size_ * sizeof(T));
+    }
+    count_ = &count;
   }
 
   [[nodiscard]] T* data() { return data_; }
@@ -73,7 +90,7 @@ class CpuBuffer {
 
   T* data_ = nullptr;
   std::size_t size_ = 0;
-  ByteCount* count_ = nullptr;
+  ByteCount* count_ = nullptr;  // null: borrowed, or empty
 };
 
 /// Positions that others write at the same time (Form::racing): each coordinate

@@ -6,6 +6,7 @@
 #include <string>
 #include <thread>
 
+#include "smooth/cpu/cpu_prepared.hpp"
 #include "smooth/cpu/cpu_topology.hpp"
 #include "smooth/memory_model.hpp"
 #include "smooth/pipeline.hpp"
@@ -17,7 +18,8 @@ namespace {
 /// ids back.
 class CpuJudge {
  public:
-  explicit CpuJudge(CpuExecutor& executor) : executor_(executor) {}
+  CpuJudge(CpuExecutor& executor, Judgement judgement)
+      : executor_(executor), judgement_(judgement) {}
 
   class Orientation {
    public:
@@ -48,7 +50,8 @@ class CpuJudge {
   template <class Real>
   [[nodiscard]] QualityStats quality(const Mesh<Real>& job, const Orientation& orientation) const {
     return in_arena(job, [&](const auto& topology, const auto& positions) {
-      return measure_quality(topology, positions, orientation.judged(), caller_ids(job.elements));
+      return measure_quality(topology, positions, orientation.judged(), caller_ids(job.elements),
+                             judgement_);
     });
   }
 
@@ -93,6 +96,7 @@ class CpuJudge {
   }
 
   CpuExecutor& executor_;
+  Judgement judgement_;
 };
 
 std::string cpu_name() {
@@ -123,13 +127,51 @@ class CpuSmoother final : public Smoother {
                        const SmoothOptions& options, const JobControl& control) override {
     validate(options);
     arena_.execute([&] { validate(topology, as_view(positions)); });
+    return run(positions, control, [&](CpuExecutor& executor, auto span) {
+      return run_pipeline(executor, topology, span, options, control,
+                          CpuJudge(executor, options.judgement));
+    });
+  }
+
+  [[nodiscard]] MemoryEstimate estimate_prepared(const MeshSize& size) const override {
+    return {prepared_bytes(size), 0};
+  }
+
+  [[nodiscard]] std::shared_ptr<const PreparedTopology> prepare(
+      const TopologyView& topology, const JobControl& control) override {
+    refuse_too_large(topology);
+    arena_.execute([&] { validate(topology); });
+    const Interrupt interrupt(control);
+    CpuExecutor executor(arena_, interrupt);
+    executor.check();
+    return prepare_topology(executor, topology, control);
+  }
+
+  SmoothSummary smooth(const PreparedTopology& prepared, PositionsSpan positions,
+                       const SmoothOptions& options, const JobControl& control) override {
+    validate(options);
+    const auto& own = dynamic_cast<const CpuPreparedTopology&>(prepared);
+    arena_.execute([&] { validate_positions(own.topology, as_view(positions)); });
+    return run(positions, control,
+               [&]<class Real>(CpuExecutor& executor, std::span<Vec3<Real>> span) {
+                 StageTimes times;
+                 auto job = prepare_job(executor, own, std::span<const Vec3<Real>>(span), options,
+                                        control, times);
+                 return run_prepared(executor, own.topology, std::move(job), span, options, control,
+                                     CpuJudge(executor, options.judgement), times);
+               });
+  }
+
+ private:
+  /// Runs a job by `body(executor, positions)` and says where.
+  template <class Body>
+  SmoothSummary run(PositionsSpan positions, const JobControl& control, const Body& body) {
     return std::visit(
         [&](auto span) {
           const Interrupt interrupt(control);
           CpuExecutor executor(arena_, interrupt);
           executor.check();
-          SmoothSummary summary =
-              run_pipeline(executor, topology, span, options, control, CpuJudge(executor));
+          SmoothSummary summary = body(executor, span);
           summary.backend = backend();
           summary.device_name = device_name_;
           summary.thread_count = thread_count_;
@@ -139,7 +181,6 @@ class CpuSmoother final : public Smoother {
         positions);
   }
 
- private:
   int thread_count_;
   tbb::task_arena arena_;
   std::string device_name_;

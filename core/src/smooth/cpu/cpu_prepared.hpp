@@ -1,0 +1,146 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "meshsmooth/smoother.hpp"
+#include "smooth/cpu/cpu_topology.hpp"
+#include "smooth/job_mesh.hpp"
+
+namespace meshsmooth::detail {
+
+/// Rings, balls and boundary that many jobs use at the same time.
+struct CpuPreparedTopology final : PreparedTopology {
+  ByteCount count;  // of the buffers, so before them
+  CpuBuffer<NodeId> caller_of;
+  JobElements<CpuExecutor> elements;
+  RowBuffer<CpuExecutor, ElementId> balls;
+  RowBuffer<CpuExecutor, NodeId> rings;
+  CpuBuffer<std::uint8_t> on_boundary;
+  std::int64_t boundary_nodes = 0;
+
+  [[nodiscard]] MemoryEstimate bytes() const override {
+    return {static_cast<std::int64_t>(count.now()), 0};
+  }
+  [[nodiscard]] std::int64_t boundary_node_count() const override { return boundary_nodes; }
+};
+
+/// `renumber_nodes` by the topology alone: breadth first along the rings, from the caller's
+/// first node of each part, so that neighbours are close in memory too. What was prepared for one
+/// mesh serves all that share its topology, and their jobs have the same bits whoever came first.
+///
+/// takes  rings by the caller's ids
+/// cost   O(nodes + ring entries), serial
+inline Renumbering<CpuExecutor> renumber_by_rings(CpuExecutor& executor, std::size_t node_count,
+                                                  const Rows<NodeId>& rings) {
+  constexpr std::size_t kNodesPerLook = 65536;
+  Renumbering<CpuExecutor> result;
+  result.caller_of = executor.allocate<NodeId>(node_count);
+  result.internal_of = executor.allocate<NodeId>(node_count);
+  NodeId* const queue = result.caller_of.data();
+  NodeId* const number = result.internal_of.data();
+  executor.for_each(node_count, [=](std::size_t node) { number[node] = -1; });
+  std::size_t end = 0;
+  const auto visit = [&](NodeId node) {
+    if (number[node] >= 0) return;
+    number[node] = static_cast<NodeId>(end);
+    queue[end++] = node;
+  };
+  std::size_t next = 0;
+  for (std::size_t first = 0; first < node_count; ++first) {
+    visit(static_cast<NodeId>(first));
+    for (; next < end; ++next) {
+      if (next % kNodesPerLook == 0) executor.check();
+      const auto node = static_cast<std::size_t>(queue[next]);
+      for (const NodeId* n = rings.begin(node); n != rings.end(node); ++n) visit(*n);
+    }
+  }
+  return result;
+}
+
+/// Steps 1 and 2 without positions.
+///
+/// takes  a valid topology
+/// cost   about twice that of `prepare_job`
+inline std::shared_ptr<CpuPreparedTopology> prepare_topology(CpuExecutor& executor,
+                                                             const TopologyView& topology,
+                                                             const JobControl& control) {
+  const std::size_t node_count = topology.node_count;
+  auto result = std::make_shared<CpuPreparedTopology>();
+  result->topology = topology;
+  const auto tell = [&](Stage stage) {
+    if (control.on_progress) control.on_progress({stage, 0, 0, 0});
+  };
+
+  tell(Stage::find_neighbours);
+  Renumbering<CpuExecutor> order;
+  {
+    auto identity = executor.allocate<NodeId>(node_count);
+    NodeId* const same = identity.data();
+    executor.for_each(node_count,
+                      [=](std::size_t node) { same[node] = static_cast<NodeId>(node); });
+    const JobElements<CpuExecutor> elements = renumber_elements(executor, topology, same);
+    const auto balls = find_balls(executor, node_count, elements.view, elements.caller_of.data());
+    const auto rings = find_rings(executor, node_count, elements.view, balls.view(), same);
+    order = renumber_by_rings(executor, node_count, rings.view());
+  }
+  result->elements = renumber_elements(executor, topology, order.internal_of.data());
+  order.internal_of = {};
+  result->caller_of = std::move(order.caller_of);
+  result->balls =
+      find_balls(executor, node_count, result->elements.view, result->elements.caller_of.data());
+  result->rings = find_rings(executor, node_count, result->elements.view, result->balls.view(),
+                             result->caller_of.data());
+
+  tell(Stage::find_boundary);
+  result->on_boundary = executor.allocate<std::uint8_t>(node_count);
+  std::uint8_t* const on_boundary = result->on_boundary.data();
+  if (!find_boundary(executor, node_count, result->elements.view, result->balls.view(),
+                     on_boundary)) {
+    throw_overused_facet(topology);
+  }
+  result->boundary_nodes = executor.reduce(
+      node_count, std::int64_t{0},
+      [=](std::size_t node) -> std::int64_t { return on_boundary[node] != 0 ? 1 : 0; },
+      [](std::int64_t a, std::int64_t b) { return a + b; });
+
+  // They outlive the job that made them.
+  const auto keep = [&](auto&... buffers) { (buffers.count_by(result->count), ...); };
+  keep(result->caller_of, result->elements.shapes, result->elements.connectivity,
+       result->elements.caller_of, result->balls.offsets, result->balls.entries,
+       result->rings.offsets, result->rings.entries, result->on_boundary);
+  return result;
+}
+
+/// `prepare_job` on a topology that is prepared.
+template <class Real>
+JobMesh<CpuExecutor, Real> prepare_job(CpuExecutor& executor, const CpuPreparedTopology& prepared,
+                                       std::span<const Vec3<Real>> positions,
+                                       const SmoothOptions& options, const JobControl& control,
+                                       StageTimes& times) {
+  const std::size_t node_count = prepared.topology.node_count;
+  JobMesh<CpuExecutor, Real> job;
+  job.node_count = node_count;
+  {
+    const StageTimer timer(executor, times.find_neighbours_seconds, control,
+                           Stage::find_neighbours);
+    job.given = positions;
+    job.box = find_box(executor, positions.data(), node_count);
+    job.caller_of = prepared.caller_of.borrow();
+    job.places = places_of(executor, positions.data(), job.caller_of.data(), node_count);
+    job.elements = {prepared.elements.view, prepared.elements.dimension,
+                    prepared.elements.shapes.borrow(), prepared.elements.connectivity.borrow(),
+                    prepared.elements.caller_of.borrow()};
+    job.balls = {prepared.balls.offsets.borrow(), prepared.balls.entries.borrow()};
+    job.rings = {prepared.rings.offsets.borrow(), prepared.rings.entries.borrow()};
+  }
+  {
+    const StageTimer timer(executor, times.find_boundary_seconds, control, Stage::find_boundary);
+    job.fixed = executor.allocate<std::uint8_t>(node_count);
+    executor.upload(prepared.on_boundary.data(), node_count, job.fixed.data());
+    hold_nodes(executor, prepared.topology, options, job);
+  }
+  return job;
+}
+
+}  // namespace meshsmooth::detail

@@ -1,0 +1,114 @@
+#include "topology_cache.hpp"
+
+#include <algorithm>
+#include <chrono>
+
+#include "meshsmooth/error.hpp"
+
+namespace meshsmooth::server {
+
+std::int64_t CachedTopology::resident_bytes() const {
+  const std::lock_guard lock(mutex_);
+  const MemoryEstimate prepared = prepared_ ? prepared_->bytes() : MemoryEstimate{};
+  return arrays_->size_bytes() + prepared.host_bytes + prepared.device_bytes;
+}
+
+std::int64_t CachedTopology::boundary_node_count() const {
+  const std::lock_guard lock(mutex_);
+  return boundary_node_count_;
+}
+
+std::shared_ptr<CachedTopology> TopologyCache::find(const std::string& identity,
+                                                    const std::string& name) {
+  const std::lock_guard lock(mutex_);
+  const auto found = by_name_.find({identity, name});
+  if (found == by_name_.end()) return nullptr;
+  by_use_.splice(by_use_.end(), by_use_, found->second);
+  return *found->second;
+}
+
+std::shared_ptr<CachedTopology> TopologyCache::add(std::shared_ptr<CachedTopology> topology) {
+  if (auto present = find(topology->identity(), topology->name())) return present;
+  if (!make_room(topology->resident_bytes())) return topology;
+  const std::lock_guard lock(mutex_);
+  const auto [place, is_new] =
+      by_name_.emplace(Key(topology->identity(), topology->name()), by_use_.end());
+  if (is_new) place->second = by_use_.insert(by_use_.end(), topology);
+  return *place->second;
+}
+
+bool TopologyCache::remove(const std::string& identity, const std::string& name) {
+  std::shared_ptr<CachedTopology> removed;  // destroyed without the lock
+  const std::lock_guard lock(mutex_);
+  const auto found = by_name_.find({identity, name});
+  if (found == by_name_.end()) return false;
+  removed = *found->second;
+  by_use_.erase(found->second);
+  by_name_.erase(found);
+  return true;
+}
+
+std::shared_ptr<CachedTopology> TopologyCache::take_idle() {
+  const std::lock_guard lock(mutex_);
+  const auto idle =
+      std::ranges::find_if(by_use_, [](const auto& topology) { return topology.use_count() == 1; });
+  if (idle == by_use_.end()) return nullptr;
+  std::shared_ptr<CachedTopology> taken = *idle;
+  by_name_.erase({taken->identity(), taken->name()});
+  by_use_.erase(idle);
+  return taken;
+}
+
+bool TopologyCache::evict_one() { return take_idle() != nullptr; }
+
+bool TopologyCache::make_room(std::int64_t bytes) {
+  if (bytes > max_bytes_) return false;
+  while (this->bytes() > max_bytes_ - bytes) {
+    if (!evict_one()) return false;
+  }
+  return true;
+}
+
+PreparedForJob TopologyCache::prepare(CachedTopology& topology, Smoother& smoother,
+                                      const JobControl& control) {
+  const auto present = [&] {
+    const std::lock_guard lock(topology.mutex_);
+    return topology.prepared_;
+  };
+  if (auto prepared = present()) return {std::move(prepared), true};
+
+  std::unique_lock building(topology.building_, std::defer_lock);
+  while (!building.try_lock_for(std::chrono::milliseconds(10))) {
+    if (control.stop.stop_requested()) throw Cancelled("CANCELLED", "the job was cancelled");
+  }
+  if (auto prepared = present()) return {std::move(prepared), true};
+
+  PreparedForJob result{smoother.prepare(topology.arrays()->view(), control)};
+  const MemoryEstimate bytes = result.topology->bytes();
+  Reservation reservation;
+  try {
+    if (!make_room(bytes.host_bytes + bytes.device_bytes)) return result;
+    reservation = ledger_.reserve(bytes);
+  } catch (const OutOfMemory&) {
+    return result;  // it serves this job, within what was promised to that
+  }
+  const std::lock_guard lock(topology.mutex_);
+  topology.prepared_reservation_ = std::move(reservation);
+  topology.prepared_ = result.topology;
+  topology.boundary_node_count_ = result.topology->boundary_node_count();
+  return result;
+}
+
+std::int64_t TopologyCache::bytes() const {
+  const std::lock_guard lock(mutex_);
+  std::int64_t sum = 0;
+  for (const auto& topology : by_use_) sum += topology->resident_bytes();
+  return sum;
+}
+
+std::size_t TopologyCache::size() const {
+  const std::lock_guard lock(mutex_);
+  return by_use_.size();
+}
+
+}  // namespace meshsmooth::server

@@ -1,0 +1,106 @@
+#pragma once
+
+#include <cstdint>
+#include <list>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "ledger.hpp"
+#include "meshsmooth/smoother.hpp"
+#include "wire/mesh_assembler.hpp"
+
+namespace meshsmooth::server {
+
+class TopologyCache;
+
+/// A topology that jobs can name: its arrays and, once a job has run, what the backend
+/// prepared of them. Thread-safe.
+class CachedTopology {
+ public:
+  CachedTopology(std::string identity, std::string name, wire::MeshLayout layout,
+                 std::shared_ptr<const wire::TopologyArrays> arrays, Reservation reservation)
+      : identity_(std::move(identity)),
+        name_(std::move(name)),
+        layout_(std::move(layout)),
+        reservation_(std::move(reservation)),
+        arrays_(std::move(arrays)) {}
+
+  [[nodiscard]] const std::string& identity() const { return identity_; }
+  [[nodiscard]] const std::string& name() const { return name_; }
+  /// As it was announced.
+  [[nodiscard]] const wire::MeshLayout& layout() const { return layout_; }
+  [[nodiscard]] const std::shared_ptr<const wire::TopologyArrays>& arrays() const {
+    return arrays_;
+  }
+  [[nodiscard]] std::int64_t resident_bytes() const;
+  /// -1: no job has found out.
+  [[nodiscard]] std::int64_t boundary_node_count() const;
+
+ private:
+  friend class TopologyCache;
+
+  const std::string identity_, name_;
+  const wire::MeshLayout layout_;
+  // Given back in reverse order: the promises outlive the bytes.
+  Reservation reservation_;
+  const std::shared_ptr<const wire::TopologyArrays> arrays_;
+  std::timed_mutex building_;  // held by the lane that prepares it
+  mutable std::mutex mutex_;
+  Reservation prepared_reservation_;
+  std::shared_ptr<const PreparedTopology> prepared_;
+  std::int64_t boundary_node_count_ = -1;
+};
+
+/// What a lane takes for a job on a cached topology.
+struct PreparedForJob {
+  std::shared_ptr<const PreparedTopology> topology;
+  bool reused = false;  // another job's work
+};
+
+/// Topologies by name, each its owner's. What no job uses goes, the least recently used
+/// first, when there are too many bytes or the memory is needed. Thread-safe.
+class TopologyCache {
+ public:
+  /// The ledger must outlive it.
+  TopologyCache(Ledger& ledger, std::int64_t max_bytes) : ledger_(ledger), max_bytes_(max_bytes) {}
+
+  /// Nothing when unknown. O(log n).
+  [[nodiscard]] std::shared_ptr<CachedTopology> find(const std::string& identity,
+                                                     const std::string& name);
+
+  /// The one that is there, or the new one; it stays only if there is room.
+  [[nodiscard]] std::shared_ptr<CachedTopology> add(std::shared_ptr<CachedTopology> topology);
+
+  /// Jobs that use it go on. False when unknown.
+  bool remove(const std::string& identity, const std::string& name);
+
+  /// Frees the least recently used that no job uses; false when there is none.
+  bool evict_one();
+
+  /// What `smoother` needs for a job: prepared now, or before, or by another lane meanwhile.
+  /// It is kept if the ledger has room. Throws what `Smoother::prepare` throws.
+  [[nodiscard]] PreparedForJob prepare(CachedTopology& topology, Smoother& smoother,
+                                       const JobControl& control);
+
+  [[nodiscard]] std::int64_t bytes() const;
+  [[nodiscard]] std::size_t size() const;
+
+ private:
+  using Key = std::pair<std::string, std::string>;             // identity, name
+  using Recency = std::list<std::shared_ptr<CachedTopology>>;  // the last used is last
+
+  bool make_room(std::int64_t bytes);
+  [[nodiscard]] std::shared_ptr<CachedTopology> take_idle();
+
+  Ledger& ledger_;
+  const std::int64_t max_bytes_;
+  mutable std::mutex mutex_;
+  Recency by_use_;
+  std::map<Key, Recency::iterator> by_name_;
+};
+
+}  // namespace meshsmooth::server

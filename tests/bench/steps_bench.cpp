@@ -1,0 +1,194 @@
+// A time-step loop through the service: a mesh whose nodes move, sent whole each time or by the
+// name of its topology.
+
+#include <grpcpp/create_channel.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <iostream>
+#include <memory>
+#include <numeric>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "client_access.hpp"
+#include "gpu/commands.hpp"
+#include "gpu/report.hpp"
+#include "host_memory.hpp"
+#include "meshsmooth/client.hpp"
+#include "meshsmooth/server.hpp"
+#include "server/relay.hpp"
+#include "support/meshes.hpp"
+
+namespace meshsmooth::bench {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+struct Settings {
+  std::string backend = "cpu";
+  int node_count = 100'000;
+  int step_count = 100;
+  int sweep_count = 3;
+  bool guard = true;
+  bool full_judgement = false;
+  std::string json;
+};
+
+/// A jittered cube of tetrahedra, its nodes in no order, as mesh generators leave them.
+Mesh make_mesh(int node_count) {
+  const int cells = std::max(1, static_cast<int>(std::lround(std::cbrt(node_count))) - 1);
+  Mesh mesh = test::noisy(test::lattice(ElementType::tetrahedron, cells), 0.15, 1);
+  std::vector<NodeId> place(mesh.node_count());
+  std::iota(place.begin(), place.end(), 0);
+  std::shuffle(place.begin(), place.end(), std::mt19937(2));
+  std::vector<Vec3d> shuffled(mesh.node_count());
+  for (std::size_t node = 0; node < place.size(); ++node) {
+    shuffled[static_cast<std::size_t>(place[node])] = test::points(mesh)[node];
+  }
+  for (NodeId& node : mesh.blocks[0].nodes) node = place[static_cast<std::size_t>(node)];
+  mesh.positions = std::move(shuffled);
+  return mesh;
+}
+
+/// Where the nodes are at a step: a wave runs through the cube.
+std::vector<Vec3d> positions_at(const Mesh& mesh, int step) {
+  std::vector<Vec3d> positions = test::points(mesh);
+  const double phase = 0.1 * step;
+  const double size = std::cbrt(static_cast<double>(mesh.node_count()));
+  for (Vec3d& p : positions) p.x += 0.01 * size * std::sin(6 * p.z / size + phase);
+  return positions;
+}
+
+SmoothOptions options_of(const Settings& settings) {
+  SmoothOptions options;
+  options.method = Laplacian{};
+  options.guard = settings.guard;
+  options.max_iterations = settings.sweep_count;
+  options.tolerance = {0, false};
+  if (!settings.full_judgement) options.judgement = Judgement::brief;
+  return options;
+}
+
+struct Figures {
+  double median_ms = 0, total_seconds = 0, bytes_up_per_node = 0;
+};
+
+/// Runs `step(positions)` for all steps, the first not counted.
+template <class Step>
+Figures measure(const Settings& settings, const Mesh& mesh, const Step& step) {
+  std::vector<double> times;
+  for (int i = 0; i <= settings.step_count; ++i) {
+    std::vector<Vec3d> positions = positions_at(mesh, i);
+    const auto start = Clock::now();
+    step(positions);
+    const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    if (i > 0) times.push_back(seconds);
+  }
+  return {median(times) * 1e3, std::accumulate(times.begin(), times.end(), 0.0)};
+}
+
+void run(const Settings& settings) {
+  server::Server server({.listen = "127.0.0.1:0",
+                         .backend = settings.backend,
+                         .lanes = 1,
+                         .lame_duck_seconds = 0,
+                         .log_level = "off"});
+  server.start();
+  const std::string address = "127.0.0.1:" + std::to_string(server.port());
+  const Mesh mesh = make_mesh(settings.node_count);
+  const SmoothOptions options = options_of(settings);
+
+  const auto whole = [&](client::Client& client, Mesh& sent) {
+    return [&](std::vector<Vec3d>& positions) {
+      sent.positions = std::move(positions);
+      client.smooth(sent, options);
+    };
+  };
+  const auto by_name = [&](client::Session& session) {
+    return [&](std::vector<Vec3d>& positions) { session.smooth(positions, options); };
+  };
+  client::Client client(address);
+  Mesh sent = mesh;
+  client::Session session = client.open(mesh);
+  const Figures sent_whole = measure(settings, mesh, whole(client, sent));
+  const Figures named = measure(settings, mesh, by_name(session));
+
+  // What passes the wire, counted by a relay that would cost time above.
+  const auto bytes_up = [&](const auto& make_step) {
+    testing::Relay relay(server.port());
+    client::Client counted(relay.target());
+    auto step = make_step(counted);
+    const auto once = [&](int i) {
+      std::vector<Vec3d> positions = positions_at(mesh, i);
+      step(positions);
+    };
+    once(0);
+    const std::int64_t before = relay.bytes_up();
+    constexpr int kSteps = 5;
+    for (int i = 1; i <= kSteps; ++i) once(i);
+    return static_cast<double>(relay.bytes_up() - before) / kSteps /
+           static_cast<double>(mesh.node_count());
+  };
+  const double whole_bytes = bytes_up([&](client::Client& c) { return whole(c, sent); });
+  std::optional<client::Session> counted;
+  const double named_bytes = bytes_up([&](client::Client& c) {
+    counted.emplace(c.open(mesh));
+    return by_name(*counted);
+  });
+
+  std::cout << mesh.node_count() << " nodes, " << mesh.element_count() << " tetrahedra, "
+            << settings.step_count << " steps of " << settings.sweep_count << " sweeps, backend "
+            << settings.backend << "\n";
+  Table table({"", "ms a step", "s in all", "bytes up a node", "times as fast"});
+  const auto add = [&](const std::string& name, const Figures& f, double bytes) {
+    table.add({name, number(f.median_ms), number(f.total_seconds), number(bytes),
+               ratio(sent_whole.total_seconds / f.total_seconds)});
+  };
+  add("mesh sent each time", sent_whole, whole_bytes);
+  add("topology by name", named, named_bytes);
+  table.print(std::cout);
+  Json json;
+  json.set("node_count", mesh.node_count());
+  json.set("step_count", settings.step_count);
+  json.set("sweep_count", settings.sweep_count);
+  json.set("whole_milliseconds", sent_whole.median_ms);
+  json.set("named_milliseconds", named.median_ms);
+  json.set("whole_bytes_up_per_node", whole_bytes);
+  json.set("named_bytes_up_per_node", named_bytes);
+  write_json(settings.json, json);
+}
+
+}  // namespace
+
+void add_steps_command(CLI::App& app, Action& action) {
+  const auto settings = std::make_shared<Settings>();
+  CLI::App* const sub = app.add_subcommand(
+      "steps", "A moving mesh through the service, sent whole or by its topology's name");
+  sub->add_option("--backend", settings->backend, "cpu, cuda or cuda:N")->capture_default_str();
+  sub->add_option("--nodes", settings->node_count, "About so many nodes; a cube's number is taken")
+      ->check(CLI::Range(27, 10'000'000))
+      ->capture_default_str();
+  sub->add_option("--steps", settings->step_count, "Of the loop")
+      ->check(CLI::Range(1, 100'000))
+      ->capture_default_str();
+  sub->add_option("--sweeps", settings->sweep_count, "Of each step")
+      ->check(CLI::Range(0, 100'000))
+      ->capture_default_str();
+  sub->add_flag("!--no-guard", settings->guard, "Plain averaging");
+  sub->add_flag("--full-judgement", settings->full_judgement,
+                "All metrics before and after, in both");
+  sub->add_option("--json", settings->json, "Write the figures to this file too");
+  sub->callback([&action, settings] {
+    action = [settings] {
+      server::keep_heap_warm();
+      run(*settings);
+      return 0;
+    };
+  });
+}
+
+}  // namespace meshsmooth::bench

@@ -1,0 +1,182 @@
+// Topologies that are prepared once for many jobs.
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "core/smoothing.hpp"
+#include "meshsmooth/error.hpp"
+#include "support/mesh_size.hpp"
+#include "support/meshes.hpp"
+
+namespace meshsmooth {
+namespace {
+
+using namespace std::chrono_literals;
+
+std::vector<SmoothOptions> all_ways() {
+  std::vector<SmoothOptions> ways;
+  const auto add = [&](const Method& method, const auto& change) {
+    SmoothOptions options;
+    options.method = method;
+    options.max_iterations = 4;
+    options.tolerance = {.value = 0, .relative = false};
+    change(options);
+    ways.push_back(options);
+  };
+  const auto as_is = [](SmoothOptions&) {};
+  add(Laplacian{}, as_is);
+  add(Laplacian{}, [](SmoothOptions& o) { o.guard = false; });
+  add(Laplacian{.weighting = Weighting::ball_volume}, as_is);
+  add(SmartLaplacian{}, as_is);
+  add(Taubin{}, as_is);
+  add(HcLaplacian{}, as_is);
+  add(Optimize{}, as_is);
+  add(SmartLaplacian{}, [](SmoothOptions& o) { o.boundary = BoundaryPolicy::slide; });
+  add(SmartLaplacian{}, [](SmoothOptions& o) { o.boundary = BoundaryPolicy::free; });
+  return ways;
+}
+
+/// The mesh, its nodes somewhere else.
+Mesh moved(const Mesh& mesh, unsigned seed) { return test::noisy(mesh, 0.08, seed); }
+
+test::Job run(const PreparedTopology& prepared, Mesh mesh, const SmoothOptions& options,
+              int threads = 2) {
+  const tbb::global_control enough(tbb::global_control::max_allowed_parallelism, 8);
+  test::Job job{std::move(mesh), {}};
+  job.summary = make_smoother("cpu", threads)
+                    ->smooth(prepared, job.mesh.positions_span(), options, JobControl());
+  return job;
+}
+
+std::vector<Mesh> meshes() {
+  Mesh tetrahedra = test::lattice(ElementType::tetrahedron, 9);
+  tetrahedra.fixed.assign(tetrahedra.node_count(), 0);
+  tetrahedra.fixed[tetrahedra.node_count() / 2] = 1;
+  return {tetrahedra, test::mixed_stack(6), test::lattice(ElementType::triangle, 12),
+          test::with_isolated_node(test::disconnected_pieces())};
+}
+
+TEST(Prepared, PositionsAreThoseOfAJobThatPreparesForItself) {
+  for (const Mesh& mesh : meshes()) {
+    const MeshTopology topology(mesh);
+    const auto prepared = make_smoother("cpu", 2)->prepare(topology.view());
+    for (const SmoothOptions& options : all_ways()) {
+      const Mesh now = moved(mesh, 7);
+      const test::Job expected = test::smooth(now, options);
+      const test::Job job = run(*prepared, now, options);
+      EXPECT_TRUE(test::same_bits(job.mesh, expected.mesh)) << method_name(options.method);
+      EXPECT_EQ(job.summary.nodes.boundary, expected.summary.nodes.boundary);
+      EXPECT_EQ(job.summary.nodes.moved, expected.summary.nodes.moved);
+      EXPECT_EQ(job.summary.stop_reason, expected.summary.stop_reason);
+    }
+  }
+}
+
+// Whatever was prepared first, by whichever thread count: no bit of the answer changes.
+TEST(Prepared, JobsHaveTheSameBitsWhenPreparedAnew) {
+  for (const Mesh& mesh : meshes()) {
+    const MeshTopology topology(mesh);
+    const auto first = make_smoother("cpu", 1)->prepare(topology.view());
+    (void)run(*first, moved(mesh, 1), {});
+    const auto again = make_smoother("cpu", 4)->prepare(topology.view());
+    for (SmoothOptions options : all_ways()) {
+      options.history = true;
+      const Mesh now = moved(mesh, 2);
+      const test::Job a = run(*first, now, options, 4);
+      const test::Job b = run(*again, now, options, 1);
+      EXPECT_TRUE(test::same_bits(a.mesh, b.mesh));
+      EXPECT_EQ(a.summary.convergence.rms_displacements, b.summary.convergence.rms_displacements);
+      EXPECT_EQ(a.summary.convergence.energies, b.summary.convergence.energies);
+      EXPECT_EQ(a.summary.quality_after.sum_absolute_volume,
+                b.summary.quality_after.sum_absolute_volume);
+      EXPECT_EQ(a.summary.quality_after.metrics.front().mean,
+                b.summary.quality_after.metrics.front().mean);
+    }
+  }
+}
+
+TEST(Prepared, TakesFloat32AndFloat64) {
+  const Mesh mesh = test::lattice(ElementType::tetrahedron, 6);
+  const MeshTopology topology(mesh);
+  const auto prepared = make_smoother("cpu", 2)->prepare(topology.view());
+  const Mesh now = test::as_float32(moved(mesh, 3));
+  EXPECT_TRUE(test::same_bits(run(*prepared, now, {}).mesh, test::smooth(now, {}).mesh));
+}
+
+TEST(Prepared, RefusesABadTopologyAtOnce) {
+  Mesh mesh = test::tet_ball();
+  mesh.blocks[0].nodes[0] = 99;
+  const MeshTopology out_of_range(mesh);
+  EXPECT_THROW((void)make_smoother("cpu")->prepare(out_of_range.view()), InvalidMesh);
+  const Mesh overused = test::overused_facet();
+  const MeshTopology topology(overused);
+  EXPECT_THROW((void)make_smoother("cpu")->prepare(topology.view()), InvalidMesh);
+}
+
+TEST(Prepared, RefusesBadPositions) {
+  Mesh mesh = test::tet_ball();
+  const MeshTopology topology(mesh);
+  const auto prepared = make_smoother("cpu")->prepare(topology.view());
+  std::vector<Vec3d> few(3);
+  EXPECT_THROW((void)make_smoother("cpu")->smooth(*prepared, std::span(few), {}, {}), InvalidMesh);
+  test::points(mesh)[2].y = NAN;
+  EXPECT_THROW((void)make_smoother("cpu")->smooth(*prepared, mesh.positions_span(), {}, {}),
+               InvalidMesh);
+}
+
+TEST(Prepared, StopsWhenAsked) {
+  const Mesh mesh = test::lattice(ElementType::tetrahedron, 6);
+  const MeshTopology topology(mesh);
+  std::stop_source stop;
+  stop.request_stop();
+  JobControl control;
+  control.stop = stop.get_token();
+  EXPECT_THROW((void)make_smoother("cpu")->prepare(topology.view(), control), Cancelled);
+}
+
+TEST(Prepared, IsBoundedByItsEstimate) {
+  for (const Mesh& mesh :
+       {test::lattice(ElementType::tetrahedron, 20), test::lattice(ElementType::hexahedron, 20),
+        test::lattice(ElementType::triangle, 60)}) {
+    const auto smoother = make_smoother("cpu", 2);
+    const MeshTopology topology(mesh);
+    const std::int64_t estimate = smoother->estimate_prepared(test::size_of(mesh)).host_bytes;
+    const std::int64_t bytes = smoother->prepare(topology.view())->bytes().host_bytes;
+    EXPECT_GE(estimate, bytes);
+    EXPECT_LE(estimate, bytes + bytes / 5);
+  }
+}
+
+// --- judging in brief ------------------------------------------------------------
+
+TEST(BriefJudgement, SaysTheSameOfWhatItSays) {
+  for (const Mesh& mesh : meshes()) {
+    SmoothOptions options;
+    options.method = Laplacian{};
+    options.max_iterations = 3;
+    const Mesh now = test::noisy(mesh, 0.4, 5);  // tangled
+    const test::Job full = test::smooth(now, options);
+    options.judgement = Judgement::brief;
+    const test::Job brief = test::smooth(now, options);
+    EXPECT_TRUE(test::same_bits(full.mesh, brief.mesh));
+    for (const auto& [a, b] :
+         {std::pair{full.summary.quality_before, brief.summary.quality_before},
+          std::pair{full.summary.quality_after, brief.summary.quality_after}}) {
+      EXPECT_TRUE(b.metrics.empty());
+      EXPECT_EQ(a.element_count, b.element_count);
+      EXPECT_EQ(a.inverted_count, b.inverted_count);
+      EXPECT_EQ(a.degenerate_count, b.degenerate_count);
+      EXPECT_EQ(a.sum_absolute_volume, b.sum_absolute_volume);
+      EXPECT_EQ(a.enclosed_volume, b.enclosed_volume);
+      ASSERT_EQ(a.worst.size(), b.worst.size());
+      for (std::size_t i = 0; i < a.worst.size(); ++i) {
+        EXPECT_EQ(a.worst[i].element, b.worst[i].element);
+        EXPECT_EQ(a.worst[i].mean_ratio, b.worst[i].mean_ratio);
+        EXPECT_EQ(a.worst[i].scaled_jacobian, b.worst[i].scaled_jacobian);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace meshsmooth
