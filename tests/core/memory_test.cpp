@@ -112,6 +112,12 @@ TEST(Estimate, BoundsTheMemoryOfSlidingNodes) {
                      {.method = method, .max_iterations = 1, .boundary = BoundaryPolicy::slide},
                      1.3);  // the lattice of pyramids has few nodes on its boundary
     }
+    const Mesh bent = test::mapped(mesh, [](Vec3d p) {
+      return Vec3d{p.x, p.y + std::sin(0.1 * p.x), p.z};
+    });
+    expect_bounded(name + " bent", bent,
+                   {.method = Optimize{}, .max_iterations = 1, .boundary = BoundaryPolicy::slide},
+                   1.3);
   }
 }
 

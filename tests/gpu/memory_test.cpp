@@ -51,6 +51,21 @@ TEST_P(DeviceMemoryOf, IsBoundedByTheEstimateToTwentyPercent) {
   }
 }
 
+TEST_P(DeviceMemoryOf, IsBoundedByTheEstimateWhileNodesOfCurvedPartsSlide) {
+  const std::unique_ptr<Smoother> smoother = make_smoother("cuda");
+  for (const auto& [name, mesh] : large_meshes()) {
+    SCOPED_TRACE(name);
+    SmoothOptions options = test::sweeps(2, GetParam().method, GetParam().form);
+    options.boundary = BoundaryPolicy::slide;
+    Mesh bent = test::mapped(mesh, [](Vec3d p) {
+      return Vec3d{p.x, p.y + std::sin(0.1 * p.x), p.z};
+    });
+    const std::int64_t estimate = smoother->estimate(test::size_of(bent), options).device_bytes;
+
+    EXPECT_GE(estimate, smoother->smooth(bent, options).device_peak_bytes);
+  }
+}
+
 class DeviceMemory : public test::CudaTest {};
 
 TEST_F(DeviceMemory, OfRegionsUnderAFixedBoundaryIsBoundedByTheEstimate) {

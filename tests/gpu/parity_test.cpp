@@ -103,6 +103,13 @@ void expect_equal(const SmoothSummary& told, const SmoothSummary& truth) {
   EXPECT_EQ(told.nodes.fixed, truth.nodes.fixed);
   EXPECT_EQ(told.nodes.isolated, truth.nodes.isolated);
   EXPECT_EQ(told.nodes.moved, truth.nodes.moved);
+  EXPECT_EQ(told.nodes.sliding_in_plane, truth.nodes.sliding_in_plane);
+  EXPECT_EQ(told.nodes.sliding_on_line, truth.nodes.sliding_on_line);
+  EXPECT_EQ(told.nodes.sliding_on_surface, truth.nodes.sliding_on_surface);
+  EXPECT_EQ(told.nodes.sliding_on_curve, truth.nodes.sliding_on_curve);
+  EXPECT_EQ(told.nodes.curved, truth.nodes.curved);
+  EXPECT_LE(told.deviation.strayed, truth.deviation.tolerance);
+  expect_close(told.deviation.cut_off, truth.deviation.cut_off);
   EXPECT_EQ(told.colour_count, truth.colour_count);
 }
 
@@ -172,6 +179,18 @@ TEST_P(EveryWay, EqualsTheCpuBackendOnSmallMeshes) {
     for (const bool guard : {false, true}) {
       comparison.run(name, mesh, options(15, guard));
       comparison.run(name, test::as_float32(mesh), options(15, guard));
+    }
+  }
+}
+
+TEST_P(EveryWay, SlidesAsTheCpuBackendDoes) {
+  Comparison comparison(GetParam().name + ", sliding");
+  for (const auto& [name, mesh] : test::small_meshes()) {
+    for (const bool guard : {false, true}) {
+      SmoothOptions how = options(6, guard);
+      how.boundary = BoundaryPolicy::slide;
+      comparison.run(name, mesh, how);
+      comparison.run(name, test::as_float32(mesh), how);
     }
   }
 }

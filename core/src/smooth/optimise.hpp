@@ -380,7 +380,7 @@ void optimise(E& executor, const Surroundings& surroundings, const Colouring<E>&
     tangled = last.tangled > 0;
     if (tangled && options.guard) {
       limit_moves(executor, around, {.guard = true, .facets = around.slides.any()}, given.data(),
-                  positions);
+                  positions, leash);
     }
     if (!goes_on) return;
   }

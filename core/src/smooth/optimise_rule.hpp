@@ -139,8 +139,11 @@ class NodeOptimiser {
  private:
   [[nodiscard]] MESHSMOOTH_HD NewtonStep newton(const BallDerivatives& at) const {
     if (freedom_ != nullptr) {
-      return freedom_->kind == Freedom::line ? newton_step_on_line(at, freedom_->direction)
-                                             : newton_step_in_plane(at, freedom_->direction);
+      const Vec3d direction = freedom_->bent()
+                                  ? direction_on_facets(around_.slides, node_, terms_.positions())
+                                  : freedom_->direction;
+      return freedom_->along() ? newton_step_on_line(at, direction)
+                               : newton_step_in_plane(at, direction);
     }
     return kDimension == 3 ? newton_step(at) : newton_step_in_plane(at, normal_);
   }
