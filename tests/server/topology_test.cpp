@@ -14,7 +14,9 @@ using grpc::StatusCode;
 
 class Topologies : public ::testing::Test {
  protected:
-  explicit Topologies(server::ServerConfig config = quiet_config()) : server_(std::move(config)) {}
+  explicit Topologies(server::ServerConfig config = quiet_config()) : server_(std::move(config)) {
+    server_.keeps_something();
+  }
 
   static v1::JobSpec kept_spec() {
     v1::JobSpec spec = TwoTetrahedra::spec();
