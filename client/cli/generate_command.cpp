@@ -22,10 +22,10 @@ struct GenerateCommand {
 };
 
 using Generator = Mesh (*)(std::size_t, std::uint64_t, double);
-const std::map<std::string, Generator> kGenerators = {{"cube", formats::generate_cube},
-                                                      {"slope", formats::generate_slope},
-                                                      {"mixed", formats::generate_mixed},
-                                                      {"square", formats::generate_square}};
+const std::map<std::string, Generator> kGenerators = {
+    {"cube", formats::generate_cube},   {"slope", formats::generate_slope},
+    {"mixed", formats::generate_mixed}, {"square", formats::generate_square},
+    {"ball", formats::generate_ball},   {"pipe", formats::generate_pipe}};
 
 ExitCode run(const GenerateCommand& command) {
   formats::check_writable(command.output);
@@ -49,9 +49,10 @@ void add_generate_command(CLI::App& app, Action& action) {
   auto command = std::make_shared<GenerateCommand>();
   CLI::App* sub = app.add_subcommand("generate", "Make a test mesh, the same for the same seed");
   sub->add_option("SHAPE", command->shape,
-                  "cube (of the paper) | slope | mixed (all volume elements) | square (triangles)")
+                  "cube (of the paper) | slope | mixed (all volume elements) | square (triangles) "
+                  "| ball | pipe (tetrahedra with curved sides)")
       ->required()
-      ->check(CLI::IsMember({"cube", "slope", "mixed", "square"}));
+      ->check(CLI::IsMember({"cube", "slope", "mixed", "square", "ball", "pipe"}));
   sub->add_option("--nodes", command->node_count, "Number of nodes")->capture_default_str();
   sub->add_option("--seed", command->seed, "Of the random positions")->capture_default_str();
   sub->add_option("--tangle", command->tangle, "About this share of the elements is inverted")

@@ -8,6 +8,7 @@
 #include <iostream>
 #include <limits>
 #include <optional>
+#include <vector>
 
 #include "commands.hpp"
 #include "connection.hpp"
@@ -15,7 +16,10 @@
 #include "input_mesh.hpp"
 #include "interrupt.hpp"
 #include "mesh_file.hpp"
+#include "node_sets.hpp"
 #include "progress_display.hpp"
+#include "readable.hpp"
+#include "regions.hpp"
 #include "smooth_options.hpp"
 #include "text_file.hpp"
 #include "verdict.hpp"
@@ -31,6 +35,8 @@ struct SmoothCommand {
   std::optional<std::string> server;
   SmoothFlags smoothing;
   std::optional<fs::path> fixed_nodes;
+  std::vector<std::string> fixed_sets;
+  std::string regions = "auto";
   std::string backend = "auto";
   std::optional<std::string> precision;
   std::optional<fs::path> report;
@@ -71,8 +77,8 @@ double bounding_box_diagonal(const Mesh& mesh) {
 
 /// A sweep in which no node moves as far as this is the last; 0: no such rule.
 double least_move(const Mesh& mesh, const SmoothOptions& options) {
+  if (converges_by_energy(options)) return 0;
   if (!options.tolerance.relative) return options.tolerance.value;
-  if (std::holds_alternative<Optimize>(options.method)) return 0;  // it goes by its energy
   return options.tolerance.value * bounding_box_diagonal(mesh);
 }
 
@@ -86,6 +92,26 @@ void fix_nodes(formats::MeshFile& file, const SmoothCommand& command, BoundaryPo
   if (command.fixed_nodes) {
     mark_fixed(file.mesh.fixed, read_fixed_nodes(*command.fixed_nodes, node_count), node_count);
   }
+  for (const std::string& name : command.fixed_sets) {
+    mark_fixed(file.mesh.fixed, formats::find_node_set(file, name), node_count);
+  }
+}
+
+/// Gives the mesh its regions; with a free boundary these would keep nothing in place.
+formats::Regions set_regions(formats::MeshFile& file, const SmoothCommand& command,
+                             BoundaryPolicy boundary) {
+  const bool automatic = command.regions == "auto";
+  if (command.regions == "none" || (automatic && boundary == BoundaryPolicy::free)) return {};
+  if (boundary == BoundaryPolicy::free) {
+    throw InvalidOption("OPTION_MISPLACED",
+                        "--regions " + command.regions +
+                            " means nothing with --boundary free, which frees interfaces too",
+                        {{"field", "--regions"}});
+  }
+  formats::Regions regions =
+      automatic ? formats::find_regions(file) : formats::find_regions(file, command.regions);
+  file.mesh.regions = std::move(regions.of_element);
+  return regions;
 }
 
 void check_outputs(const SmoothCommand& command) {
@@ -144,6 +170,7 @@ ExitCode run(const SmoothCommand& command) {
   formats::MeshFile file = formats::read_mesh_file(command.input);
   if (command.precision) set_precision(file.mesh, *command.precision);
   fix_nodes(file, command, options.boundary);
+  const formats::Regions regions = set_regions(file, command, options.boundary);
   interrupt.check();
 
   const client::SmoothReport report = call_server(file, command, options, interrupt);
@@ -151,9 +178,14 @@ ExitCode run(const SmoothCommand& command) {
   if (command.report) write_text_file(*command.report, report.json);
   if (!command.quiet) {
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
-    std::cout << describe_verdict(report, options, elapsed.count(), [&](std::int64_t id) {
-      return file.file_element_id(id);
-    }) << std::flush;
+    std::cout << describe_verdict(report, options, elapsed.count(),
+                                  [&](std::int64_t id) { return file.file_element_id(id); });
+    if (regions.count > 1) {
+      std::cout << counted(static_cast<std::int64_t>(regions.count), "region") << " by "
+                << regions.array << ", " << counted(report.summary.nodes.between_regions, "node")
+                << " between them\n";
+    }
+    std::cout << std::flush;
   }
   return ExitCode::done;
 }
@@ -172,6 +204,16 @@ void add_smooth_command(CLI::App& app, Action& action) {
   add_smooth_flags(*sub, command->smoothing);
   sub->add_option("--fixed-nodes", command->fixed_nodes,
                   "File of nodes to hold: a node index (from 0) a line, # comments");
+  sub->add_option("--fixed-set", command->fixed_sets,
+                  "Nodes to hold by name: a physical group of any dimension, or a point array of "
+                  "the file (not 0: held); may be repeated")
+      ->allow_extra_args(false);
+  sub->add_option("--regions", command->regions,
+                  "Cell array of whole numbers by name: facets between elements of different "
+                  "numbers are kept as the boundary is. auto: physical groups, Medit's "
+                  "references, TetGen's first attribute or Gmsh's entities, whichever the file "
+                  "has; none: no regions")
+      ->capture_default_str();
   sub->add_option("--backend", command->backend,
                   "What computes: auto, cpu, cuda; without --server also cuda:N")
       ->check([](const std::string& name) {

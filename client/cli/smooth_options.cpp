@@ -150,14 +150,16 @@ void add_smooth_flags(CLI::App& command, SmoothFlags& flags) {
       ->check(CLI::IsMember({"repair", "refuse"}))
       ->capture_default_str();
   command
-      .add_option("--boundary", flags.boundary,
-                  "slide: boundary nodes move in their plane and along their crease, corners stay; "
-                  "free: they move like all others. In both, the file's lower-dimensional elements "
-                  "move with their nodes")
+      .add_option(
+          "--boundary", flags.boundary,
+          "slide: boundary nodes move in their plane, on their curved part or along their crease, "
+          "corners stay; "
+          "free: they move like all others. In both, the file's lower-dimensional elements "
+          "move with their nodes")
       ->check(CLI::IsMember(names(kBoundaries)))
       ->capture_default_str();
   command.add_option("--feature-angle", flags.feature_angle,
-                     "--boundary slide: planes that meet at less are one curved part, which stays; "
+                     "--boundary slide: planes that meet at less are one curved part; "
                      "degrees, 1 to 90 [30]");
   command.add_option("--iterations", flags.iterations, "Sweeps at most; 0 only judges the mesh")
       ->capture_default_str();
@@ -175,7 +177,7 @@ void add_smooth_flags(CLI::App& command, SmoothFlags& flags) {
   command.add_option("--compute-budget", flags.compute_budget_seconds,
                      "Seconds of computing, after which the best result reached is returned");
   command.add_flag("--history", flags.history,
-                   "Each sweep's moves, energy and worst element in the report");
+                   "Each sweep's moves, energy and worst mean ratio in the report");
 }
 
 SmoothOptions to_smooth_options(const SmoothFlags& flags) {

@@ -13,8 +13,7 @@ namespace {
 
 /// What the last sweep came to, beside what would have ended the job.
 std::string last_sweep(const Convergence& convergence, const SmoothOptions& options) {
-  const bool by_energy =
-      options.tolerance.relative && std::holds_alternative<Optimize>(options.method);
+  const bool by_energy = converges_by_energy(options);
   return fmt::format("largest move {:.3g}, {} {:.3g}", convergence.last_max_displacement,
                      by_energy ? "energy tolerance" : "tolerance",
                      by_energy ? options.tolerance.value : convergence.tolerance);
@@ -130,6 +129,11 @@ std::string nodes_sentence(const SmoothSummary& summary, const SmoothOptions& op
   if (options.boundary == BoundaryPolicy::slide) {
     text += fmt::format(", {} slide in their plane and {} along their crease",
                         with_commas(nodes.sliding_in_plane), with_commas(nodes.sliding_on_line));
+    if (nodes.sliding_on_surface + nodes.sliding_on_curve > 0) {
+      text +=
+          fmt::format(", {} on their curved part and {} along their curve",
+                      with_commas(nodes.sliding_on_surface), with_commas(nodes.sliding_on_curve));
+    }
     if (nodes.curved > 0)
       text += fmt::format(", {} on curved parts stay", with_commas(nodes.curved));
   }
@@ -138,6 +142,22 @@ std::string nodes_sentence(const SmoothSummary& summary, const SmoothOptions& op
     text += fmt::format("; the guard{} held {} back in the last sweep",
                         options.movement_limit ? " or the movement limit" : "",
                         with_commas(summary.convergence.held_node_count));
+  }
+  return text + "\n";
+}
+
+/// What sliding on curved parts made of the boundary.
+std::string deviation_sentence(const SmoothSummary& summary) {
+  const BoundaryDeviation& deviation = summary.deviation;
+  if (deviation.tolerance == 0) return {};
+  std::string text = fmt::format(
+      "curved parts: nodes lie within {:.1e} of the boundary they came with (tolerance {:.1e}); "
+      "the new one cuts off up to {:.3g}",
+      deviation.strayed, deviation.tolerance, deviation.cut_off);
+  const double before = summary.quality_before.enclosed_volume;
+  if (before != 0) {
+    text += fmt::format(" and changes the volume by {:+.2g} %",
+                        100 * (summary.quality_after.enclosed_volume - before) / before);
   }
   return text + "\n";
 }
@@ -212,7 +232,7 @@ std::string describe_verdict(const client::SmoothReport& report, const SmoothOpt
   }
   return text + volume_sentence(summary.quality_after) +
          locked_sentence(summary.locked, file_element_id) + nodes_sentence(summary, options) +
-         times_sentence(report, total_seconds);
+         deviation_sentence(summary) + times_sentence(report, total_seconds);
 }
 
 }  // namespace meshsmooth::cli

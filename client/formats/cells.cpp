@@ -40,6 +40,13 @@ const CellKind* find_vtk_cell(int vtk_type, std::size_t node_count) {
   });
 }
 
+std::optional<int> cell_dimension(int vtk_type, std::size_t node_count) {
+  if (const CellKind* kind = find_vtk_cell(vtk_type, node_count)) return kind->dimension;
+  if (vtk_type == kPolyVertexCell) return 0;
+  if (vtk_type == kPolyLineCell) return 1;
+  return std::nullopt;
+}
+
 const CellKind* find_gmsh_cell(int gmsh_type) {
   return find_kind([&](const CellKind& kind) { return kind.gmsh_type == gmsh_type; });
 }

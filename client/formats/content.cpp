@@ -10,12 +10,9 @@
 namespace meshsmooth::formats {
 namespace {
 
-/// Dimension of a cell that may be a passenger or part of the mesh.
-int cell_dimension(const std::filesystem::path& path, const Dataset& dataset, const Cell& cell,
-                   std::int64_t id) {
-  if (const CellKind* kind = find_vtk_cell(cell.type, cell.nodes.size())) return kind->dimension;
-  if (cell.type == kPolyVertexCell) return 0;
-  if (cell.type == kPolyLineCell) return 1;
+int dimension_of(const std::filesystem::path& path, const Dataset& dataset, const Cell& cell,
+                 std::int64_t id) {
+  if (const auto dimension = cell_dimension(cell.type, cell.nodes.size())) return *dimension;
   const std::string name = cell.type == kPolygonCell
                                ? "polygon of " + std::to_string(cell.nodes.size()) + " nodes"
                                : dataset.cell_name(cell.type);
@@ -51,22 +48,22 @@ class Passengers {
 /// One block per type, in the order in which the types come up.
 class Blocks {
  public:
-  void add(ElementType type, const Cell& cell, std::int64_t id) {
+  void add(ElementType type, const Cell& cell, std::int64_t place_of_cell) {
     std::size_t& place = places_[static_cast<std::size_t>(type)];
     if (place == kNowhere) {
       place = blocks_.size();
       blocks_.push_back({type, {}});
-      ids_.emplace_back();
+      cells_.emplace_back();
     }
     for (const std::int64_t node : cell.nodes) {
       blocks_[place].nodes.push_back(static_cast<NodeId>(node));
     }
-    ids_[place].push_back(id);
+    cells_[place].push_back(place_of_cell);
   }
   void store(Mesh& mesh, FileContent& content) {
     mesh.blocks = std::move(blocks_);
-    for (const auto& ids : ids_) {
-      content.element_ids.insert(content.element_ids.end(), ids.begin(), ids.end());
+    for (const auto& cells : cells_) {
+      content.element_cells.insert(content.element_cells.end(), cells.begin(), cells.end());
     }
   }
 
@@ -75,7 +72,7 @@ class Blocks {
   std::array<std::size_t, kElementTypeCount> places_ = {kNowhere, kNowhere, kNowhere,
                                                         kNowhere, kNowhere, kNowhere};
   std::vector<ElementBlock> blocks_;
-  std::vector<std::vector<std::int64_t>> ids_;
+  std::vector<std::vector<std::int64_t>> cells_;
 };
 
 }  // namespace
@@ -91,8 +88,7 @@ void check_node_count(const MeshFile& file) {
   }
 }
 
-MeshFile make_mesh_file(const std::filesystem::path& path, FileContent content,
-                        const std::vector<std::int64_t>& cell_ids) {
+MeshFile make_mesh_file(const std::filesystem::path& path, FileContent content) {
   const Dataset& dataset = *content.dataset;
   const std::int64_t node_count = dataset.node_count();
   const std::int64_t cell_count = dataset.cell_count();
@@ -102,14 +98,14 @@ MeshFile make_mesh_file(const std::filesystem::path& path, FileContent content,
   }
 
   const auto id_of = [&](std::int64_t id) {
-    return cell_ids.empty() ? id : cell_ids[static_cast<std::size_t>(id)];
+    return content.cell_ids.empty() ? id : content.cell_ids[static_cast<std::size_t>(id)];
   };
   Cell cell;
   std::vector<std::int8_t> dimensions(static_cast<std::size_t>(cell_count));
   for (std::int64_t id = 0; id < cell_count; ++id) {
     dataset.get_cell(id, cell);
     dimensions[static_cast<std::size_t>(id)] =
-        static_cast<std::int8_t>(cell_dimension(path, dataset, cell, id_of(id)));
+        static_cast<std::int8_t>(dimension_of(path, dataset, cell, id_of(id)));
   }
   const auto highest = std::max_element(dimensions.begin(), dimensions.end());
   if (highest == dimensions.end() || *highest < 2) {
@@ -125,7 +121,7 @@ MeshFile make_mesh_file(const std::filesystem::path& path, FileContent content,
       passengers.add(cell);
     } else {
       const CellKind* kind = find_vtk_cell(cell.type, cell.nodes.size());
-      blocks.add(*kind->element, cell, id_of(id));
+      blocks.add(*kind->element, cell, id);
     }
   }
   mesh.positions = dataset.positions();

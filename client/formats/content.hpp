@@ -21,6 +21,15 @@ inline constexpr const char* kPhysicalNamesArray = "gmsh:physical_names";  // "D
 inline constexpr const char* kNodeIdArray = "node_id";
 inline constexpr const char* kElementIdArray = "element_id";
 inline constexpr const char* kMarkerArray = "tetgen:marker";
+inline constexpr const char* kAttributeArray = "tetgen:attribute_";  // and its number, from 0
+
+/// A physical group of Gmsh's: the cells of a dimension that have one of some values in an array.
+struct CellGroup {
+  int dimension;
+  std::string name;  // its number where it has none
+  const char* array;
+  std::vector<int> values;
+};
 
 /// All that a file carries. Every reader fills the data set, which is what the
 /// formats exchange when one is converted to another; readers of text formats
@@ -31,8 +40,12 @@ class FileContent {
   std::string extension;                   // of the format read, ".vtu"
   std::shared_ptr<const Dataset> dataset;  // all cells in the file's order
   std::vector<std::int64_t> node_ids;      // empty: they count from 0
-  std::vector<std::int64_t> element_ids;   // of the mesh's elements
-  std::vector<NodeId> nodes_by_id;         // nodes in ascending order of their ids; or empty
+  std::vector<std::int64_t> cell_ids;      // empty: they count from 0
+  std::vector<CellGroup> groups;
+  // By cell, which groups it is in: 0 in none, else a number for each set of groups; or empty.
+  std::vector<std::int32_t> group_sets;
+  std::vector<std::int64_t> element_cells;  // the cells of the mesh's elements
+  std::vector<NodeId> nodes_by_id;          // nodes in ascending order of their ids; or empty
   std::vector<NodeId> passenger_nodes;
   std::int64_t passenger_count = 0;
   std::string text;            // the file, or empty
@@ -40,11 +53,9 @@ class FileContent {
   std::string companion_text;  // of the .ele file beside a .node file
 };
 
-/// Sorts the cells of `content.dataset` into mesh and passengers. `cell_ids`
-/// are the file's ids of all cells; empty: they count from 0. Throws
+/// Sorts the cells of `content.dataset` into mesh and passengers. Throws
 /// MESH_EMPTY, ELEMENT_NOT_SUPPORTED, FORMAT_ERROR.
-[[nodiscard]] MeshFile make_mesh_file(const std::filesystem::path& path, FileContent content,
-                                      const std::vector<std::int64_t>& cell_ids);
+[[nodiscard]] MeshFile make_mesh_file(const std::filesystem::path& path, FileContent content);
 
 /// Throws `InvalidMesh` (ARRAY_SIZE_MISMATCH) unless the mesh still has as many
 /// nodes as its file.

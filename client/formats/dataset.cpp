@@ -1,8 +1,18 @@
 #include "dataset.hpp"
 
+#include <algorithm>
+
 #include "cells.hpp"
 
 namespace meshsmooth::formats {
+namespace {
+
+std::optional<Column> find(const std::vector<Column>& columns, const std::string& name) {
+  const auto found = std::ranges::find(columns, name, &Column::name);
+  return found == columns.end() ? std::nullopt : std::optional(*found);
+}
+
+}  // namespace
 
 PlainDataset::PlainDataset(const Mesh& mesh) : positions_(mesh.positions) {
   for (const ElementBlock& block : mesh.blocks) {
@@ -36,6 +46,14 @@ void PlainDataset::get_cell(std::int64_t id, Cell& cell) const {
   cell.type = types_[place];
   cell.nodes.assign(nodes_.begin() + static_cast<std::ptrdiff_t>(first_[place]),
                     nodes_.begin() + static_cast<std::ptrdiff_t>(first_[place + 1]));
+}
+
+std::optional<Column> PlainDataset::node_column(const std::string& name) const {
+  return find(node_columns_, name);
+}
+
+std::optional<Column> PlainDataset::cell_column(const std::string& name) const {
+  return find(cell_columns_, name);
 }
 
 std::string PlainDataset::cell_name(int type) const {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <variant>
@@ -50,6 +51,9 @@ class Dataset {
   [[nodiscard]] virtual Positions positions() const = 0;
   [[nodiscard]] virtual std::vector<Column> node_columns() const = 0;
   [[nodiscard]] virtual std::vector<Column> cell_columns() const = 0;
+  /// One by its name, without copying the others; none: there is no such column.
+  [[nodiscard]] virtual std::optional<Column> node_column(const std::string& name) const = 0;
+  [[nodiscard]] virtual std::optional<Column> cell_column(const std::string& name) const = 0;
   /// "quadratic tetrahedron (VTK cell type 24)".
   [[nodiscard]] virtual std::string cell_name(int type) const = 0;
 };
@@ -72,6 +76,8 @@ class PlainDataset final : public Dataset {
   [[nodiscard]] Positions positions() const override { return positions_; }
   [[nodiscard]] std::vector<Column> node_columns() const override { return node_columns_; }
   [[nodiscard]] std::vector<Column> cell_columns() const override { return cell_columns_; }
+  [[nodiscard]] std::optional<Column> node_column(const std::string& name) const override;
+  [[nodiscard]] std::optional<Column> cell_column(const std::string& name) const override;
   [[nodiscard]] std::string cell_name(int type) const override;
 
  private:

@@ -34,4 +34,13 @@ namespace meshsmooth::formats {
 /// size `noise`; about `node_count` nodes, at least 6.
 [[nodiscard]] Mesh generate_sphere(std::size_t node_count, std::uint64_t seed, double noise = 0.02);
 
+/// The unit ball: nodes about evenly on the sphere, uniformly random ones inside, Delaunay
+/// tetrahedra (TetGen). Exactly `node_count` nodes, at least 100. O(n log n).
+[[nodiscard]] Mesh generate_ball(std::size_t node_count, std::uint64_t seed, double tangle = 0);
+
+/// A pipe of the radii 1/2 and 1 and the length 1: tetrahedra of a regular grid, nodes
+/// jittered along the surfaces that they are on; `node_count`, at least 216, or up to a quarter
+/// more.
+[[nodiscard]] Mesh generate_pipe(std::size_t node_count, std::uint64_t seed, double tangle = 0);
+
 }  // namespace meshsmooth::formats

@@ -3,11 +3,11 @@
 #include <vtkIntArray.h>
 #include <vtkLongLongArray.h>
 #include <vtkPointData.h>
-#include <vtkStringArray.h>
 
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <map>
 #include <unordered_map>
 
 #include "cells.hpp"
@@ -28,6 +28,7 @@ struct Row {
   const CellKind* kind;
   int entity;
   int physical;
+  std::int32_t group_set;  // see `FileContent::group_sets`
   std::size_t first;
 };
 
@@ -63,11 +64,15 @@ const CellKind& kind_of(const path& file, int gmsh_type, std::size_t first_tag) 
 /// All elements, by ascending tag, which is the file's own order.
 Elements get_elements(const path& file) {
   Elements found;
+  std::map<std::vector<int>, std::int32_t> sets = {{{}, 0}};
   gmsh::vectorpair entities;
   gmsh::model::getEntities(entities);
   for (const auto& [dimension, entity] : entities) {
     std::vector<int> physicals;
     gmsh::model::getPhysicalGroupsForEntity(dimension, entity, physicals);
+    std::vector<int> ordered = physicals;
+    std::ranges::sort(ordered);
+    const auto set = sets.emplace(ordered, static_cast<std::int32_t>(sets.size())).first;
     std::vector<int> types;
     std::vector<std::vector<std::size_t>> tags;
     std::vector<std::vector<std::size_t>> nodes;
@@ -78,7 +83,7 @@ Elements get_elements(const path& file) {
       std::size_t first = found.node_tags.size();
       for (const std::size_t tag : tags[type]) {
         found.rows.push_back({static_cast<std::int64_t>(tag), &kind, entity,
-                              physicals.empty() ? 0 : physicals.front(), first});
+                              physicals.empty() ? 0 : physicals.front(), set->second, first});
         first += static_cast<std::size_t>(kind.node_count);
       }
       found.node_tags.insert(found.node_tags.end(), nodes[type].begin(), nodes[type].end());
@@ -116,10 +121,9 @@ void add_array(vtkFieldData* data, const char* name, const Values& values, Get g
   data->AddArray(array);
 }
 
-void add_groups(const std::string& extension, const Elements& elements,
-                const std::vector<std::int64_t>& node_ids, vtkUnstructuredGrid& grid) {
+void add_groups(const Elements& elements, vtkUnstructuredGrid& grid, FileContent& content) {
   vtkFieldData* data = grid.GetCellData();
-  if (extension == ".mesh") {
+  if (content.extension == ".mesh") {
     add_array<vtkIntArray>(data, kReferenceArray, elements.rows,
                            [](auto& row) { return row.entity; });
     return;
@@ -127,18 +131,23 @@ void add_groups(const std::string& extension, const Elements& elements,
   add_array<vtkIntArray>(data, kEntityArray, elements.rows, [](auto& row) { return row.entity; });
   add_array<vtkLongLongArray>(data, kElementIdArray, elements.rows,
                               [](auto& row) { return row.tag; });
-  add_array<vtkLongLongArray>(grid.GetPointData(), kNodeIdArray, node_ids,
+  add_array<vtkLongLongArray>(grid.GetPointData(), kNodeIdArray, content.node_ids,
                               [](auto id) { return id; });
   gmsh::vectorpair groups;
   gmsh::model::getPhysicalGroups(groups);
   if (groups.empty()) return;
   add_array<vtkIntArray>(data, kPhysicalArray, elements.rows,
                          [](auto& row) { return row.physical; });
-  add_array<vtkStringArray>(grid.GetFieldData(), kPhysicalNamesArray, groups, [](auto& group) {
-    std::string name;
-    gmsh::model::getPhysicalName(group.first, group.second, name);
-    return std::to_string(group.first) + ' ' + std::to_string(group.second) + ' ' + name;
-  });
+  std::vector<PhysicalName> names;
+  for (const auto& [dimension, tag] : groups) {
+    PhysicalName& group = names.emplace_back(PhysicalName{dimension, tag, {}});
+    gmsh::model::getPhysicalName(dimension, tag, group.name);
+    std::vector<int> entities;
+    gmsh::model::getEntitiesForPhysicalGroup(dimension, tag, entities);
+    content.groups.push_back({dimension, group.called(), kEntityArray, std::move(entities)});
+  }
+  add_physical_names(grid.GetFieldData(), names);
+  for (const Row& row : elements.rows) content.group_sets.push_back(row.group_set);
 }
 
 /// The first step of every view of values on nodes or elements.
@@ -207,15 +216,14 @@ MeshFile read_gmsh(const path& file) {
   const auto grid = vtkSmartPointer<vtkUnstructuredGrid>::New();
   grid->SetPoints(make_points(std::span<const Vec3d>(content.fields.positions)));
   add_cells(file, elements, nodes, *grid);
-  add_groups(content.extension, elements, content.fields.node_ids, *grid);
-
-  std::vector<std::int64_t> cell_ids;
-  cell_ids.reserve(elements.rows.size());
-  for (const Row& row : elements.rows) cell_ids.push_back(row.tag);
-  add_views(nodes, places_of(cell_ids), *grid);
   content.node_ids = content.fields.node_ids;
+  add_groups(elements, *grid, content);
+
+  content.cell_ids.reserve(elements.rows.size());
+  for (const Row& row : elements.rows) content.cell_ids.push_back(row.tag);
+  add_views(nodes, places_of(content.cell_ids), *grid);
   content.dataset = std::make_shared<VtkDataset>(grid);
-  return make_mesh_file(file, std::move(content), cell_ids);
+  return make_mesh_file(file, std::move(content));
 }
 
 }  // namespace meshsmooth::formats

@@ -1,14 +1,12 @@
 #include <vtkCellData.h>
 #include <vtkDataArray.h>
 #include <vtkPointData.h>
-#include <vtkStringArray.h>
 
 #include <algorithm>
 #include <array>
 #include <limits>
 #include <map>
 #include <set>
-#include <sstream>
 #include <tuple>
 #include <unordered_map>
 
@@ -162,16 +160,9 @@ class ModelBuilder {
     for (const auto& [group, members] : groups_) {
       gmsh::model::addPhysicalGroup(group.first, {members.begin(), members.end()}, group.second);
     }
-    auto* names =
-        vtkStringArray::SafeDownCast(grid_.GetFieldData()->GetAbstractArray(kPhysicalNamesArray));
-    for (vtkIdType row = 0; names != nullptr && row < names->GetNumberOfValues(); ++row) {
-      std::istringstream words(names->GetValue(row));
-      int dimension = 0;
-      int group = 0;
-      std::string name;
-      words >> dimension >> group >> std::ws;
-      std::getline(words, name);
-      if (!name.empty()) gmsh::model::setPhysicalName(dimension, group, name);
+    for (const PhysicalName& group : physical_names(grid_.GetFieldData())) {
+      if (group.name.empty()) continue;
+      gmsh::model::setPhysicalName(group.dimension, group.tag, group.name);
     }
   }
 

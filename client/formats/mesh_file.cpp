@@ -122,7 +122,9 @@ MeshFile::MeshFile(Mesh mesh_of_file, std::shared_ptr<const FileContent> content
     : mesh(std::move(mesh_of_file)), content_(std::move(content)) {}
 
 std::int64_t MeshFile::file_element_id(std::int64_t element) const {
-  return content_ ? content_->element_ids.at(static_cast<std::size_t>(element)) : element;
+  if (!content_) return element;
+  const std::int64_t cell = content_->element_cells.at(static_cast<std::size_t>(element));
+  return content_->cell_ids.empty() ? cell : content_->cell_ids[static_cast<std::size_t>(cell)];
 }
 
 std::int64_t MeshFile::file_node_id(std::int64_t node) const {

@@ -92,7 +92,7 @@ MeshFile read_obj(const std::filesystem::path& path) {
   dataset->set_positions(content.fields.positions);
   content.node_ids = content.fields.node_ids;
   content.dataset = dataset;
-  return make_mesh_file(path, std::move(content), {});
+  return make_mesh_file(path, std::move(content));
 }
 
 void write_obj(const std::filesystem::path& path, const MeshFile& file) {

@@ -291,7 +291,7 @@ MeshFile read_ply(const std::filesystem::path& path) {
   const auto dataset = std::make_shared<PlainDataset>();
   PlyReader(path, content, *dataset).read();
   content.dataset = dataset;
-  return make_mesh_file(path, std::move(content), {});
+  return make_mesh_file(path, std::move(content));
 }
 
 void write_ply(const std::filesystem::path& path, const MeshFile& file) {

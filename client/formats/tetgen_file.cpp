@@ -20,7 +20,7 @@ struct Columns {
 
   Columns(std::size_t attribute_count, bool has_markers) {
     for (std::size_t index = 0; index < attribute_count; ++index) {
-      all.push_back({"tetgen:attribute_" + std::to_string(index), false, {}});
+      all.push_back({kAttributeArray + std::to_string(index), false, {}});
     }
     if (has_markers) all.push_back({kMarkerArray, true, {}});
   }
@@ -164,9 +164,9 @@ MeshFile read_tetgen(const path& file) {
   content.extension = ".node";
   const auto dataset = std::make_shared<PlainDataset>();
   read_nodes(with_extension(file, ".node"), content, *dataset);
-  const auto ids = read_tetrahedra(with_extension(file, ".ele"), content, *dataset);
+  content.cell_ids = read_tetrahedra(with_extension(file, ".ele"), content, *dataset);
   content.dataset = dataset;
-  return make_mesh_file(file, std::move(content), ids);
+  return make_mesh_file(file, std::move(content));
 }
 
 void write_tetgen(const path& file, const MeshFile& mesh_file) {

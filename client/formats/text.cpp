@@ -12,6 +12,16 @@ void fail(const std::string& reason, const std::filesystem::path& path, const st
   throw Error(reason, path.string() + ": " + what, {{"path", path.string()}});
 }
 
+void fail_unknown_name(const std::string& what_is_called, const std::string& name,
+                       const std::vector<std::string>& there_are) {
+  std::string list;
+  for (const std::string& other : there_are) list += (list.empty() ? "" : ", ") + other;
+  throw InvalidOption(
+      "NAME_UNKNOWN",
+      what_is_called + " \"" + name + "\"; there " + (list.empty() ? "is none" : "are: " + list),
+      {{"name", name}});
+}
+
 std::string read_bytes(const std::filesystem::path& path) {
   std::error_code error;
   if (!std::filesystem::exists(path, error)) fail("FILE_NOT_FOUND", path, "there is no such file");

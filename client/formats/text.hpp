@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "meshsmooth/error.hpp"
 
@@ -19,6 +20,10 @@ void write_bytes(const std::filesystem::path& path, std::string_view bytes);
 /// Throws `Error`: "PATH: what".
 [[noreturn]] void fail(const std::string& reason, const std::filesystem::path& path,
                        const std::string& what);
+
+/// Throws `InvalidOption` (NAME_UNKNOWN) that says what is not called so, and what there is.
+[[noreturn]] void fail_unknown_name(const std::string& what_is_called, const std::string& name,
+                                    const std::vector<std::string>& there_are);
 
 /// Walks over a text and knows where it is. All that looks past the end throws
 /// FILE_TRUNCATED, all that finds something else than asked FORMAT_ERROR, both

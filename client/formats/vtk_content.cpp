@@ -7,9 +7,11 @@
 #include <vtkIdList.h>
 #include <vtkIntArray.h>
 #include <vtkPointData.h>
+#include <vtkStringArray.h>
 
 #include <array>
 #include <cctype>
+#include <sstream>
 
 namespace meshsmooth::formats {
 namespace {
@@ -25,19 +27,23 @@ std::vector<Vec3<Real>> copy_positions(vtkPoints* points) {
   return positions;
 }
 
-/// The arrays of one number each.
+/// None for an array that is not of one number each.
+std::optional<Column> column_of(vtkDataArray* array) {
+  if (array == nullptr || array->GetNumberOfComponents() != 1) return std::nullopt;
+  Column column{array->GetName() == nullptr ? "" : array->GetName(),
+                array->GetDataType() != VTK_FLOAT && array->GetDataType() != VTK_DOUBLE,
+                {}};
+  column.values.reserve(static_cast<std::size_t>(array->GetNumberOfTuples()));
+  for (vtkIdType row = 0; row < array->GetNumberOfTuples(); ++row) {
+    column.values.push_back(array->GetTuple1(row));
+  }
+  return column;
+}
+
 std::vector<Column> columns_of(vtkFieldData* data) {
   std::vector<Column> columns;
   for (int index = 0; index < data->GetNumberOfArrays(); ++index) {
-    vtkDataArray* array = data->GetArray(index);
-    if (array == nullptr || array->GetNumberOfComponents() != 1) continue;
-    Column column{array->GetName() == nullptr ? "" : array->GetName(),
-                  array->GetDataType() != VTK_FLOAT && array->GetDataType() != VTK_DOUBLE,
-                  {}};
-    for (vtkIdType row = 0; row < array->GetNumberOfTuples(); ++row) {
-      column.values.push_back(array->GetTuple1(row));
-    }
-    columns.push_back(std::move(column));
+    if (auto column = column_of(data->GetArray(index))) columns.push_back(std::move(*column));
   }
   return columns;
 }
@@ -120,6 +126,14 @@ std::vector<Column> VtkDataset::node_columns() const { return columns_of(data_->
 
 std::vector<Column> VtkDataset::cell_columns() const { return columns_of(data_->GetCellData()); }
 
+std::optional<Column> VtkDataset::node_column(const std::string& name) const {
+  return column_of(data_->GetPointData()->GetArray(name.c_str()));
+}
+
+std::optional<Column> VtkDataset::cell_column(const std::string& name) const {
+  return column_of(data_->GetCellData()->GetArray(name.c_str()));
+}
+
 std::string VtkDataset::vtk_cell_name(int type) {
   const std::string class_name = vtkCellTypes::GetClassNameFromTypeId(type);
   const std::string number = "VTK cell type " + std::to_string(type);
@@ -131,6 +145,29 @@ std::string VtkDataset::vtk_cell_name(int type) {
     words += static_cast<char>(std::tolower(code));
   }
   return words + " (" + number + ")";
+}
+
+std::vector<PhysicalName> physical_names(vtkFieldData* data) {
+  auto* rows = vtkStringArray::SafeDownCast(data->GetAbstractArray(kPhysicalNamesArray));
+  std::vector<PhysicalName> names;
+  for (vtkIdType row = 0; rows != nullptr && row < rows->GetNumberOfValues(); ++row) {
+    std::istringstream words(rows->GetValue(row));
+    PhysicalName group;
+    words >> group.dimension >> group.tag >> std::ws;
+    std::getline(words, group.name);
+    names.push_back(std::move(group));
+  }
+  return names;
+}
+
+void add_physical_names(vtkFieldData* data, const std::vector<PhysicalName>& names) {
+  const vtkNew<vtkStringArray> array;
+  array->SetName(kPhysicalNamesArray);
+  for (const PhysicalName& group : names) {
+    array->InsertNextValue(std::to_string(group.dimension) + ' ' + std::to_string(group.tag) + ' ' +
+                           group.name);
+  }
+  data->AddArray(array);
 }
 
 vtkSmartPointer<vtkPoints> make_points(const PositionsView& positions) {

@@ -24,6 +24,8 @@ class VtkDataset final : public Dataset {
   [[nodiscard]] Positions positions() const override;
   [[nodiscard]] std::vector<Column> node_columns() const override;
   [[nodiscard]] std::vector<Column> cell_columns() const override;
+  [[nodiscard]] std::optional<Column> node_column(const std::string& name) const override;
+  [[nodiscard]] std::optional<Column> cell_column(const std::string& name) const override;
   [[nodiscard]] std::string cell_name(int type) const override { return vtk_cell_name(type); }
 
   /// "quadratic tetrahedron (VTK cell type 24)".
@@ -33,6 +35,17 @@ class VtkDataset final : public Dataset {
   vtkSmartPointer<vtkPointSet> data_;
   vtkNew<vtkIdList> nodes_;  // of the cell just asked for: making a list costs more
 };
+
+/// A physical group of Gmsh's, as `kPhysicalNamesArray` has it.
+struct PhysicalName {
+  int dimension = 0;
+  int tag = 0;
+  std::string name;  // or empty
+
+  [[nodiscard]] std::string called() const { return name.empty() ? std::to_string(tag) : name; }
+};
+[[nodiscard]] std::vector<PhysicalName> physical_names(vtkFieldData* data);
+void add_physical_names(vtkFieldData* data, const std::vector<PhysicalName>& names);
 
 /// The positions as points of the same precision.
 [[nodiscard]] vtkSmartPointer<vtkPoints> make_points(const PositionsView& positions);

@@ -277,7 +277,10 @@ MeshFile read_vtk(const std::filesystem::path& path) {
   FileContent content;
   content.extension = extension_of(path);
   content.dataset = std::make_shared<VtkDataset>(dataset);
-  return make_mesh_file(path, std::move(content), {});
+  for (const PhysicalName& group : physical_names(dataset->GetFieldData())) {
+    content.groups.push_back({group.dimension, group.called(), kPhysicalArray, {group.tag}});
+  }
+  return make_mesh_file(path, std::move(content));
 }
 
 void write_vtk(const std::filesystem::path& path, const MeshFile& file) {

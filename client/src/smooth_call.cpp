@@ -20,7 +20,7 @@ static_assert(std::endian::native == std::endian::little, "arrays travel as they
 constexpr std::size_t kChunkBytes = 256 * 1024;
 
 std::size_t size_bytes(const Mesh& mesh) {
-  std::size_t bytes = mesh.fixed.size();
+  std::size_t bytes = mesh.fixed.size() + std::as_bytes(std::span(mesh.regions)).size();
   bytes += std::visit([](const auto& positions) { return std::as_bytes(std::span(positions)); },
                       mesh.positions)
                .size();
@@ -180,12 +180,14 @@ void SmoothCall::upload() {
     elements.push_back(std::as_bytes(std::span(block.nodes)));
   }
   const std::array fixed = {std::as_bytes(std::span(mesh_.fixed))};
+  const std::array tags = {std::as_bytes(std::span(mesh_.regions))};
   const std::array coordinates = {
       std::visit([](const auto& positions) { return std::as_bytes(std::span(positions)); },
                  std::as_const(mesh_.positions))};
   const bool sends_topology = topology_.name.empty();
   const bool connected = (!sends_topology || (upload_array(v1::ARRAY_ID_ELEMENTS, elements) &&
-                                              upload_array(v1::ARRAY_ID_FIXED_MASK, fixed))) &&
+                                              upload_array(v1::ARRAY_ID_FIXED_MASK, fixed) &&
+                                              upload_array(v1::ARRAY_ID_ELEMENT_TAGS, tags))) &&
                          upload_array(v1::ARRAY_ID_COORDINATES, coordinates);
   if (connected) stream_->WritesDone();
 }

@@ -57,7 +57,10 @@ MeshLayout MeshLayout::coordinates_only(bool as_float64) const {
 }
 
 MeshSize MeshLayout::size() const {
-  MeshSize size{.node_count = node_count, .element_counts = {}, .float64 = float64};
+  MeshSize size{.node_count = node_count,
+                .element_counts = {},
+                .float64 = float64,
+                .regions = element_tags_bytes > 0};
   for (const Block& block : blocks) {
     size.element_counts[static_cast<std::size_t>(block.type)] += block.element_count;
   }
@@ -73,10 +76,6 @@ bool decode_float64(v1::ScalarType type) {
 
 MeshLayout decode_layout(const v1::TopologySpec& topology, v1::ScalarType coordinate_type,
                          const MeshLimits& limits) {
-  if (topology.element_tags_present()) {
-    throw NotSupported("OPTION_NOT_SUPPORTED", "this server does not take element tags",
-                       {{"field", "inline_topology.element_tags_present"}});
-  }
   MeshLayout layout;
   layout.float64 = decode_float64(coordinate_type);
   layout.node_count = topology.node_count();
@@ -110,11 +109,15 @@ MeshLayout decode_layout(const v1::TopologySpec& topology, v1::ScalarType coordi
   need_at_most(element_count, limits.max_element_count, "elements");
 
   layout.fixed_mask_bytes = topology.fixed_mask_present() ? layout.node_count : 0;
+  if (topology.element_tags_present()) {
+    layout.element_tags_bytes = saturating_multiply(element_count, sizeof(std::int32_t));
+  }
   layout.coordinates_bytes =
       saturating_multiply(layout.node_count, layout.float64 ? sizeof(Vec3d) : sizeof(Vec3f));
-  need_at_most(saturating_add(saturating_add(layout.elements_bytes, layout.fixed_mask_bytes),
-                              layout.coordinates_bytes),
-               limits.max_mesh_bytes, "bytes");
+  std::int64_t total_bytes = saturating_add(layout.elements_bytes, layout.fixed_mask_bytes);
+  total_bytes = saturating_add(total_bytes, layout.element_tags_bytes);
+  total_bytes = saturating_add(total_bytes, layout.coordinates_bytes);
+  need_at_most(total_bytes, limits.max_mesh_bytes, "bytes");
   return layout;
 }
 
@@ -127,6 +130,7 @@ v1::TopologySpec encode_topology_spec(const TopologyView& topology) {
     message->set_element_count(static_cast<std::int64_t>(block.element_count()));
   }
   spec.set_fixed_mask_present(!topology.fixed.empty());
+  spec.set_element_tags_present(!topology.regions.empty());
   return spec;
 }
 

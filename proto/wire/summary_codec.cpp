@@ -227,6 +227,15 @@ v1::Summary encode_summary(const SmoothSummary& summary) {
   nodes->set_sliding_in_plane(summary.nodes.sliding_in_plane);
   nodes->set_sliding_on_line(summary.nodes.sliding_on_line);
   nodes->set_curved(summary.nodes.curved);
+  nodes->set_sliding_on_surface(summary.nodes.sliding_on_surface);
+  nodes->set_sliding_on_curve(summary.nodes.sliding_on_curve);
+
+  if (summary.deviation.tolerance > 0) {
+    v1::BoundaryDeviation* deviation = message.mutable_boundary_deviation();
+    deviation->set_tolerance(summary.deviation.tolerance);
+    deviation->set_strayed(summary.deviation.strayed);
+    deviation->set_cut_off(summary.deviation.cut_off);
+  }
 
   encode_times(summary.times, message.mutable_timings());
 
@@ -263,7 +272,12 @@ SmoothSummary decode_summary(const v1::Summary& message) {
                    .between_regions = message.nodes().between_tags(),
                    .sliding_in_plane = message.nodes().sliding_in_plane(),
                    .sliding_on_line = message.nodes().sliding_on_line(),
-                   .curved = message.nodes().curved()};
+                   .curved = message.nodes().curved(),
+                   .sliding_on_surface = message.nodes().sliding_on_surface(),
+                   .sliding_on_curve = message.nodes().sliding_on_curve()};
+  summary.deviation = {.tolerance = message.boundary_deviation().tolerance(),
+                       .strayed = message.boundary_deviation().strayed(),
+                       .cut_off = message.boundary_deviation().cut_off()};
   summary.times = decode_times(message.timings());
   const v1::Execution& execution = message.execution();
   summary.backend = decode_backend(execution);

@@ -1,13 +1,15 @@
 """Smoothing real files by the embedded server and by one of its own."""
 
+import contextlib
 import json
 import math
+import random
 import re
 import struct
 from pathlib import Path
 
-from programs import (BAD_MESH, DONE, LONG, REFUSED, STOPPED, CliTest, ServerProgram, interrupt,
-                      main, read_vtk_points)
+from programs import (BAD_MESH, DONE, LONG, REFUSED, STOPPED, USAGE, CliTest, ServerProgram,
+                      interrupt, main, read_vtk_points, vtk_text)
 
 
 def mean_ratio(report, when):
@@ -122,6 +124,20 @@ class Smooth(CliTest):
         self.assertIn(f"the worst, element {locked['worst_element']['element']}, has mean ratio "
                       f"{locked['worst_element']['mean_ratio']:.4f}", result.stdout)
 
+    def test_history_of_every_method_tells_energy_and_worst_element(self):
+        mesh = self.generate("in.vtu")
+        for method in ("laplacian", "smart-laplacian", "taubin", "hc-laplacian"):
+            with self.subTest(method=method):
+                _, report = self.smooth(mesh, "--method", method, "--history",
+                                        "--iterations", "10")
+                convergence = report["convergence"]
+                for history in ("energies", "worst_mean_ratios"):
+                    self.assertEqual(len(convergence[history]), convergence["iteration_count"])
+                self.assertTrue(all(1 < e < math.inf for e in convergence["energies"]))
+                self.assertAlmostEqual(min(convergence["worst_mean_ratios"][-1],
+                                           report["locked"]["worst_element"]["mean_ratio"]),
+                                       mean_ratio(report, "quality_after")["min"], places=12)
+
     def test_history_is_left_out_unless_asked_for(self):
         _, report = self.smooth(self.generate("in.vtu"))
 
@@ -179,6 +195,101 @@ class Smooth(CliTest):
         self.assertGreater(moved, 100)
         for node in (1990, 1999):
             self.assertEqual(before[24 * node:24 * node + 24], after[24 * node:24 * node + 24])
+
+    def halves(self, name, array="part"):
+        """A cube of 5 x 5 x 5 cells, noisy inside, whose cells left of the plane x = 2 are of
+        another part; its path, and the nodes inside that are between the parts."""
+        n = 6
+        shake = random.Random(5)
+        def place(i):
+            inside = 0 < i[0] < n - 1 and 0 < i[1] < n - 1 and 0 < i[2] < n - 1
+            return tuple(c + shake.uniform(-0.2, 0.2) * (inside and (axis > 0 or c != 2))
+                         for axis, c in enumerate(i))
+        lattice = [(x, y, z) for z in range(n) for y in range(n) for x in range(n)]
+        number = {i: k for k, i in enumerate(lattice)}
+        corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0),
+                   (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+        cells = [i for i in lattice if max(i) < n - 1]
+        text = vtk_text([place(i) for i in lattice],
+                        [[number[tuple(map(sum, zip(i, c)))] for c in corners] for i in cells], 12)
+        text += f"CELL_DATA {len(cells)}\nSCALARS {array} int 1\nLOOKUP_TABLE default\n"
+        text += " ".join("8" if i[0] < 2 else "-3" for i in cells) + "\n"
+        held = [i[0] == 2 and 0 < i[1] < n - 1 and 0 < i[2] < n - 1 for i in lattice]
+        text += f"POINT_DATA {n**3}\nSCALARS middle int 1\nLOOKUP_TABLE default\n"
+        text += " ".join(str(int(h)) for h in held) + "\n"
+        Path(self.path(name)).write_text(text)
+        return self.path(name), [k for k, h in enumerate(held) if h]
+
+    def moved_nodes(self, mesh, *arguments):
+        """Smooths; the nodes that moved, the report and what was printed."""
+        start = self.path("start.vtk")
+        self.run_cli("smooth", mesh, "-o", start, "--iterations", "0", "--quiet")
+        result, report = self.smooth(mesh, *arguments, output="out.vtk")
+        before, after = read_vtk_points(start), read_vtk_points(self.path("out.vtk"))
+        return {k for k in range(len(before) // 24)
+                if before[24 * k:24 * k + 24] != after[24 * k:24 * k + 24]}, report, result.stdout
+
+    def test_interfaces_of_the_regions_named_are_kept(self):
+        mesh, between = self.halves("in.vtk")
+
+        free, report, _ = self.moved_nodes(mesh)
+        self.assertEqual(len(free), 64)
+        self.assertEqual(report["nodes"]["between_tags"], "0")
+        for server in (False, True):
+            with contextlib.ExitStack() as stack:
+                where = ["--server", stack.enter_context(ServerProgram()).address] * server
+                held, report, output = self.moved_nodes(mesh, "--regions", "part", *where)
+                self.assertEqual(free - held, set(between))
+                self.assertEqual(report["nodes"]["between_tags"], "36")
+                self.assertIn("2 regions by part, 36 nodes between them\n", output)
+
+    def test_nodes_between_regions_slide_in_the_interface(self):
+        mesh, between = self.halves("in.vtk")
+
+        moved, report, _ = self.moved_nodes(mesh, "--regions", "part", "--boundary", "slide")
+
+        self.assertEqual(report["nodes"]["between_tags"], "36")
+        self.assertGreater(len(moved & set(between)), 10)
+        after = struct.unpack(f">{3 * 216}d", read_vtk_points(self.path("out.vtk")))
+        self.assertEqual({after[3 * node] for node in between}, {2.0})
+
+    def test_regions_that_a_converter_named_are_kept_by_default(self):
+        mesh, between = self.halves("in.vtk", array="gmsh:physical")
+
+        held, _, output = self.moved_nodes(mesh)
+        free, report, quiet = self.moved_nodes(mesh, "--regions", "none")
+
+        self.assertEqual(free - held, set(between))
+        self.assertIn("2 regions by gmsh:physical", output)
+        self.assertEqual(report["nodes"]["between_tags"], "0")
+        self.assertNotIn("regions by", quiet)
+        with self.subTest("as Gmsh's own file"):
+            self.run_cli("smooth", mesh, "-o", self.path("in.msh"), "--iterations", "0")
+            result = self.run_cli("smooth", self.path("in.msh"), "-o", self.path("out.msh"))
+            self.assertIn("2 regions by gmsh:physical, 36 nodes between them\n", result.stdout)
+        with self.subTest("a free boundary frees interfaces too"):
+            free, _, _ = self.moved_nodes(mesh, "--boundary", "free", "--iterations", "3")
+            self.assertTrue(set(between) <= free)
+            error = self.error_of("smooth", mesh, "-o", self.path("out.vtk"), "--boundary", "free",
+                                  "--regions", "gmsh:physical", exit_code=USAGE)
+            self.assertIn("OPTION_MISPLACED", error)
+
+    def test_named_sets_of_nodes_are_held(self):
+        mesh, middle = self.halves("in.vtk", array="gmsh:geometrical")
+
+        free, _, _ = self.moved_nodes(mesh, "--regions", "none")
+        held, _, _ = self.moved_nodes(mesh, "--regions", "none", "--fixed-set", "middle",
+                                      "--fixed-set", "middle")
+
+        self.assertEqual(free - held, set(middle))
+
+    def test_unknown_names_are_answered_by_those_that_there_are(self):
+        mesh, _ = self.halves("in.vtk")
+        for flag, known in (("--fixed-set", "middle"), ("--regions", "part")):
+            error = self.error_of("smooth", mesh, "-o", self.path("out.vtk"), flag, "nobody",
+                                  exit_code=USAGE)
+            self.assertIn(f'"nobody"; there are: {known} (NAME_UNKNOWN)', error)
+        self.assertEqual(self.files(), ["in.vtk"])
 
     def test_precision_f32_writes_floats(self):
         mesh = self.generate("in.vtk")

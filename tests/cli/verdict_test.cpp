@@ -135,6 +135,24 @@ TEST(DescribeVerdict, SetsTheVolumeOfTheElementsAgainstTheEnclosedOne) {
   EXPECT_THAT(verdict_of(surface, {}), Not(HasSubstr("volume")));
 }
 
+TEST(DescribeVerdict, SaysHowFarNodesOfCurvedPartsLieOffTheirBoundary) {
+  SmoothSummary summary = summary_of(0, 0);
+  summary.nodes.sliding_on_surface = 1234;
+  summary.nodes.sliding_on_curve = 56;
+  const SmoothOptions options{.boundary = BoundaryPolicy::slide};
+  EXPECT_THAT(verdict_of(summary, options), Not(HasSubstr("curved parts:")));
+  summary.deviation = {.tolerance = 5e-13, .strayed = 2e-16, .cut_off = 0.0125};
+  summary.quality_before.enclosed_volume = 4;
+  summary.quality_after.enclosed_volume = 3.9;
+
+  const std::string text = verdict_of(summary, options);
+
+  EXPECT_THAT(text, HasSubstr(", 1,234 on their curved part and 56 along their curve"));
+  EXPECT_THAT(text, HasSubstr("curved parts: nodes lie within 2.0e-16 of the boundary they came "
+                              "with (tolerance 5.0e-13); the new one cuts off up to 0.0125 and "
+                              "changes the volume by -2.5 %\n"));
+}
+
 TEST(DescribeVerdict, SaysWhatMayHaveHeldNodesBack) {
   SmoothSummary summary = summary_of(0, 0);
   summary.convergence.held_node_count = 3;

@@ -35,6 +35,29 @@ TEST(Client, SmoothsThroughTheRealServer) {
   EXPECT_THAT(report.json, HasSubstr("\"stop_reason\": \"STOP_REASON_CONVERGED\""));
 }
 
+TEST(Client, SendsRegions) {
+  InProcessServer server;
+  Mesh mesh = test::tet_ball();
+  mesh.regions = {4, 4, 4, 4, -9, -9, -9, -9};
+
+  connect(server).smooth(mesh, {});
+
+  EXPECT_EQ(server.fake().regions(), mesh.regions);
+}
+
+TEST(Client, GivesTheServersReasonForTooFewRegions) {
+  InProcessServer server;
+  Mesh mesh = test::tet_ball();
+  mesh.regions = {4, 4};
+  try {
+    connect(server).smooth(mesh, {});
+    FAIL();
+  } catch (const ServiceError& error) {
+    EXPECT_EQ(error.code(), StatusCode::invalid_argument);
+    EXPECT_THAT(error.what(), HasSubstr("expected ARRAY_ID_ELEMENT_TAGS at byte 8"));
+  }
+}
+
 TEST(Client, SmoothsMixedFloat32MeshesThroughTheRealServer) {
   InProcessServer server;
   Mesh mesh = test::as_float32(test::mixed_stack(3));

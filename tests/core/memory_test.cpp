@@ -112,6 +112,22 @@ TEST(Estimate, BoundsTheMemoryOfSlidingNodes) {
                      {.method = method, .max_iterations = 1, .boundary = BoundaryPolicy::slide},
                      1.3);  // the lattice of pyramids has few nodes on its boundary
     }
+    const Mesh bent = test::mapped(mesh, [](Vec3d p) {
+      return Vec3d{p.x, p.y + std::sin(0.1 * p.x), p.z};
+    });
+    expect_bounded(name + " bent", bent,
+                   {.method = Optimize{}, .max_iterations = 1, .boundary = BoundaryPolicy::slide},
+                   1.3);
+  }
+}
+
+TEST(Estimate, BoundsTheMemoryOfRegionsUnderAFixedBoundary) {
+  for (const ElementType type : kElementTypes) {
+    Mesh mesh = large(type);
+    mesh.regions.assign(mesh.element_count() / 2, 1);
+    mesh.regions.resize(mesh.element_count(), 2);
+    expect_bounded(std::string(element_shape(type).name), mesh,
+                   {.method = SmartLaplacian{}, .max_iterations = 1});
   }
 }
 

@@ -9,9 +9,12 @@
 
 #include "core/smoothing.hpp"
 #include "support/descent.hpp"
+#include "support/input_surface.hpp"
 
 namespace meshsmooth {
 namespace {
+
+using test::points;
 
 int mesh_count() {
   const char* const wish = std::getenv("MESHSMOOTH_RANDOM_MESHES");
@@ -122,7 +125,10 @@ TEST(RandomMeshes, NeverBecomeInvalidByAnyMethod) {
       EXPECT_EQ(job.summary.quality_after.inverted_count, 0) << seed << " " << way.name;
       EXPECT_EQ(job.summary.quality_after.degenerate_count, 0) << seed << " " << way.name;
       if (policy == 0) continue;
-      slid += job.summary.nodes.sliding_in_plane + job.summary.nodes.sliding_on_line;
+      const NodeCounts& nodes = job.summary.nodes;
+      slid += nodes.sliding_in_plane + nodes.sliding_on_line;
+      EXPECT_LE(job.summary.deviation.strayed, job.summary.deviation.tolerance) << seed;
+      if (nodes.sliding_on_surface + nodes.sliding_on_curve > 0) continue;
       const double rounding = mesh.positions.index() == 0 ? 1e-5 : 1e-11;
       const std::map<int, double> volumes = region_volumes(job.mesh);
       for (const auto& [region, volume] : region_volumes(mesh)) {
@@ -131,6 +137,74 @@ TEST(RandomMeshes, NeverBecomeInvalidByAnyMethod) {
     }
   }
   EXPECT_GT(moved, mesh_count());
+  EXPECT_GT(slid, mesh_count());
+}
+
+/// Bent along two waves of random size and length.
+Mesh waved(Mesh mesh, RandomMesh& random) {
+  Vec3d low = points(mesh).front(), high = low;
+  for (const Vec3d& p : points(mesh)) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+  const double size = norm(high - low);
+  const double along = random.uniform(1, 4) / size, across = random.uniform(1, 4) / size;
+  const double rise = random.uniform(0, 0.3) / along, sway = random.uniform(0, 0.3) / across;
+  return test::mapped(std::move(mesh), [&](Vec3d p) {
+    p.y += sway * std::sin(across * p.x);
+    if (low.z < high.z) p.z += rise * std::sin(along * (p.x + p.y));
+    return p;
+  });
+}
+
+TEST(RandomMeshes, KeepNodesOfCurvedPartsOnTheInputsFacets) {
+  const std::vector<test::Way> ways = test::ways(true);
+  std::int64_t slid = 0;
+  for (int seed = 0; seed < mesh_count() / 4; ++seed) {
+    RandomMesh random(static_cast<unsigned>(seed));
+    Mesh mesh = waved(random.valid(), random);
+    if (!is_valid(mesh)) continue;
+    if (random.pick(0, 3) == 0 && is_valid(test::as_float32(mesh))) mesh = test::as_float32(mesh);
+    const bool surface = test::oracle::is_surface(mesh.blocks[0].type);
+    for (const test::Way& way : {ways[static_cast<std::size_t>(seed) % ways.size()],
+                                 test::Way{"optimize", Optimize{}, Form::gauss_seidel}}) {
+      SmoothOptions options{.method = way.method,
+                            .form = way.form,
+                            .max_iterations = random.pick(1, 30),
+                            .boundary = BoundaryPolicy::slide,
+                            .feature_angle = random.uniform(20, 60),
+                            .guard = random.pick(0, 4) != 0};
+
+      const test::Job job = test::smooth(mesh, options);
+
+      if (options.guard) {
+        EXPECT_EQ(job.summary.quality_after.inverted_count, 0) << seed << " " << way.name;
+        EXPECT_EQ(job.summary.quality_after.degenerate_count, 0) << seed << " " << way.name;
+      }
+      const NodeCounts& nodes = job.summary.nodes;
+      const BoundaryDeviation& deviation = job.summary.deviation;
+      EXPECT_LE(deviation.strayed, deviation.tolerance) << seed << " " << way.name;
+      if (surface || nodes.sliding_on_surface + nodes.sliding_on_curve == 0) continue;
+      slid += nodes.sliding_on_surface + nodes.sliding_on_curve;
+      const test::InputSurface facets(mesh);
+      std::set<NodeId> kept;
+      for (const std::vector<NodeId>& of : test::kept_facets(mesh)) {
+        kept.insert(of.begin(), of.end());
+      }
+      const test::oracle::Points x = test::oracle::to_points(job.mesh);
+      double farthest = 0;
+      for (const NodeId n : kept) farthest = std::max(farthest, facets.distance(x[n]));
+      EXPECT_LE(farthest, deviation.tolerance) << seed << " " << way.name;
+      const test::oracle::Points before = test::oracle::to_points(mesh);
+      for (const std::vector<NodeId>& of : test::kept_facets(mesh)) {
+        if (of.size() != 3) continue;
+        const auto normal = [&](const test::oracle::Points& at) {
+          return (at[of[1]] - at[of[0]]).cross(at[of[2]] - at[of[0]]).normalized();
+        };
+        EXPECT_GT(normal(x).dot(normal(before)), 0.49) << seed << " " << way.name;
+      }
+    }
+  }
   EXPECT_GT(slid, mesh_count());
 }
 

@@ -8,6 +8,7 @@
 
 #include "core/smoothing.hpp"
 #include "meshsmooth/error.hpp"
+#include "support/descent.hpp"
 
 namespace meshsmooth {
 namespace {
@@ -254,6 +255,8 @@ TEST_P(EveryWay, TellsWhatItDid) {
   ASSERT_EQ(convergence.max_displacements.size(), 5U);
   ASSERT_EQ(convergence.rms_displacements.size(), 5U);
   ASSERT_EQ(convergence.moved_node_counts.size(), 5U);
+  ASSERT_EQ(convergence.energies.size(), 5U);
+  ASSERT_EQ(convergence.worst_mean_ratios.size(), 5U);
   EXPECT_EQ(convergence.max_displacements.back(), convergence.last_max_displacement);
   EXPECT_EQ(convergence.rms_displacements.back(), convergence.last_rms_displacement);
   EXPECT_LE(convergence.last_rms_displacement, convergence.last_max_displacement);
@@ -410,6 +413,34 @@ TEST_P(EveryWay, ConvergesWhenTheLargestMoveIsBelowTheTolerance) {
   if (optimize != nullptr && optimize->goal == Goal::worst) return;  // converges in each phase
   for (std::size_t n = 0; n + 1 < convergence.max_displacements.size(); ++n) {
     EXPECT_GE(convergence.max_displacements[n], convergence.tolerance);
+  }
+}
+
+TEST_P(EveryWay, TellsEnergyAndWorstElementOfEverySweep) {
+  const auto* const optimize = std::get_if<Optimize>(&GetParam().method);
+  const double p = optimize == nullptr ? 2 : optimize->goal == Goal::average ? 1 : 2;
+  if (optimize != nullptr && optimize->goal == Goal::worst) return;  // see optimise_test.cpp
+  for (const Mesh& mesh :
+       {test::noisy(test::mixed_stack(4), 0.12, 7), noisy_lattice(ElementType::triangle)}) {
+    for (int count = 1; count <= 3; ++count) {
+      SmoothOptions how = options(count);
+      how.guard = true;
+      how.history = true;
+
+      const Job job = test::smooth(mesh, how);
+      const Convergence& told = job.summary.convergence;
+
+      ASSERT_EQ(told.energies.size(), static_cast<std::size_t>(count));
+      ASSERT_EQ(told.worst_mean_ratios.size(), static_cast<std::size_t>(count));
+      EXPECT_NEAR(told.energies.back(), test::oracle::mean_energy(job.mesh, p), 1e-12);
+      EXPECT_NEAR(told.worst_mean_ratios.back(), test::oracle::worst_mean_ratio(job.mesh), 1e-12);
+      how.history = false;
+      const Job unwatched = test::smooth(mesh, how);
+      EXPECT_TRUE(unwatched.summary.convergence.energies.empty());
+      if (GetParam().form != Form::racing) {
+        EXPECT_TRUE(test::same_bits(job.mesh, unwatched.mesh));
+      }
+    }
   }
 }
 

@@ -191,5 +191,26 @@ TEST(Generate, RefusesWhatMakesNoMesh) {
   EXPECT_THROW((void)generate_sphere(100, 1, 2), InvalidOption);
 }
 
+TEST(GenerateBall, FillsTheSphereWithTetrahedra) {
+  const Mesh mesh = generate_ball(3000, 1);
+  EXPECT_EQ(mesh.node_count(), 3000U);
+  expect_valid(mesh);
+  expect_conforming(mesh, [](Vec3d p) { return std::abs(norm(p) - 1) < 1e-12; });
+  EXPECT_NEAR(measure_quality(mesh).sum_absolute_volume, 4.18879, 0.1);
+  EXPECT_EQ(nodes_of(mesh), nodes_of(generate_ball(3000, 1)));
+}
+
+TEST(GeneratePipe, IsBoundedByTwoCylindersAndTwoPlanes) {
+  const Mesh mesh = generate_pipe(3000, 1);
+  EXPECT_NEAR(static_cast<double>(mesh.node_count()), 3000, 750);
+  expect_valid(mesh);
+  expect_conforming(mesh, [](Vec3d p) {
+    const double radius = std::hypot(p.x, p.y);
+    return std::abs(radius - 0.5) < 1e-12 || std::abs(radius - 1) < 1e-12 || p.z == 0 || p.z == 1;
+  });
+  EXPECT_NEAR(measure_quality(mesh).sum_absolute_volume, 2.35619, 0.05);
+  EXPECT_GT(measure_quality(generate_pipe(3000, 1, 0.2)).inverted_count, 0);
+}
+
 }  // namespace
 }  // namespace meshsmooth::formats

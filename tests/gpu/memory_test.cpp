@@ -51,7 +51,43 @@ TEST_P(DeviceMemoryOf, IsBoundedByTheEstimateToTwentyPercent) {
   }
 }
 
+TEST_P(DeviceMemoryOf, IsBoundedByTheEstimateWhileNodesOfCurvedPartsSlide) {
+  const std::unique_ptr<Smoother> smoother = make_smoother("cuda");
+  for (const auto& [name, mesh] : large_meshes()) {
+    SCOPED_TRACE(name);
+    SmoothOptions options = test::sweeps(2, GetParam().method, GetParam().form);
+    options.boundary = BoundaryPolicy::slide;
+    Mesh bent = test::mapped(mesh, [](Vec3d p) {
+      return Vec3d{p.x, p.y + std::sin(0.1 * p.x), p.z};
+    });
+    const std::int64_t estimate = smoother->estimate(test::size_of(bent), options).device_bytes;
+
+    EXPECT_GE(estimate, smoother->smooth(bent, options).device_peak_bytes);
+  }
+}
+
 class DeviceMemory : public test::CudaTest {};
+
+TEST_F(DeviceMemory, OfRegionsUnderAFixedBoundaryIsBoundedByTheEstimate) {
+  const std::unique_ptr<Smoother> smoother = make_smoother("cuda");
+  for (const auto& [name, mesh] : large_meshes()) {
+    SCOPED_TRACE(name);
+    Mesh halves = mesh;
+    halves.regions.assign(mesh.element_count() / 2, 1);
+    halves.regions.resize(mesh.element_count(), 2);
+    for (const Method& method : std::vector<Method>{Laplacian{}, SmartLaplacian{}, Optimize{}}) {
+      const SmoothOptions options = test::sweeps(2, method, Form::automatic);
+      const std::int64_t estimate = smoother->estimate(test::size_of(halves), options).device_bytes;
+      Mesh smoothed = halves;
+
+      const SmoothSummary summary = smoother->smooth(smoothed, options);
+
+      EXPECT_GT(summary.nodes.between_regions, 0);
+      EXPECT_GE(estimate, summary.device_peak_bytes);
+      EXPECT_LE(static_cast<double>(estimate), 1.25 * static_cast<double>(summary.device_peak_bytes));
+    }
+  }
+}
 
 TEST_F(DeviceMemory, DoesNotGrowFromJobToJob) {
   const std::unique_ptr<Smoother> smoother = make_smoother("cuda");

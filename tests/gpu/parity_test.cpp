@@ -103,6 +103,13 @@ void expect_equal(const SmoothSummary& told, const SmoothSummary& truth) {
   EXPECT_EQ(told.nodes.fixed, truth.nodes.fixed);
   EXPECT_EQ(told.nodes.isolated, truth.nodes.isolated);
   EXPECT_EQ(told.nodes.moved, truth.nodes.moved);
+  EXPECT_EQ(told.nodes.sliding_in_plane, truth.nodes.sliding_in_plane);
+  EXPECT_EQ(told.nodes.sliding_on_line, truth.nodes.sliding_on_line);
+  EXPECT_EQ(told.nodes.sliding_on_surface, truth.nodes.sliding_on_surface);
+  EXPECT_EQ(told.nodes.sliding_on_curve, truth.nodes.sliding_on_curve);
+  EXPECT_EQ(told.nodes.curved, truth.nodes.curved);
+  EXPECT_LE(told.deviation.strayed, truth.deviation.tolerance);
+  expect_close(told.deviation.cut_off, truth.deviation.cut_off);
   EXPECT_EQ(told.colour_count, truth.colour_count);
 }
 
@@ -156,10 +163,12 @@ TEST_P(EveryWay, EqualsTheCpuBackendOnTinyMeshes) {
   Comparison comparison(GetParam().name + ", tiny meshes");
   for (const auto& [name, mesh] : test::tiny_meshes()) {
     for (const bool guard : {false, true}) {
-      SmoothOptions how = options(7, guard);
-      how.history = true;
-      comparison.run(name, mesh, how);
-      comparison.run(name, test::as_float32(mesh), how);
+      for (const bool history : {false, true}) {  // sweeps in batches; one by one
+        SmoothOptions how = options(7, guard);
+        how.history = history;
+        comparison.run(name, mesh, how);
+        comparison.run(name, test::as_float32(mesh), how);
+      }
     }
   }
 }
@@ -170,6 +179,18 @@ TEST_P(EveryWay, EqualsTheCpuBackendOnSmallMeshes) {
     for (const bool guard : {false, true}) {
       comparison.run(name, mesh, options(15, guard));
       comparison.run(name, test::as_float32(mesh), options(15, guard));
+    }
+  }
+}
+
+TEST_P(EveryWay, SlidesAsTheCpuBackendDoes) {
+  Comparison comparison(GetParam().name + ", sliding");
+  for (const auto& [name, mesh] : test::small_meshes()) {
+    for (const bool guard : {false, true}) {
+      SmoothOptions how = options(6, guard);
+      how.boundary = BoundaryPolicy::slide;
+      comparison.run(name, mesh, how);
+      comparison.run(name, test::as_float32(mesh), how);
     }
   }
 }
@@ -266,6 +287,26 @@ TEST_P(EveryWay, GivesTheSameBitsInEightThreadsAtOnce) {
   for (std::thread& lane : lanes) lane.join();
 }
 
+/// Smaller meshes give a ball more threads.
+class OptimizeOfSize : public test::CudaTest, public testing::WithParamInterface<int> {};
+INSTANTIATE_TEST_SUITE_P(Cuda, OptimizeOfSize, testing::Values(21, 33, 68));
+
+TEST_P(OptimizeOfSize, EqualsTheCpuBackendAndItself) {
+  Comparison comparison("optimize, " + std::to_string(GetParam()) + " nodes a side");
+  const std::unique_ptr<Smoother> smoother = make_smoother("cuda");
+  const Mesh start = test::noisy(test::lattice(ElementType::tetrahedron, GetParam()), 0.3, 3);
+  for (const Mesh& mesh : {start, test::as_float32(start)}) {
+    SmoothOptions how = test::sweeps(3, Optimize{}, Form::gauss_seidel);
+    comparison.run("free of limits", mesh, how);
+    const Job expected = smooth_on(*smoother, mesh, how);
+    for (int run = 1; run < 4; ++run) {
+      EXPECT_TRUE(same_bits(smooth_on(*smoother, mesh, how).mesh, expected.mesh)) << "run " << run;
+    }
+    how.movement_limit = MovementLimit{.value = 1e-3, .relative = true};
+    comparison.run("on a leash", mesh, how);
+  }
+}
+
 // --- with the racing form -------------------------------------------------------
 
 class EveryWayAndRacing : public EveryWay {};
@@ -340,6 +381,11 @@ TEST_P(Sanitized, RunsOnMeshesOfEveryElementType) {
       EXPECT_EQ(job.summary.convergence.iteration_count,
                 expected.summary.convergence.iteration_count);
       EXPECT_LE(test::difference(job.mesh, to_points(expected.mesh)), 1e-6);
+    }
+    if (std::holds_alternative<Optimize>(GetParam().method)) {
+      SmoothOptions how = options(2, true);
+      how.movement_limit = MovementLimit{.value = 0.01, .relative = true};
+      EXPECT_GT(smooth_on(*cuda, mesh, how).summary.nodes.moved, 0);
     }
   }
 }

@@ -65,6 +65,31 @@ TEST_F(Service, AcceptsBeforeAnyDataAndSaysWhatItReserved) {
   EXPECT_EQ(server_info(stub_).backends(0).reserved_bytes(), accepted.host_reserved_bytes());
 }
 
+TEST_F(Service, HandsTheElementTagsToTheSmootherAndReservesThem) {
+  v1::JobSpec spec = TwoTetrahedra::spec();
+  const auto reserved_for = [&] {
+    SmoothCall call(stub_);
+    call.send(spec);
+    return call.read().value().accepted().host_reserved_bytes();
+  };
+  const std::int64_t untagged_bytes = reserved_for();
+  spec.mutable_inline_topology()->set_element_tags_present(true);
+  EXPECT_EQ(reserved_for(), untagged_bytes + 8);
+
+  SmoothCall call(stub_);
+  call.send(spec);
+  call.send(chunk(v1::ARRAY_ID_ELEMENTS, 0, mesh_.elements));
+  call.send(chunk(v1::ARRAY_ID_FIXED_MASK, 0, mesh_.fixed));
+  call.send(chunk(v1::ARRAY_ID_ELEMENT_TAGS, 0, bytes_of<std::int32_t>({7, -7})));
+  call.send(chunk(v1::ARRAY_ID_COORDINATES, 0, bytes_of(mesh_.coordinates)));
+  call.half_close();
+
+  ASSERT_TRUE(call.finish().ok()) << call.finish().error_message();
+  EXPECT_EQ(call.result(), mesh_.moved());
+  EXPECT_EQ(server_.fake().regions(), (std::vector<std::int32_t>{7, -7}));
+  EXPECT_THAT(server_info(stub_).features(), ::testing::Contains("element_tags"));
+}
+
 TEST_F(Service, RunsAJobBeforeTheClientHalfCloses) {
   SmoothCall call(stub_);
   call.send(TwoTetrahedra::spec());

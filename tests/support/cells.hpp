@@ -57,6 +57,9 @@ class Cells {
     return int{may_move(node, 0)} + int{may_move(node, 1)} + int{may_move(node, 2)};
   }
 
+  /// Where the node is before anything is thrown or mapped.
+  [[nodiscard]] Vec3d grid(std::size_t node) const { return grid_[node]; }
+
   [[nodiscard]] std::vector<bool> used() const {
     std::vector<bool> used(mesh_.node_count());
     for (const NodeId n : mesh_.blocks[0].nodes) used[n] = true;
@@ -89,5 +92,18 @@ class Cells {
   Mesh mesh_;
   std::vector<Vec3d> grid_;
 };
+
+/// One block, a step with an edge that goes inwards, a hole, two regions, four around a line.
+inline std::vector<std::pair<std::string, Cells::Region>> shapes(int n) {
+  const int half = n / 2;
+  return {
+      {"cube", [](int, int, int) { return 0; }},
+      {"step", [=](int x, int, int z) { return x >= half && z >= half ? Cells::kNone : 0; }},
+      {"notch", [=](int x, int y, int z) { return x >= half && y >= half && z >= half ? -1 : 0; }},
+      {"two_regions", [=](int x, int, int) { return x < half ? 7 : 3; }},
+      {"part_in_part",
+       [=](int x, int y, int z) { return x >= half && y >= half && z >= half ? 1 : 2; }},
+      {"four_regions", [=](int x, int y, int) { return (x < half ? 0 : 1) + (y < half ? 0 : 5); }}};
+}
 
 }  // namespace meshsmooth::test

@@ -10,6 +10,7 @@
 #include <thread>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include "meshsmooth/error.hpp"
 #include "meshsmooth/smoother.hpp"
@@ -71,6 +72,11 @@ class FakeControl {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return started_ >= count; });
   }
+  /// The regions that the last job came with.
+  [[nodiscard]] std::vector<std::int32_t> regions() const {
+    const std::lock_guard lock(mutex_);
+    return regions_;
+  }
   [[nodiscard]] int started() const {
     const std::lock_guard lock(mutex_);
     return started_;
@@ -86,6 +92,7 @@ class FakeControl {
   int prepared_ = 0;
   std::function<void()> preparation_thrower_;
   int started_ = 0;
+  std::vector<std::int32_t> regions_;
   std::function<void()> thrower_;
   MemoryEstimate estimate_;
   DeviceSpace device_space_;
@@ -140,6 +147,7 @@ class FakeSmoother final : public Smoother {
     {
       const std::lock_guard lock(control_->mutex_);
       thrower = control_->thrower_;
+      control_->regions_.assign(topology.regions.begin(), topology.regions.end());
     }
     if (thrower) thrower();
 

@@ -8,7 +8,8 @@ namespace meshsmooth::test {
 inline MeshSize size_of(const Mesh& mesh) {
   MeshSize size{.node_count = static_cast<std::int64_t>(mesh.node_count()),
                 .element_counts = {},
-                .float64 = mesh.positions.index() == 1};
+                .float64 = mesh.positions.index() == 1,
+                .regions = !mesh.regions.empty()};
   for (const ElementBlockView& block : mesh.block_views()) {
     size.element_counts[static_cast<std::size_t>(block.type)] +=
         static_cast<std::int64_t>(block.element_count());

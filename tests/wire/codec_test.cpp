@@ -293,7 +293,10 @@ SmoothSummary full_summary() {
              .between_regions = 52,
              .sliding_in_plane = 53,
              .sliding_on_line = 54,
-             .curved = 55};
+             .curved = 55,
+             .sliding_on_surface = 56,
+             .sliding_on_curve = 57};
+  s.deviation = {.tolerance = 58, .strayed = 59, .cut_off = 60};
   s.times = {.upload_seconds = 40,
              .find_neighbours_seconds = 41,
              .find_boundary_seconds = 42,
@@ -329,6 +332,11 @@ TEST(DecodeSummary, ReadsWhatEncodeWrote) {
   EXPECT_EQ(s.nodes.sliding_in_plane, 53);
   EXPECT_EQ(s.nodes.sliding_on_line, 54);
   EXPECT_EQ(s.nodes.curved, 55);
+  EXPECT_EQ(s.nodes.sliding_on_surface, 56);
+  EXPECT_EQ(s.nodes.sliding_on_curve, 57);
+  EXPECT_EQ(s.deviation.tolerance, 58);
+  EXPECT_EQ(s.deviation.strayed, 59);
+  EXPECT_EQ(s.deviation.cut_off, 60);
   EXPECT_EQ(s.times.judge_seconds, 44);
   EXPECT_EQ(s.backend, "cuda:2");
   EXPECT_EQ(s.device_name, "NVIDIA H200");

@@ -80,6 +80,25 @@ TEST_F(MeshAssemblerTest, PutsTheArraysInPlace) {
   EXPECT_EQ(assembler_.coordinate_bytes().size(), 120U);
 }
 
+TEST_F(MeshAssemblerTest, TakesTheTagsBetweenMaskAndCoordinates) {
+  MeshLayout tagged = layout();
+  tagged.element_tags_bytes = 8;
+  MeshAssembler assembler(tagged);
+  assembler.add(chunk(v1::ARRAY_ID_ELEMENTS, 0, kElements));
+  assembler.add(chunk(v1::ARRAY_ID_FIXED_MASK, 0, kFixed));
+  const v1::Chunk coordinates = chunk(v1::ARRAY_ID_COORDINATES, 0, kCoordinates);
+  EXPECT_EQ(reason_of([&] { assembler.add(coordinates); }), "CHUNK_OUT_OF_ORDER");
+  assembler.add(chunk(v1::ARRAY_ID_ELEMENT_TAGS, 0, bytes_of<std::int32_t>({7, -7})));
+  EXPECT_FALSE(assembler.complete());
+  assembler.add(coordinates);
+
+  EXPECT_TRUE(assembler.complete());
+  EXPECT_EQ(assembler.received_bytes(), 165);
+  EXPECT_THAT(assembler.topology().fixed, ElementsAre(0, 1, 0, 0, 0));
+  EXPECT_THAT(assembler.topology().regions, ElementsAre(7, -7));
+  EXPECT_EQ(std::get<std::span<Vec3d>>(assembler.positions())[4], (Vec3d{1, 1, 1}));
+}
+
 TEST_F(MeshAssemblerTest, TakesChunksThatCutNumbersInPieces) {
   for (std::size_t i = 0; i < kElements.size(); ++i) {
     assembler_.add(
@@ -180,6 +199,7 @@ TEST_F(MeshAssemblerTest, LeavesOutArraysThatAreNotAnnounced) {
 
   EXPECT_TRUE(assembler.complete());
   EXPECT_TRUE(assembler.topology().fixed.empty());
+  EXPECT_TRUE(assembler.topology().regions.empty());
 }
 
 class CountingResource : public std::pmr::memory_resource {

@@ -45,16 +45,26 @@ TEST(MeshLayout, AddsUpTheBytesOfAllArrays) {
   spec.add_element_blocks()->set_element_type(v1::ELEMENT_TYPE_HEXAHEDRON);
   spec.mutable_element_blocks(1)->set_element_count(2);
   spec.set_fixed_mask_present(true);
+  spec.set_element_tags_present(true);
 
   const MeshLayout layout = decode_layout(spec, v1::SCALAR_TYPE_FLOAT32, {});
 
   EXPECT_EQ(layout.elements_bytes, 7 * 16 + 2 * 32);
   EXPECT_EQ(layout.fixed_mask_bytes, 10);
+  EXPECT_EQ(layout.element_tags_bytes, 9 * 4);
   EXPECT_EQ(layout.coordinates_bytes, 120);
-  EXPECT_EQ(layout.total_bytes(), 176 + 10 + 120);
+  EXPECT_EQ(layout.total_bytes(), 176 + 10 + 36 + 120);
   EXPECT_EQ(layout.element_count(), 9);
   EXPECT_EQ(layout.size().element_counts[static_cast<std::size_t>(ElementType::hexahedron)], 2);
   EXPECT_FALSE(layout.size().float64);
+  EXPECT_TRUE(layout.size().regions);
+}
+
+TEST(MeshLayout, HasNoTagsUnlessTheyAreAnnounced) {
+  const MeshLayout layout = decode(make_spec(10, 7));
+
+  EXPECT_EQ(layout.element_tags_bytes, 0);
+  EXPECT_FALSE(layout.size().regions);
 }
 
 TEST(MeshLayout, RefusesAMeshWithoutNodesOrElements) {
@@ -98,6 +108,10 @@ TEST(MeshLayout, RefusesWhatIsAboveALimitAndSaysBothNumbers) {
   const auto bytes = [] { decode(make_spec(4, 1), {.max_mesh_bytes = 111}); };
   EXPECT_EQ(thrown_by(bytes, "need_bytes"), "112");
   EXPECT_NO_THROW(decode(make_spec(4, 1), {.max_mesh_bytes = 112}));
+
+  v1::TopologySpec tagged = make_spec(4, 1);
+  tagged.set_element_tags_present(true);
+  EXPECT_EQ(thrown_by([&] { decode(tagged, {.max_mesh_bytes = 115}); }, "need_bytes"), "116");
 }
 
 TEST(MeshLayout, RefusesSurfaceAndVolumeElementsTogether) {
@@ -115,10 +129,6 @@ TEST(MeshLayout, RefusesUnknownTypes) {
 
   spec.mutable_element_blocks(0)->set_element_type(static_cast<v1::ElementType>(99));
   EXPECT_EQ(thrown_by([&] { decode(spec); }), "OPTION_NOT_SUPPORTED");
-
-  spec = make_spec(4, 1);
-  spec.set_element_tags_present(true);
-  EXPECT_EQ(thrown_by([&] { decode(spec); }, "field"), "inline_topology.element_tags_present");
 }
 
 TEST(MeshLayout, ReadsWhatASenderAnnounces) {
@@ -126,6 +136,7 @@ TEST(MeshLayout, ReadsWhatASenderAnnounces) {
   mesh.positions = std::vector<Vec3f>(5);
   mesh.blocks = {{ElementType::tetrahedron, {0, 1, 2, 3}}, {ElementType::pyramid, {0, 1, 2, 3, 4}}};
   mesh.fixed = {0, 0, 0, 0, 1};
+  mesh.regions = {7, -7};
 
   const MeshLayout layout =
       decode_layout(encode_topology_spec(MeshTopology(mesh).view()), v1::SCALAR_TYPE_FLOAT32, {});
@@ -135,6 +146,7 @@ TEST(MeshLayout, ReadsWhatASenderAnnounces) {
   EXPECT_EQ(layout.blocks[1].type, ElementType::pyramid);
   EXPECT_EQ(layout.elements_bytes, 36);
   EXPECT_EQ(layout.fixed_mask_bytes, 5);
+  EXPECT_EQ(layout.element_tags_bytes, 8);
 }
 
 }  // namespace

@@ -8,6 +8,9 @@
 #define MESHSMOOTH_HD
 #endif
 
+/// Keeps what is called rarely out of its callers' registers and code.
+#define MESHSMOOTH_OUTLINE __attribute__((noinline))
+
 /// Lets nvcc unroll the loop that follows; host compilers decide by themselves.
 #if defined(__CUDA_ARCH__)
 #define MESHSMOOTH_PRAGMA(text) _Pragma(#text)

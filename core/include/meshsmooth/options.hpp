@@ -20,7 +20,7 @@ enum class Form {
 enum class BoundaryPolicy {
   fixed,  // they stay
   free,   // they move like all others
-  slide,  // in their plane, along their crease; corners and curved parts stay
+  slide,  // in their plane or on their curved part, along their crease; corners stay
 };
 
 enum class TangledPolicy { repair, refuse };
@@ -49,7 +49,7 @@ struct SmoothOptions {
   Tolerance tolerance = {};
   BoundaryPolicy boundary = BoundaryPolicy::fixed;
   /// With BoundaryPolicy::slide: planes that meet at less than this are one curved part, and
-  /// nodes where they meet stay. Degrees, from 1 to 90.
+  /// creases that turn by less one curved crease. Degrees, from 1 to 90.
   double feature_angle = 30;
   bool guard = true;  // a valid element stays valid
   TangledPolicy tangled = TangledPolicy::repair;
@@ -58,6 +58,11 @@ struct SmoothOptions {
   bool history = false;
   Judgement judgement = Judgement::full;
 };
+
+/// Whether `tolerance` is a share of the energy, not a length.
+[[nodiscard]] inline bool converges_by_energy(const SmoothOptions& options) {
+  return options.tolerance.relative && std::holds_alternative<Optimize>(options.method);
+}
 
 /// Throws `InvalidOption` (OPTION_OUT_OF_RANGE, detail "field") or
 /// `NotSupported` (OPTION_NOT_SUPPORTED).

@@ -45,6 +45,7 @@ struct MeshSize {
   std::int64_t node_count = 0;
   std::array<std::int64_t, kElementTypeCount> element_counts{};
   bool float64 = true;
+  bool regions = false;  // its elements have regions
 };
 
 struct MemoryEstimate {

@@ -27,9 +27,10 @@ struct Convergence {
   std::vector<double> max_displacements;  // with SmoothOptions::history
   std::vector<double> rms_displacements;
   std::vector<std::int64_t> moved_node_counts;
-  /// Optimize with SmoothOptions::history: after each sweep the p-mean of the inverse mean
-  /// ratios of all corners that can change, weighted as by the method, at least 1, p that of the
-  /// sweep's phase (Goal::worst has 4, 8, 16, 32); infinite while the mesh is tangled.
+  /// With SmoothOptions::history: after each sweep the p-mean of the inverse mean ratios of all
+  /// corners that can change, weighted as by Optimize, at least 1; infinite while the mesh is
+  /// tangled. p is that of Goal::balanced, 2; of Optimize that of the sweep's phase
+  /// (Goal::average has 1, Goal::worst 4, 8, 16, 32, untangling 1).
   std::vector<double> energies;
   std::vector<double> worst_mean_ratios;  // of those corners; 0 or less while tangled
 };
@@ -45,7 +46,17 @@ struct NodeCounts {
   // of them is fixed.
   std::int64_t sliding_in_plane = 0;
   std::int64_t sliding_on_line = 0;
-  std::int64_t curved = 0;  // fixed because a part around them is not planar
+  std::int64_t curved = 0;  // fixed because a part around them is neither planar nor smooth
+  std::int64_t sliding_on_surface = 0;  // on a curved part
+  std::int64_t sliding_on_curve = 0;    // along a crease that is not straight
+};
+
+/// With BoundaryPolicy::slide on curved parts, where nodes slide on the facets of the input;
+/// in the mesh's unit. 0 where no part is curved.
+struct BoundaryDeviation {
+  double tolerance = 0;  // what rounding may make of `strayed`
+  double strayed = 0;    // the farthest that a sliding node is from the input's facets
+  double cut_off = 0;    // the farthest that a place of a node in the input is from the new ones
 };
 
 struct StageTimes {
@@ -64,6 +75,7 @@ struct SmoothSummary {
   QualityStats quality_after;
   LockedStats locked;
   NodeCounts nodes;
+  BoundaryDeviation deviation;
   StageTimes times;
   std::string backend;  // "cpu"
   std::string device_name;

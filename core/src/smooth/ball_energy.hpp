@@ -42,6 +42,38 @@ struct InverseVolume {
   }
 };
 
+/// Below this multiple of S^(d/2) the determinant D of a corner is not taken for
+/// positive. The house's own bound is `kSignBound` times the product of the corner's
+/// edges, which is below S^(d/2) for every ideal corner; the rest is for the rounding
+/// of a term that is moved (see `MovedCorner`).
+inline constexpr double kCertainVolume = 8e-14;
+/// The same for S / D^(2/d): its power -2/d.
+template <int kDimension>
+inline constexpr double kCertainStretch = kDimension == 2 ? 1 / kCertainVolume : 5.386e8;
+
+/// What a corner with this determinant and norm is worth.
+template <int kDimension>
+struct CornerWorth {
+  InverseVolume<kDimension> inverse;
+  double stretch;  // S / D^(2/d): the inverse mean ratio times d
+  bool positive;   // certainly; else the rest means nothing
+
+  MESHSMOOTH_HD CornerWorth(double volume, double size)
+      : inverse(volume),
+        stretch(size * inverse.scale),
+        positive(volume > 0 && stretch < kCertainStretch<kDimension>) {}
+};
+
+/// A moved corner: to be certainly positive it must also not have shrunk by more than ten
+/// in length at one go, or what is left of D and S is the rounding of what they were made of.
+template <int kDimension>
+struct MovedCorner : CornerWorth<kDimension> {
+  MESHSMOOTH_HD MovedCorner(const CornerTerm& term, double volume, double size)
+      : CornerWorth<kDimension>(volume, size) {
+    this->positive = this->positive && size > 0.01 * term.size;
+  }
+};
+
 /// f^power for a power of two.
 MESHSMOOTH_HD inline double raise(double f, int power) {
   for (; power > 1; power /= 2) f *= f;
@@ -69,7 +101,7 @@ template <int kDimension, class Team, class Terms>
 MESHSMOOTH_HD BallScan scan_ball(const Team& team, const Terms& terms) {
   BallScan scan;
   terms.for_each([&](const CornerTerm& term) {
-    scan.valid = scan.valid && certainly_positive<kDimension>(term.volume, term.size);
+    scan.valid = scan.valid && CornerWorth<kDimension>(term.volume, term.size).positive;
     if (term.volume < scan.lowest_volume) scan.lowest_volume = term.volume;
     scan.size += term.size;
     scan.count += 1;
@@ -95,17 +127,53 @@ MESHSMOOTH_HD double epsilon_squared(const BallScan& scan) {
 template <int kDimension, class Team, class Terms>
 MESHSMOOTH_HD double worst_inverse_ratio(const Team& team, const Terms& terms, Vec3d d) {
   bool valid = true;
-  double lowest = HUGE_VAL;  // of D^2 / S^d: no root per corner
+  double highest = 0;
   terms.for_each([&](const CornerTerm& term) {
-    const double volume = term.volume_at(d);
-    const double size = term.size_at(d);
-    valid = valid && certainly_positive<kDimension>(term, volume, size);
-    const double ratio = kDimension == 2 ? volume / size : volume * volume / (size * size * size);
-    if (ratio < lowest) lowest = ratio;
+    const MovedCorner<kDimension> corner(term, term.volume_at(d), term.size_at(d));
+    valid = valid && corner.positive;
+    if (corner.stretch > highest) highest = corner.stretch;
   });
-  if (!team.all(valid)) return HUGE_VAL;
-  lowest = team.lowest(lowest);
-  return kDimension == 2 ? 0.5 / lowest : inverse_cbrt(27 * lowest);
+  return -team.lowest(valid ? -highest / kDimension : -HUGE_VAL);
+}
+
+/// chi(D), and 1 / sqrt(D^2 + 4 e^2). For D < 0 the sum cancels; the same by its conjugate.
+struct Regularised {
+  double chi;
+  double slope;
+
+  MESHSMOOTH_HD Regularised(double volume, double epsilon_squared) {
+    const double root = std::sqrt(volume * volume + 4 * epsilon_squared);
+    chi = volume > 0 ? 0.5 * (volume + root) : 2 * epsilon_squared / (root - volume);
+    slope = 1 / root;
+  }
+};
+
+/// `energy_at` for epsilon above 0 or not.
+template <int kDimension, bool kRegularised, class Team, class Terms>
+MESHSMOOTH_HD double energy_as(const Team& team, const Terms& terms, const BallEnergy& energy,
+                               Vec3d d, bool guard) {
+  bool allowed = true;
+  double sum = 0;
+  const double scale = 1 / (kDimension * energy.unit);
+  terms.for_each([&](const CornerTerm& term) {
+    double volume = term.volume_at(d);
+    const double size = term.size_at(d);
+    double stretch = 0;
+    if constexpr (kRegularised) {
+      if (guard && CornerWorth<kDimension>(term.volume, term.size).positive) {
+        allowed = allowed && MovedCorner<kDimension>(term, volume, size).positive;
+      }
+      volume = Regularised(volume, energy.epsilon_squared).chi;
+      stretch = size * InverseVolume<kDimension>(volume).scale;
+    } else {
+      const MovedCorner<kDimension> corner(term, volume, size);
+      allowed = allowed && corner.positive;
+      stretch = corner.stretch;
+    }
+    const double f = stretch * scale;
+    sum += term.weight * raise(f, energy.power);
+  });
+  return team.sum(allowed ? sum : HUGE_VAL);
 }
 
 /// The energy with the node displaced by `d`; HUGE_VAL where that is not allowed: with
@@ -113,37 +181,73 @@ MESHSMOOTH_HD double worst_inverse_ratio(const Team& team, const Terms& terms, V
 template <int kDimension, class Team, class Terms>
 MESHSMOOTH_HD double energy_at(const Team& team, const Terms& terms, const BallEnergy& energy,
                                Vec3d d, bool guard) {
-  bool allowed = true;
-  double sum = 0;
-  const double scale = 1 / (kDimension * energy.unit);
-  const double e2 = energy.epsilon_squared;
-  terms.for_each([&](const CornerTerm& term) {
-    double volume = term.volume_at(d);
-    const double size = term.size_at(d);
-    if (e2 == 0 || (guard && certainly_positive<kDimension>(term.volume, term.size))) {
-      allowed = allowed && certainly_positive<kDimension>(term, volume, size);
-    }
-    if (e2 > 0) {
-      // For D < 0 the sum cancels; the same by its conjugate.
-      const double root = std::sqrt(volume * volume + 4 * e2);
-      volume = volume > 0 ? 0.5 * (volume + root) : 2 * e2 / (root - volume);
-    }
-    const double f = size * InverseVolume<kDimension>(volume).scale * scale;
-    sum += term.weight * raise(f, energy.power);
-  });
-  if (!team.all(allowed)) return HUGE_VAL;
-  return team.sum(sum);
+  return energy.epsilon_squared > 0 ? energy_as<kDimension, true>(team, terms, energy, d, guard)
+                                    : energy_as<kDimension, false>(team, terms, energy, d, guard);
 }
 
 /// Energy E, and of log-derivatives weighted by each corner's share F of it:
 /// gradient = sum F u, Hessian = sum F (p u u' + (sigma / S) I - a a' + d/2 b b'), with
 /// a = grad S / S, b = (2/d) grad D / D, u = a - b. The true ones are p times these.
 struct BallDerivatives {
-  double energy = 0;
+  double energy = 0;  // HUGE_VAL where, without epsilon, a corner is not certainly positive
   Vec3d gradient{0, 0, 0};
   double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
-  bool valid = true;  // else, without epsilon, the rest means nothing
+
+  /// Without epsilon: every corner is certainly positive. Else the rest means nothing.
+  [[nodiscard]] MESHSMOOTH_HD bool valid() const { return energy < HUGE_VAL; }
 };
+
+/// `differentiate` for epsilon above 0 or not.
+template <int kDimension, bool kRegularised, class Team, class Terms>
+MESHSMOOTH_HD BallDerivatives differentiate_as(const Team& team, const Terms& terms,
+                                               const BallEnergy& energy) {
+  BallDerivatives sum;
+  const double p = energy.power;
+  const double scale = 1 / (kDimension * energy.unit);
+  constexpr double kHalf = kDimension / 2.0;
+  double diagonal = 0;
+  bool valid = true;
+  terms.for_each([&](const CornerTerm& term) {
+    double stretch = 0;
+    double slope = 0;  // 1 / D, or what stands for it
+    if constexpr (kRegularised) {
+      const Regularised regularised(term.volume, energy.epsilon_squared);
+      stretch = term.size * InverseVolume<kDimension>(regularised.chi).scale;
+      slope = regularised.slope;
+    } else {
+      const CornerWorth<kDimension> corner(term.volume, term.size);
+      valid = valid && corner.positive;
+      stretch = corner.stretch;
+      slope = corner.inverse.whole;
+    }
+    const double f = term.weight * raise(stretch * scale, energy.power);
+    const double per_size = 1 / term.size;
+    const Vec3d a = per_size * term.size_gradient;
+    const Vec3d b = (2.0 / kDimension * slope) * term.volume_gradient;
+    const Vec3d u = a - b;
+    // p u u' - a a' + d/2 b b' with a = u + b is u v' + b w'.
+    const Vec3d v = f * ((p - 1) * u - b);
+    const Vec3d w = f * ((kHalf - 1) * b - u);
+    sum.energy += f;
+    sum.gradient += f * u;
+    diagonal += f * (term.curvature * per_size);
+    sum.xx = sum.xx + u.x * v.x + b.x * w.x;
+    sum.yy = sum.yy + u.y * v.y + b.y * w.y;
+    sum.zz = sum.zz + u.z * v.z + b.z * w.z;
+    sum.xy = sum.xy + u.x * v.y + b.x * w.y;
+    sum.xz = sum.xz + u.x * v.z + b.x * w.z;
+    sum.yz = sum.yz + u.y * v.z + b.y * w.z;
+  });
+  sum.energy = team.sum(valid ? sum.energy : HUGE_VAL);
+  sum.gradient = {team.sum(sum.gradient.x), team.sum(sum.gradient.y), team.sum(sum.gradient.z)};
+  sum.xx = team.sum(sum.xx + diagonal);
+  sum.xy = team.sum(sum.xy);
+  sum.xz = team.sum(sum.xz);
+  sum.yy = team.sum(sum.yy + diagonal);
+  sum.yz = team.sum(sum.yz);
+  sum.zz = team.sum(sum.zz + diagonal);
+  return sum;
+}
 
 /// Where the ball is valid each term is strictly convex and the Hessian exact. With
 /// epsilon > 0 b is divided by sqrt(D^2 + 4 e^2) instead of D, which leaves out a
@@ -151,50 +255,8 @@ struct BallDerivatives {
 template <int kDimension, class Team, class Terms>
 MESHSMOOTH_HD BallDerivatives differentiate(const Team& team, const Terms& terms,
                                             const BallEnergy& energy) {
-  BallDerivatives sum;
-  const double p = energy.power;
-  const double scale = 1 / (kDimension * energy.unit);
-  const double e2 = energy.epsilon_squared;
-  constexpr double kHalf = kDimension / 2.0;
-  terms.for_each([&](const CornerTerm& term) {
-    double chi = term.volume;
-    double slope = 0;  // 1 / D, or what stands for it
-    if (e2 > 0) {
-      const double root = std::sqrt(term.volume * term.volume + 4 * e2);
-      chi = term.volume > 0 ? 0.5 * (term.volume + root) : 2 * e2 / (root - term.volume);
-      slope = 1 / root;
-    }
-    sum.valid = sum.valid && certainly_positive<kDimension>(term.volume, term.size);
-    const InverseVolume<kDimension> inverse(chi);
-    if (e2 == 0) slope = inverse.whole;
-    const double f = term.weight * raise(term.size * inverse.scale * scale, energy.power);
-    const double per_size = 1 / term.size;
-    const Vec3d a = per_size * term.size_gradient;
-    const Vec3d b = (2.0 / kDimension * slope) * term.volume_gradient;
-    const Vec3d u = a - b;
-    const Vec3d fu = (f * p) * u;
-    const Vec3d fa = f * a;
-    const Vec3d fb = (f * kHalf) * b;
-    const double diagonal = f * (term.curvature * per_size);
-    sum.energy += f;
-    sum.gradient += f * u;
-    sum.xx += fu.x * u.x - fa.x * a.x + fb.x * b.x + diagonal;
-    sum.yy += fu.y * u.y - fa.y * a.y + fb.y * b.y + diagonal;
-    sum.zz += fu.z * u.z - fa.z * a.z + fb.z * b.z + diagonal;
-    sum.xy += fu.x * u.y - fa.x * a.y + fb.x * b.y;
-    sum.xz += fu.x * u.z - fa.x * a.z + fb.x * b.z;
-    sum.yz += fu.y * u.z - fa.y * a.z + fb.y * b.z;
-  });
-  sum.valid = team.all(sum.valid);
-  sum.energy = team.sum(sum.energy);
-  sum.gradient = {team.sum(sum.gradient.x), team.sum(sum.gradient.y), team.sum(sum.gradient.z)};
-  sum.xx = team.sum(sum.xx);
-  sum.xy = team.sum(sum.xy);
-  sum.xz = team.sum(sum.xz);
-  sum.yy = team.sum(sum.yy);
-  sum.yz = team.sum(sum.yz);
-  sum.zz = team.sum(sum.zz);
-  return sum;
+  return energy.epsilon_squared > 0 ? differentiate_as<kDimension, true>(team, terms, energy)
+                                    : differentiate_as<kDimension, false>(team, terms, energy);
 }
 
 /// A Newton step and what it promises: L = g' H^-1 g / E. Zero where the matrix is not
@@ -207,17 +269,19 @@ struct NewtonStep {
 /// In space, by L D L'.
 MESHSMOOTH_HD inline NewtonStep newton_step(const BallDerivatives& at) {
   const Vec3d g = at.gradient;
-  const double l10 = at.xy / at.xx, l20 = at.xz / at.xx;
+  const double r0 = 1 / at.xx;
+  const double l10 = at.xy * r0, l20 = at.xz * r0;
   const double d1 = at.yy - l10 * at.xy;
+  const double r1 = 1 / d1;
   const double m21 = at.yz - l10 * at.xz;
-  const double l21 = m21 / d1;
+  const double l21 = m21 * r1;
   const double d2 = at.zz - l20 * at.xz - l21 * m21;
   if (!(at.xx > 0 && d1 > 0 && d2 > 0)) return {};
   const double y1 = g.y - l10 * g.x;
   const double y2 = g.z - l20 * g.x - l21 * y1;
   const double z = y2 / d2;
-  const double y = y1 / d1 - l21 * z;
-  const double x = g.x / at.xx - l10 * y - l20 * z;
+  const double y = y1 * r1 - l21 * z;
+  const double x = g.x * r0 - l10 * y - l20 * z;
   const Vec3d direction{-x, -y, -z};
   return {direction, -dot(g, direction) / at.energy};
 }

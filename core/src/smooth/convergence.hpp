@@ -22,9 +22,7 @@ class ConvergenceWatch {
                    std::size_t free_count)
       : options_(options), control_(control), free_count_(free_count) {
     state_.bounding_box_diagonal = diagonal;
-    const bool by_energy =
-        options.tolerance.relative && std::holds_alternative<Optimize>(options.method);
-    state_.tolerance = by_energy ? 0 : in_mesh_unit(options.tolerance);
+    state_.tolerance = converges_by_energy(options) ? 0 : in_mesh_unit(options.tolerance);
     if (options.compute_budget) budget_end_ = Clock::now() + *options.compute_budget;
   }
 

@@ -4,12 +4,6 @@
 
 namespace meshsmooth::detail {
 
-/// Below this multiple of S^(d/2) the determinant D of a corner is not taken for
-/// positive. The house's own bound is `kSignBound` times the product of the corner's
-/// edges, which is below S^(d/2) for every ideal corner; the rest is for the rounding
-/// of a term that is moved (see `CornerTerm::certain`).
-inline constexpr double kCertainVolume = 8e-14;
-
 /// One corner tetrahedron (triangle) at a node, as a function of how far the node is
 /// moved. With T the shape matrix of the corner, its determinant D is linear and its
 /// squared norm S a parabola in the displacement d:
@@ -33,20 +27,6 @@ struct CornerTerm {
     return size + dot(size_gradient, d) + 0.5 * curvature * dot(d, d);
   }
 };
-
-/// Whether a corner with this determinant and norm is certainly positive.
-template <int kDimension>
-MESHSMOOTH_HD bool certainly_positive(double volume, double size) {
-  if constexpr (kDimension == 2) return volume > kCertainVolume * size;
-  return volume > 0 && volume * volume > kCertainVolume * kCertainVolume * (size * size * size);
-}
-
-/// A moved corner: it must also not have shrunk by more than ten in length at one go,
-/// or what is left of D and S is the rounding of what they were made of.
-template <int kDimension>
-MESHSMOOTH_HD bool certainly_positive(const CornerTerm& term, double volume, double size) {
-  return certainly_positive<kDimension>(volume, size) && size > 0.01 * term.size;
-}
 
 /// The role of local node `own` in corner `corner`: -1 its origin, 0 … 2 the end of
 /// that edge, 3 none.
@@ -109,18 +89,21 @@ MESHSMOOTH_HD CornerTerm corner_term(const ElementShape& shape, int k, int role,
   return term;
 }
 
+inline constexpr double kTetrahedronWeight = 1;
+inline constexpr double kTetrahedronCurvature = 3;
+
 /// `corner_term` of a tetrahedron at the node that moves; the others relative to it, in
 /// the order of the corner's edges. D = sqrt(2) det, S = half the sum of the squared
-/// edges.
+/// edges: with s = a + b + c, 2 (|a|^2 + |b|^2 + |c|^2) - |s|^2 / 2.
 MESHSMOOTH_HD inline CornerTerm tetrahedron_term(Vec3d a, Vec3d b, Vec3d c) {
   constexpr double kRoot2 = 1.41421356237309504880;
-  const Vec3d ab = b - a, ac = c - a, bc = c - b;
+  const Vec3d sum = a + b + c;
   CornerTerm term;
-  term.weight = 1;
-  term.size = 0.5 * (dot(a, a) + dot(b, b) + dot(c, c) + dot(ab, ab) + dot(ac, ac) + dot(bc, bc));
-  term.size_gradient = -1.0 * (a + b + c);
-  term.curvature = 3;
-  term.volume_gradient = kRoot2 * cross(ac, ab);
+  term.weight = kTetrahedronWeight;
+  term.size = 2 * (dot(a, a) + dot(b, b) + dot(c, c)) - 0.5 * dot(sum, sum);
+  term.size_gradient = -1.0 * sum;
+  term.curvature = kTetrahedronCurvature;
+  term.volume_gradient = kRoot2 * cross(c - a, b - a);
   term.volume = -dot(a, term.volume_gradient);
   return term;
 }

@@ -12,15 +12,10 @@ struct FreedomRule {
   double feature_angle_cos;  // facets that turn by less belong to a curved part
 };
 
-/// Where a node may go by the facets around it, and why not.
-struct FoundFreedom {
-  Freedom freedom;
-  bool curved = false;  // it stays because a part around it is not planar
-};
-
 /// The planes of the kept facets at a node, by area: each next one is that of the largest
 /// facet that lies in none before. A node in one plane may slide in it, in two along the
-/// line that they share, in more not unless they all share that.
+/// line that they share, in more not unless they all share that. `Freedom::surface` says no
+/// more than that a part around it is curved.
 ///
 /// The planes are told apart by the distances of the facets' nodes, not by their normals:
 /// those of slivers mean little. Planes that meet at less than the feature angle are taken
@@ -33,9 +28,9 @@ class PlanesAtNode {
                              Vec3d home, const Get& get, const FreedomRule& rule)
       : facets_(facets), begin_(begin), end_(end), home_(home), get_(get), rule_(rule) {}
 
-  [[nodiscard]] MESHSMOOTH_HD FoundFreedom find() {
-    const FoundFreedom fixed{{home_, {0, 0, 0}, Freedom::point}, false};
-    FoundFreedom found = fixed;
+  [[nodiscard]] MESHSMOOTH_HD Freedom find() {
+    const Freedom fixed{home_, {0, 0, 0}, Freedom::point};
+    Freedom found = fixed;
     for (int count = 0;; ++count) {
       const KeptFacet* const largest = largest_outside();
       if (largest == nullptr) return found;
@@ -49,10 +44,10 @@ class PlanesAtNode {
       normals_[count] = normal;
       plane_count_ = count + 1;
       if (count == 0) {
-        found.freedom = {home_, normal, Freedom::plane};
+        found = {home_, normal, Freedom::plane};
       } else if (count == 1) {
-        found.freedom = {home_, unit(cross(normals_[0], normal)), Freedom::line};
-      } else if (!shares_line(normal, found.freedom.direction)) {
+        found = {home_, unit(cross(normals_[0], normal)), Freedom::line};
+      } else if (!shares_line(normal, found.direction)) {
         return fixed;
       }
     }
@@ -61,8 +56,8 @@ class PlanesAtNode {
  private:
   static constexpr int kMostPlanes = 4;
 
-  [[nodiscard]] MESHSMOOTH_HD FoundFreedom curved() const {
-    return {{home_, {0, 0, 0}, Freedom::point}, true};
+  [[nodiscard]] MESHSMOOTH_HD Freedom curved() const {
+    return {home_, {0, 0, 0}, Freedom::surface};
   }
 
   /// Divided, not multiplied by the inverse: an axis stays one exactly.
@@ -133,20 +128,19 @@ class PlanesAtNode {
 
 /// Of a node by the kept facets around it. `get(node)` gives positions in double.
 template <class Get>
-MESHSMOOTH_HD FoundFreedom find_freedom_in_space(const KeptFacet* facets, const ElementId* begin,
-                                                 const ElementId* end, Vec3d home, const Get& get,
-                                                 const FreedomRule& rule) {
+MESHSMOOTH_HD Freedom find_freedom_in_space(const KeptFacet* facets, const ElementId* begin,
+                                            const ElementId* end, Vec3d home, const Get& get,
+                                            const FreedomRule& rule) {
   return PlanesAtNode<Get>(facets, begin, end, home, get, rule).find();
 }
 
 /// Of a node of a surface mesh by the kept edges around it: two that go on straight are a
-/// line.
+/// line, at less than the feature angle a curve.
 template <class Get>
-MESHSMOOTH_HD FoundFreedom find_freedom_on_surface(const KeptFacet* edges, std::size_t node,
-                                                   const ElementId* begin, const ElementId* end,
-                                                   Vec3d home, const Get& get,
-                                                   const FreedomRule& rule) {
-  FoundFreedom found{{home, {0, 0, 0}, Freedom::point}, false};
+MESHSMOOTH_HD Freedom find_freedom_on_surface(const KeptFacet* edges, std::size_t node,
+                                              const ElementId* begin, const ElementId* end,
+                                              Vec3d home, const Get& get, const FreedomRule& rule) {
+  Freedom found{home, {0, 0, 0}, Freedom::point};
   if (end - begin != 2) return found;
   const auto to_other = [&](const KeptFacet& edge) {
     return get(edge.nodes[edge.nodes[0] == static_cast<NodeId>(node) ? 1 : 0]) - home;
@@ -158,9 +152,9 @@ MESHSMOOTH_HD FoundFreedom find_freedom_on_surface(const KeptFacet* edges, std::
   if (!(length > 0) || !(dot(a, b) < 0)) return found;
   const Vec3d direction{whole.x / length, whole.y / length, whole.z / length};
   if (norm(cross(a, direction)) <= rule.flatness && norm(cross(b, direction)) <= rule.flatness) {
-    found.freedom = {home, direction, Freedom::line};
-  } else {
-    found.curved = -dot(a, b) > rule.feature_angle_cos * (norm(a) * norm(b));
+    found = {home, direction, Freedom::line};
+  } else if (-dot(a, b) > rule.feature_angle_cos * (norm(a) * norm(b))) {
+    found.kind = Freedom::curve;
   }
   return found;
 }

@@ -70,6 +70,17 @@ class Sweeper {
     return stats;
   }
 
+  /// Tells the watch of the sweep just done, for a history also what the mesh is worth; true
+  /// when it was the last.
+  bool done(const SweepStats& stats, ConvergenceWatch& watch) {
+    if (watch.options().history) {
+      const int power = power_of(Goal::balanced);
+      const MeshWorth worth = measure_worth(executor_, around_, current_, power);
+      watch.record_worth(mean_energy(worth, power), worth.worst);
+    }
+    return watch.done(stats);
+  }
+
   void copy(const Vec3<Real>* from, Vec3<Real>* to) {
     copy_positions(executor_, around_.node_count, from, to);
   }
@@ -106,7 +117,7 @@ class Sweeper {
 template <Executor E, class Real, class Mean>
 void run_sweeps_one_by_one(Sweeper<E, Real>& sweeper, const Mean& mean, double factor,
                            ConvergenceWatch& watch) {
-  while (!watch.done(sweeper.step(mean, factor))) {
+  while (!sweeper.done(sweeper.step(mean, factor), watch)) {
   }
 }
 template <Executor E, class Real, class Mean>
@@ -167,16 +178,21 @@ void iterate(E& executor, const Surroundings& around, const Colouring<E>& colour
                                   sweeper.step(UniformMean{}, method.mu).held;
         stats = measure_moves(executor, around.node_count, start.data(), sweeper.current());
         stats.held = held;
-      } while (!watch.done(stats));
+      } while (!sweeper.done(stats, watch));
     } else if constexpr (std::is_same_v<M, HcLaplacian>) {
       auto original = allocate();
       auto differences = allocate();
       sweeper.copy(sweeper.current(), original.data());
-      while (!watch.done(sweeper.step_hc(method, original.data(), differences.data()))) {
+      while (!sweeper.done(sweeper.step_hc(method, original.data(), differences.data()), watch)) {
       }
     } else {
       with_mean(method.weighting, [&](const auto& mean) {
-        run_sweeps(executor, sweeper, mean, method.relaxation, watch);
+        // Sweeps without a host in between leave nobody to measure the mesh after each.
+        if (options.history) {
+          run_sweeps_one_by_one(sweeper, mean, method.relaxation, watch);
+        } else {
+          run_sweeps(executor, sweeper, mean, method.relaxation, watch);
+        }
       });
     }
   };

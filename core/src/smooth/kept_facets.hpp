@@ -99,14 +99,7 @@ MESHSMOOTH_HD KeptFacet kept_facet(const ElementView& element, int facet, std::u
   const FacetShape& shape = element.shape->facets[facet];
   KeptFacet result{{-1, -1, -1, -1}, {0, 0, 0}, name, between};
   for (int n = 0; n < shape.node_count; ++n) result.nodes[n] = element.nodes[shape.nodes[n]];
-  const auto get = [&](int n) { return vec3_cast<double>(positions[result.nodes[n]]); };
-  if (shape.node_count == 2) {
-    result.normal = get(1) - get(0);
-  } else if (shape.node_count == 3) {
-    result.normal = cross(get(1) - get(0), get(2) - get(0));
-  } else {
-    result.normal = cross(get(2) - get(0), get(3) - get(1));
-  }
+  result.normal = normal_of(result, [&](NodeId n) { return vec3_cast<double>(positions[n]); });
   return result;
 }
 

@@ -47,7 +47,8 @@ struct MeshCounts {
 }
 
 [[nodiscard]] inline MeshSize size_of(const TopologyView& topology) {
-  MeshSize size{.node_count = static_cast<std::int64_t>(topology.node_count)};
+  MeshSize size{.node_count = static_cast<std::int64_t>(topology.node_count),
+                .regions = !topology.regions.empty()};
   for (const ElementBlockView& block : topology.blocks) {
     size.element_counts[static_cast<std::size_t>(block.type)] +=
         static_cast<std::int64_t>(block.element_count());
@@ -67,7 +68,8 @@ struct MeshCounts {
   // To a node belong two triangles, and with them six places in rows, one quad or one edge.
   const bool hexahedra = mesh.entries == 8 * mesh.elements;
   const std::int64_t facets = mesh.dimension == 3 && !hexahedra ? 2 : 1;
-  const auto facet = static_cast<std::int64_t>(sizeof(KeptFacet));
+  // What lies across its edges is kept where parts are curved.
+  const auto facet = static_cast<std::int64_t>(sizeof(KeptFacet) + 4 * sizeof(ElementId));
   const auto freedom = static_cast<std::int64_t>(sizeof(Freedom));
   return mesh.nodes * 4 + mesh.surface * (facets * (facet + 3 * 4) + freedom + 8);
 }

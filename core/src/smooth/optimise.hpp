@@ -110,11 +110,11 @@ template <int kDimension>
 MESHSMOOTH_HD MeshWorth worth_of(const CornerTerm& term, int power) {
   const double volume = std::abs(term.volume);
   if (!(volume > 0)) return {0, term.weight, 0, 1};
-  const double f = term.size * InverseVolume<kDimension>(volume).scale / kDimension;
-  if (!certainly_positive<kDimension>(term.volume, term.size)) {
-    return {0, term.weight, term.volume < 0 ? -1 / f : 1 / f, 1};
-  }
-  return {term.weight * raise(f, power), term.weight, 1 / f, 0};
+  const CornerWorth<kDimension> corner(volume, term.size);
+  const double f = corner.stretch / kDimension;
+  if (term.volume > 0 && corner.positive)
+    return {term.weight * raise(f, power), term.weight, 1 / f, 0};
+  return {0, term.weight, term.volume < 0 ? -1 / f : 1 / f, 1};
 }
 
 /// Judges the corners of which a node is free; one corner stands for a simplex.
@@ -147,6 +147,19 @@ MeshWorth measure_worth(E& executor, const Surroundings& around, const Vec3<Real
       [] MESHSMOOTH_HD(const MeshWorth& a, const MeshWorth& b) { return a + b; });
 }
 
+template <Executor E, class Real>
+MeshWorth measure_worth(E& executor, const Surroundings& around, const Vec3<Real>* positions,
+                        int power) {
+  return around.surface() ? measure_worth<2>(executor, around, positions, power)
+                          : measure_worth<3>(executor, around, positions, power);
+}
+
+/// See `Convergence::energies`.
+[[nodiscard]] inline double mean_energy(const MeshWorth& worth, int power) {
+  if (worth.invalid > 0) return std::numeric_limits<double>::infinity();
+  return std::pow(worth.energy / worth.weight, 1.0 / power);
+}
+
 /// Sweeps of one job: the positions and what is known of every node.
 template <Executor E, class Real>
 class OptimiseSweeper {
@@ -175,13 +188,10 @@ class OptimiseSweeper {
   }
 
   [[nodiscard]] MeshWorth measure(int power) {
-    return surface() ? measure_worth<2>(executor_, around_, positions_, power)
-                     : measure_worth<3>(executor_, around_, positions_, power);
+    return measure_worth(executor_, around_, positions_, power);
   }
 
-  [[nodiscard]] bool surface() const {
-    return around_.references != nullptr || dot(around_.reference, around_.reference) > 0;
-  }
+  [[nodiscard]] bool surface() const { return around_.surface(); }
   [[nodiscard]] const Surroundings& around() const { return around_; }
   [[nodiscard]] const Colouring<E>& colouring() const { return colouring_; }
   [[nodiscard]] Leash<Real> leash() const { return leash_; }
@@ -214,7 +224,7 @@ class PhaseWatch {
     job_.record(stats.moves);
     last_ = stats;
     ++sweeps_;
-    if (job_.options().history) job_.record_worth(mean_energy(*worth), worth->worst);
+    if (job_.options().history) job_.record_worth(mean_energy(*worth, phase_.power), worth->worst);
     if (target_ > 0 && worth->worst >= target_) return end_job(StopReason::target_reached);
     if (end_.after(stats)) return true;
     if (job_.sweeps_left() == 0) return end_job(StopReason::iteration_limit);
@@ -246,11 +256,6 @@ class PhaseWatch {
   static constexpr int kPatience = 10;
 
   bool end_job(StopReason reason) { return job_ended_ = job_.end(reason); }
-
-  [[nodiscard]] double mean_energy(const MeshWorth& worth) const {
-    if (worth.invalid > 0) return std::numeric_limits<double>::infinity();
-    return std::pow(worth.energy / worth.weight, 1.0 / phase_.power);
-  }
 
   /// The tangled balls have not become fewer for many sweeps.
   bool stuck() {
@@ -375,7 +380,7 @@ void optimise(E& executor, const Surroundings& surroundings, const Colouring<E>&
     tangled = last.tangled > 0;
     if (tangled && options.guard) {
       limit_moves(executor, around, {.guard = true, .facets = around.slides.any()}, given.data(),
-                  positions);
+                  positions, leash);
     }
     if (!goes_on) return;
   }

@@ -52,11 +52,11 @@ MESHSMOOTH_HD Found<Real> search_along(Vec3<Real> before, Vec3d step, bool stret
     best = {place, found};
     return true;
   };
-  if (improves(1.0)) {
-    if (stretch && improves(2.0)) improves(4.0);
-    return best;
-  }
-  for (double length = 0.5; length > 0.03 && !improves(length); length /= 2) {
+  double factor = 0;  // from trial to trial
+  for (double length = 1; length > 0.03; length *= factor) {
+    const bool better = improves(length);
+    if (factor == 0) factor = better ? 2 : 0.5;
+    if (factor > 1 ? !(better && stretch && length < 4) : better) break;
   }
   return best;
 }
@@ -76,8 +76,9 @@ MESHSMOOTH_HD Vec3d node_normal(const Team& team, const Surroundings& around, st
   return length > 1e-6 ? (1 / length) * sum : Vec3d{0, 0, 0};
 }
 
-/// One visit of one node. Reads positions, writes none.
-template <int kDimension, class Team, class Terms>
+/// One visit of one node. Reads positions, writes none. Without `kBound` the node has no
+/// leash and does not slide.
+template <int kDimension, bool kBound, class Team, class Terms>
 class NodeOptimiser {
  public:
   using Real = typename Terms::Real;
@@ -89,101 +90,97 @@ class NodeOptimiser {
         around_(around),
         terms_(terms),
         node_(node),
-        freedom_(around.slides.freedom(node)),
+        freedom_(kBound ? around.slides.freedom(node) : nullptr),
         normal_(normal),
         phase_(phase),
         leash_(leash) {}
 
+  /// In a valid ball one step down its energy. In a tangled one two steps down the
+  /// regularised energy; once it is valid, the second one as in a valid ball. One text for
+  /// all of them, or a device would have to hold every look at a ball several times.
   MESHSMOOTH_HD Visit<Real> visit() {
-    double worst = 1;
+    Visit<Real> visit{.place = terms_.place()};
+    BallEnergy energy{.power = phase_.power};
     if (phase_.poor > 0) {
-      worst = worst_inverse_ratio<kDimension>(team_, terms_, {0, 0, 0});
-      if (worst <= phase_.poor) return {.place = terms_.place()};
-      if (worst == HUGE_VAL) return untangle();
+      const double worst = worst_inverse_ratio<kDimension>(team_, terms_, {0, 0, 0});
+      if (worst <= phase_.poor) return visit;
+      if (worst < HUGE_VAL) energy.unit = worst;
     }
-    const BallEnergy energy{.power = phase_.power, .unit = worst};
-    const BallDerivatives at = differentiate<kDimension>(team_, terms_, energy);
-    return at.valid ? descend(energy, at) : untangle();
+    bool repairing = false;
+    for (int steps = 0; steps < 2;) {
+      const BallDerivatives at = differentiate<kDimension>(team_, terms_, energy);
+      if (!repairing && !at.valid()) {
+        repairing = visit.tangled = visit.held = true;
+        visit.gain = 1;
+        energy = regularise(scan_ball<kDimension>(team_, terms_));
+        continue;
+      }
+      const NewtonStep newton_step = newton(at);
+      if (!(newton_step.decrement >= kRestDecrement)) return visit;
+      const Found<Real> found = search(energy, at.energy, newton_step);
+      const bool stays = found.place == terms_.place();
+      if (!repairing) {
+        visit.gain = (at.energy - found.value) / (at.energy * energy.power);
+        visit.held = stays;
+      }
+      if (stays) return visit;
+      visit.place = found.place;
+      if (!visit.tangled) return visit;
+      visit.held = false;
+      terms_.move_to(found.place);
+      const BallScan scan = scan_ball<kDimension>(team_, terms_);
+      visit.tangled = !scan.valid;
+      energy = scan.valid ? BallEnergy{} : regularise(scan);
+      ++steps;
+    }
+    return visit;
   }
 
  private:
   [[nodiscard]] MESHSMOOTH_HD NewtonStep newton(const BallDerivatives& at) const {
     if (freedom_ != nullptr) {
-      return freedom_->kind == Freedom::line ? newton_step_on_line(at, freedom_->direction)
-                                             : newton_step_in_plane(at, freedom_->direction);
+      const Vec3d direction = freedom_->bent()
+                                  ? direction_on_facets(around_.slides, node_, terms_.positions())
+                                  : freedom_->direction;
+      return freedom_->along() ? newton_step_on_line(at, direction)
+                               : newton_step_in_plane(at, direction);
     }
     return kDimension == 3 ? newton_step(at) : newton_step_in_plane(at, normal_);
   }
 
-  /// `search_along` from where the node lies; `energy(d)` is that of the ball with the node
-  /// displaced.
-  template <class Energy>
-  [[nodiscard]] MESHSMOOTH_HD Found<Real> search(Vec3d step, bool stretch, double value,
-                                                 const Energy& energy) const {
-    return search_along(
-        terms_.place(), step, stretch, value,
-        [&](Vec3<Real> place) { return hold(around_, leash_, node_, place); },
-        [&](Vec3<Real> place) {
-          if (!keeps_facets(team_, around_.slides, terms_.positions(), node_, place)) {
-            return HUGE_VAL;
-          }
-          return energy(displacement(place));
-        });
+  [[nodiscard]] static MESHSMOOTH_HD BallEnergy regularise(const BallScan& scan) {
+    return {.power = 1, .epsilon_squared = epsilon_squared<kDimension>(scan)};
   }
 
-  [[nodiscard]] MESHSMOOTH_HD Vec3d displacement(Vec3<Real> place) const {
-    return vec3_cast<double>(place) - vec3_cast<double>(terms_.place());
+  /// `search_along` a Newton step from where the node lies, where the ball's energy is
+  /// `value`.
+  [[nodiscard]] MESHSMOOTH_HD Found<Real> search(const BallEnergy& energy, double value,
+                                                 const NewtonStep& newton_step) const {
+    const bool regularised = energy.epsilon_squared > 0;
+    double length = 1;
+    if (regularised) {
+      // Taken as the trials take theirs, not with the derivatives' rounding.
+      value = energy_at<kDimension>(team_, terms_, energy, Vec3d{0, 0, 0}, phase_.guard);
+    } else {
+      length = kOverRelaxation * p_norm_length(energy.power, newton_step.decrement);
+    }
+    return search_along(
+        terms_.place(), length * newton_step.direction,
+        regularised || newton_step.decrement > kStretchDecrement, value,
+        [&](Vec3<Real> place) { return kBound ? hold(around_, leash_, node_, place) : place; },
+        [&](Vec3<Real> place) {
+          if (kBound && !keeps_facets(team_, around_.slides, terms_.positions(), node_, place)) {
+            return HUGE_VAL;
+          }
+          const Vec3d d = vec3_cast<double>(place) - vec3_cast<double>(terms_.place());
+          return energy_at<kDimension>(team_, terms_, energy, d, phase_.guard);
+        });
   }
 
   /// Newton on the p-norm of f: the direction of the sum's step, but longer.
   [[nodiscard]] static MESHSMOOTH_HD double p_norm_length(int power, double decrement) {
     const double shortening = 1 - (power - 1) * decrement;
     return 1 / (shortening > 0.1 ? shortening : 0.1);
-  }
-
-  /// A valid ball: one step down its energy.
-  MESHSMOOTH_HD Visit<Real> descend(const BallEnergy& energy, const BallDerivatives& at) {
-    const NewtonStep newton_step = newton(at);
-    const double decrement = newton_step.decrement;
-    if (!(decrement >= kRestDecrement)) return {.place = terms_.place()};
-    const Vec3d step =
-        (kOverRelaxation * p_norm_length(energy.power, decrement)) * newton_step.direction;
-    const Found<Real> found = search(step, decrement > kStretchDecrement, at.energy, [&](Vec3d d) {
-      return energy_at<kDimension>(team_, terms_, energy, d, true);
-    });
-    return {.place = found.place,
-            .gain = (at.energy - found.value) / (at.energy * energy.power),
-            .held = found.place == terms_.place()};
-  }
-
-  /// A tangled ball: two steps down the regularised energy; once it is valid, the
-  /// second one as in a valid ball.
-  MESHSMOOTH_HD Visit<Real> untangle() {
-    BallScan scan = scan_ball<kDimension>(team_, terms_);
-    Visit<Real> visit{.place = terms_.place(), .gain = 1, .tangled = true, .held = true};
-    for (int step = 0; step < 2; ++step) {
-      const BallEnergy energy{.power = 1, .epsilon_squared = epsilon_squared<kDimension>(scan)};
-      const BallDerivatives at = differentiate<kDimension>(team_, terms_, energy);
-      const NewtonStep newton_step = newton(at);
-      if (!(newton_step.decrement >= kRestDecrement)) break;
-      // The value is taken as the trials take theirs, not with the derivatives' rounding.
-      const double value =
-          energy_at<kDimension>(team_, terms_, energy, Vec3d{0, 0, 0}, phase_.guard);
-      const Found<Real> found = search(newton_step.direction, true, value, [&](Vec3d d) {
-        return energy_at<kDimension>(team_, terms_, energy, d, phase_.guard);
-      });
-      if (found.place == terms_.place()) break;
-      visit.place = found.place;
-      visit.held = false;
-      terms_.move_to(found.place);
-      scan = scan_ball<kDimension>(team_, terms_);
-      visit.tangled = !scan.valid;
-      if (scan.valid && step == 0) {
-        visit.place = descend({}, differentiate<kDimension>(team_, terms_, {})).place;
-        break;
-      }
-    }
-    return visit;
   }
 
   const Team& team_;
@@ -209,8 +206,8 @@ MESHSMOOTH_HD Visit<typename P::Real> optimise_node(const Team& team, const Surr
     if (normal == Vec3d{0, 0, 0}) return Visit<Real>{.place = x[node]};
   }
   BallTerms<kDimension, kCapacity, Team, P> terms(team, around, x, node, normal);
-  return NodeOptimiser<kDimension, Team, decltype(terms)>(team, around, terms, node, normal, phase,
-                                                          leash)
+  return NodeOptimiser<kDimension, true, Team, decltype(terms)>(team, around, terms, node, normal,
+                                                                phase, leash)
       .visit();
 }
 

@@ -101,6 +101,11 @@ SmoothSummary run_prepared(E& executor, const TopologyView& topology, JobMesh<E,
     const StageTimer timer(executor, times.judge_seconds, control, Stage::judge);
     summary.quality_after = judge.quality(job, orientation);
     summary.locked = judge.locked(job, orientation);
+    if (constraints.bent) {
+      const Strayed strayed = measure_strayed(executor, job.node_count, constraints.view(),
+                                              constraints.tolerance, job.places.data());
+      summary.deviation = {constraints.tolerance, strayed.off_facets, strayed.cut_off};
+    }
   }
   {
     const StageTimer timer(executor, times.download_seconds, control, Stage::judge);

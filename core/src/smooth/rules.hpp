@@ -2,6 +2,7 @@
 
 #include "meshsmooth/methods.hpp"
 #include "meshsmooth/quality.hpp"
+#include "smooth/closest.hpp"
 #include "smooth/score.hpp"
 #include "smooth/slides.hpp"
 #include "smooth/topology.hpp"
@@ -24,6 +25,9 @@ struct Surroundings {
 
   [[nodiscard]] MESHSMOOTH_HD Vec3d reference_of(std::size_t element) const {
     return references == nullptr ? reference : unpack_direction(references[element]);
+  }
+  [[nodiscard]] bool surface() const {
+    return references != nullptr || dot(reference, reference) > 0;
   }
 };
 
@@ -140,13 +144,45 @@ struct Leash {
   }
 };
 
-/// The place nearest to `place` that the node may take: on its plane or line, and on its
-/// leash.
+/// The place nearest to `place` that a node of curved parts may take, on its leash too:
+/// drawn back and projected in turns, home if that does not end.
+template <class Real>
+MESHSMOOTH_OUTLINE MESHSMOOTH_HD Vec3<Real> hold_on_facets(const Slides& slides,
+                                                           const Leash<Real>& leash,
+                                                           std::size_t node, Vec3<Real> place) {
+  constexpr int kMostTurns = 4;
+  const Vec3d home = slides.home(static_cast<NodeId>(node));
+  for (int turn = 0; turn < kMostTurns; ++turn) {
+    place = vec3_cast<Real>(project(slides, node, vec3_cast<double>(place)));
+    if (leash.home == nullptr) return place;
+    const Vec3d way = vec3_cast<double>(place) - home;
+    const double length = norm(way);
+    if (length <= leash.limit) return place;
+    place = vec3_cast<Real>(home + (0.999 * leash.limit / length) * way);
+  }
+  return vec3_cast<Real>(home);
+}
+
+/// The place nearest to `place` that the node may take: on its plane or line, or on the
+/// facets as they came, and on its leash.
 template <class Real>
 MESHSMOOTH_HD Vec3<Real> hold(const Surroundings& around, const Leash<Real>& leash,
                               std::size_t node, Vec3<Real> place) {
   const Freedom* const freedom = around.slides.freedom(node);
-  return leash.hold(node, freedom == nullptr ? place : slide_to(*freedom, place));
+  if (freedom == nullptr) return leash.hold(node, place);
+  if (freedom->bent()) return hold_on_facets(around.slides, leash, node, place);
+  return leash.hold(node, slide_to(*freedom, place));
+}
+
+/// The place after a share of the way between two that the node may take.
+template <class Real>
+MESHSMOOTH_HD Vec3<Real> part_of_way(const Surroundings& around, const Leash<Real>& leash,
+                                     std::size_t node, Vec3<Real> from, Vec3<Real> to, Real share) {
+  const Vec3<Real> place = from + share * (to - from);
+  if (!around.slides.bent) return place;
+  const Freedom* const freedom = around.slides.freedom(node);
+  const bool bent = freedom != nullptr && freedom->bent();
+  return bent ? hold_on_facets(around.slides, leash, node, place) : place;
 }
 
 /// Which moves are taken. Judged in double on the positions as they are stored.
@@ -210,7 +246,8 @@ template <class Team, class P>
 MESHSMOOTH_HD Vec3<typename P::Real> accept_move(const Team& team, const Surroundings& around,
                                                  const P& x, std::size_t node,
                                                  Vec3<typename P::Real> candidate,
-                                                 Acceptance acceptance, bool& held) {
+                                                 Acceptance acceptance, bool& held,
+                                                 Leash<typename P::Real> leash = {}) {
   using Real = typename P::Real;
   const Vec3<Real> before = x[node];
   if (candidate == before) return before;
@@ -229,7 +266,8 @@ MESHSMOOTH_HD Vec3<typename P::Real> accept_move(const Team& team, const Surroun
   };
   Real share = 1;
   for (int trial = 0; trial < 4; ++trial) {
-    const Vec3<Real> place = trial == 0 ? candidate : before + share * (candidate - before);
+    const Vec3<Real> place =
+        trial == 0 ? candidate : part_of_way(around, leash, node, before, candidate, share);
     if (allowed(place)) return place;
     held = true;
     share /= 2;

@@ -8,13 +8,18 @@
 namespace meshsmooth::detail {
 
 /// How a boundary node may move: in a plane or along a line through `home`, where the
-/// caller had it.
+/// caller had it; or where parts are curved on the facets as they came, along a crease of
+/// them or on the part between creases.
 struct Freedom {
-  enum Kind : std::uint8_t { point, line, plane };
+  enum Kind : std::uint8_t { point, line, plane, curve, surface };
 
   Vec3d home;
   Vec3d direction;  // unit: the line's, or the plane's normal
   Kind kind;
+  NodeId next[2] = {-1, -1};  // curve: the nodes beside it on its crease
+
+  [[nodiscard]] MESHSMOOTH_HD bool bent() const { return kind == curve || kind == surface; }
+  [[nodiscard]] MESHSMOOTH_HD bool along() const { return kind == line || kind == curve; }
 };
 
 /// A facet that keeps its place: on the boundary, or between two regions. Edges of surface
@@ -26,14 +31,20 @@ struct KeptFacet {
   bool between;        // two regions; seen from the lower one
 };
 
-/// The nodes that slide, and the facets around them, in executor memory. Empty where none
-/// may.
+/// The nodes of kept facets, how they slide, and the facets around them, in executor memory.
+/// Empty where none may.
 struct Slides {
-  const std::int32_t* slots = nullptr;  // of a node, -1 for those without a freedom
+  static constexpr ElementId kNoFacet = ~ElementId{0};
+
+  const std::int32_t* slots = nullptr;  // of a node, -1 for those on no kept facet
   const Freedom* freedoms = nullptr;    // by slot
   Rows<ElementId> facets_of{};          // by slot: the facets at the node
   const KeptFacet* facets = nullptr;
   std::size_t facet_count = 0;
+  bool bent = false;  // some parts are curved: all that slide do it on facets
+  // Where bent, of four edges a facet (the k-th from node k on) the facet that goes on
+  // beyond without a crease, or kNoFacet.
+  const ElementId* across = nullptr;
 
   [[nodiscard]] MESHSMOOTH_HD bool any() const { return slots != nullptr; }
 
@@ -41,7 +52,33 @@ struct Slides {
   [[nodiscard]] MESHSMOOTH_HD const Freedom* freedom(std::size_t node) const {
     return slots == nullptr || slots[node] < 0 ? nullptr : freedoms + slots[node];
   }
+  /// Of a node on a kept facet, where the caller had it.
+  [[nodiscard]] MESHSMOOTH_HD Vec3d home(NodeId node) const { return freedoms[slots[node]].home; }
 };
+
+/// Corners of a facet; two of an edge.
+MESHSMOOTH_HD inline int corner_count(const KeptFacet& facet) {
+  return facet.nodes[2] < 0 ? 2 : facet.nodes[3] < 0 ? 3 : 4;
+}
+
+/// Where in the facet the node is; -1 if it is not.
+MESHSMOOTH_HD inline int place_in(const KeptFacet& facet, NodeId node) {
+  for (int k = 0; k < corner_count(facet); ++k) {
+    if (facet.nodes[k] == node) return k;
+  }
+  return -1;
+}
+
+/// As it lies, as long as twice its area; an edge's own vector. `get(node)` gives positions in
+/// double.
+template <class Get>
+MESHSMOOTH_HD Vec3d normal_of(const KeptFacet& facet, const Get& get) {
+  const NodeId* const nodes = facet.nodes;
+  const Vec3d a = get(nodes[0]);
+  if (nodes[2] < 0) return get(nodes[1]) - a;
+  if (nodes[3] < 0) return cross(get(nodes[1]) - a, get(nodes[2]) - a);
+  return cross(get(nodes[2]) - a, get(nodes[3]) - get(nodes[1]));
+}
 
 /// One coordinate of a place drawn back by `off`: where the direction lies along an axis a
 /// coordinate is either free or fixed, and the fixed one keeps its bits.
@@ -68,19 +105,25 @@ MESHSMOOTH_HD Vec3<Real> slide_to(const Freedom& freedom, Vec3<Real> place) {
                                slid_coordinate(freedom, n.z, h.z, p.z, off.z)});
 }
 
-/// Whether a facet lies as it came: every corner turned the same way, an edge not reversed.
-/// `get(node)` gives positions in double. A node in a plane, or on a line, whose facets
-/// keep this does not leave the part of it that they cover.
+/// Whether a facet lies as it came: every corner turned the same way, an edge not reversed;
+/// of curved parts turned by less than 60 degrees. `get(node)` gives positions in double. A
+/// node in a plane, or on a line, whose facets keep this does not leave the part of it that
+/// they cover.
 template <class Get>
-MESHSMOOTH_HD bool facet_is_right(const KeptFacet& facet, const Get& get) {
+MESHSMOOTH_HD bool facet_is_right(const KeptFacet& facet, bool bent, const Get& get) {
   const NodeId* const nodes = facet.nodes;
-  if (nodes[2] < 0) return dot(get(nodes[1]) - get(nodes[0]), facet.normal) > 0;
+  const auto agrees = [&](Vec3d normal) {
+    const double cosine = dot(normal, facet.normal);
+    return cosine > 0 &&
+           (!bent || 4 * cosine * cosine > dot(normal, normal) * dot(facet.normal, facet.normal));
+  };
+  if (nodes[2] < 0) return agrees(get(nodes[1]) - get(nodes[0]));
   const int count = nodes[3] < 0 ? 3 : 4;
   for (int k = 0; k < (count == 3 ? 1 : 4); ++k) {
     const Vec3d origin = get(nodes[k]);
     const Vec3d next = get(nodes[(k + 1) % count]) - origin;
     const Vec3d last = get(nodes[(k + count - 1) % count]) - origin;
-    if (!(dot(cross(next, last), facet.normal) > 0)) return false;
+    if (!agrees(cross(next, last))) return false;
   }
   return true;
 }
@@ -100,7 +143,8 @@ MESHSMOOTH_HD bool keeps_facets(const Team& team, const Slides& slides, const P&
   for (const ElementId* f = slides.facets_of.begin(slot) + team.rank; right && f < end;
        f += team.size) {
     const KeptFacet& facet = slides.facets[*f];
-    right = facet_is_right(facet, would_lie) || !facet_is_right(facet, lies);
+    right =
+        facet_is_right(facet, slides.bent, would_lie) || !facet_is_right(facet, slides.bent, lies);
   }
   return team.all(right);
 }

@@ -60,7 +60,7 @@ void copy_positions(E& executor, std::size_t node_count, const Vec3<Real>* from,
 /// order  deterministic
 template <Executor E, class Real>
 std::int64_t limit_moves(E& executor, const Surroundings& around, Acceptance acceptance,
-                         const Vec3<Real>* before, Vec3<Real>* after) {
+                         const Vec3<Real>* before, Vec3<Real>* after, Leash<Real> leash = {}) {
   constexpr std::uint8_t kMostCuts = 4;
   const std::size_t node_count = around.node_count;
   auto cut_buffer = executor.template allocate<std::uint8_t>(node_count);
@@ -106,7 +106,8 @@ std::int64_t limit_moves(E& executor, const Surroundings& around, Acceptance acc
       executor.for_each(slides.facet_count, [=] MESHSMOOTH_HD(std::size_t f) {
         const KeptFacet& facet = slides.facets[f];
         const auto lies = [=](const Vec3<Real>* x) {
-          return facet_is_right(facet, [=](NodeId n) { return vec3_cast<double>(x[n]); });
+          return facet_is_right(facet, slides.bent,
+                                [=](NodeId n) { return vec3_cast<double>(x[n]); });
         };
         if (lies(after) || !lies(before)) return;
         for (const NodeId n : facet.nodes) {
@@ -133,7 +134,7 @@ std::int64_t limit_moves(E& executor, const Surroundings& around, Acceptance acc
           changed[node] = bad ? 1 : 0;
           if (!bad) return 0;
           after[node] = ++cuts[node] < kMostCuts
-                            ? before[node] + Real(0.5) * (after[node] - before[node])
+                            ? part_of_way(around, leash, node, before[node], after[node], Real(0.5))
                             : before[node];
           return 1;
         },
@@ -148,8 +149,8 @@ std::int64_t limit_moves(E& executor, const Surroundings& around, Acceptance acc
 /// `limit_moves`, and what is left of the sweep.
 template <Executor E, class Real>
 SweepStats limit_and_measure(E& executor, const Surroundings& around, Acceptance acceptance,
-                             const Vec3<Real>* before, Vec3<Real>* after) {
-  const std::int64_t held = limit_moves(executor, around, acceptance, before, after);
+                             const Vec3<Real>* before, Vec3<Real>* after, Leash<Real> leash) {
+  const std::int64_t held = limit_moves(executor, around, acceptance, before, after, leash);
   SweepStats stats = measure_moves(executor, around.node_count, before, after);
   stats.held = held;
   return stats;
@@ -171,7 +172,7 @@ SweepStats sweep_jacobi(E& executor, const Surroundings& around, const Mean& mea
       },
       AddStats{});
   if (!acceptance.active()) return stats;
-  return limit_and_measure(executor, around, acceptance, before, after);
+  return limit_and_measure(executor, around, acceptance, before, after, leash);
 }
 
 /// Where a node goes that moves alone.
@@ -182,7 +183,8 @@ MESHSMOOTH_HD Vec3<typename P::Real> move_node(const Team& team, const Surroundi
                                                bool& held, Leash<typename P::Real> leash = {}) {
   const Vec3<typename P::Real> place =
       hold(around, leash, node, step_towards(mean, around, x, node, factor));
-  return acceptance.active() ? accept_move(team, around, x, node, place, acceptance, held) : place;
+  return acceptance.active() ? accept_move(team, around, x, node, place, acceptance, held, leash)
+                             : place;
 }
 
 /// Form B, deterministic: in place, colour by colour.
@@ -235,7 +237,7 @@ SweepStats sweep_racing(E& executor, const Surroundings& around, const Mean& mea
       },
       AddStats{});
   if (!acceptance.active()) return stats;
-  return limit_and_measure<E, Real>(executor, around, acceptance, before, positions);
+  return limit_and_measure<E, Real>(executor, around, acceptance, before, positions, leash);
 }
 
 /// One HC sweep, form A. `original` are the input positions, `differences` is
@@ -260,7 +262,7 @@ SweepStats sweep_hc(E& executor, const Surroundings& around, Real alpha, Real be
         after[node] - (beta * differences[node] + (1 - beta) * UniformMean{}(around, b, node)));
   });
   if (!acceptance.active()) return measure_moves(executor, around.node_count, before, after);
-  return limit_and_measure(executor, around, acceptance, before, after);
+  return limit_and_measure(executor, around, acceptance, before, after, leash);
 }
 
 }  // namespace meshsmooth::detail

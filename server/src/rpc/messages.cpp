@@ -323,8 +323,10 @@ v1::GetServerInfoResponse encode_server_info(const Engine& engine) {
   for (const ElementType type : kElementTypes) {
     info.add_element_types(wire::encode_element_type(type));
   }
-  for (const char* feature : {"request_id_joins", "kept_results", "topology_cache"})
+  for (const char* feature :
+       {"element_tags", "request_id_joins", "kept_results", "topology_cache"}) {
     info.add_features(feature);
+  }
   info.set_draining(engine.draining());
 
   v1::Limits* limits = info.mutable_limits();

@@ -16,6 +16,7 @@ namespace {
 
 constexpr float kTolerance = 1e-4F;
 constexpr double kAgreement = 1e-5;  // of positions in the unit cube
+constexpr double kQualityAgreement = 1e-6;
 constexpr std::size_t kMethodsNodes = 100'000;
 constexpr int kMethodSweeps = 20;
 constexpr int kGridSide = 215;
@@ -108,6 +109,13 @@ class PipelineRun {
       settings.with_plain_memory = false;
       figures.paper = measure_paper(mesh, settings, host);
       for (const std::string& error : figures.paper->errors) fail(error);
+    });
+    attempt(mesh.name + " optimize", [&] {
+      figures.optimise = measure_optimise(mesh, std::min(command_.repeats, 7));
+      if (!(figures.optimise->cpu_difference <= kQualityAgreement)) {
+        fail(mesh.name + ": the backends' quality after optimize differs by " +
+             number(*figures.optimise->cpu_difference));
+      }
     });
     measure_mesh(mesh, host, figures);
     if (node_count == kMethodsNodes) attempt(mesh.name + " methods", [&] { run_methods(mesh); });

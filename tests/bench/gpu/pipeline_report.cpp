@@ -114,6 +114,29 @@ void print_sweeps(std::ostream& out, const PipelineReport& report) {
   peers.print(out);
 }
 
+void print_optimise(std::ostream& out, const PipelineReport& report) {
+  out << "\nOptimize, balanced, f32: until the mean of the mean ratio is within 0.1 % of the\n"
+         "converged one, and from 40 % inverted tetrahedra to none. Sweeps: without colouring and\n"
+         "what else comes before them. All: copies, neighbours, colouring and judging too.\n";
+  Table table({"mesh", "goal", "inverted", "sweeps", "sweeps ms", "iterate ms", "all ms",
+               "paper's best / all", "mean ratio", "worst", "from CPU's"});
+  for (const MeshFigures& m : report.meshes) {
+    if (!m.optimise) continue;
+    const auto add = [&](const char* goal, const OptimiseRun& run) {
+      const bool paper = m.paper && !m.paper->gpu.variants.empty();
+      table.add({m.mesh, goal, std::to_string(run.inverted_before),
+                 std::to_string(run.figures.summary.convergence.iteration_count),
+                 number(run.sweeps_ms), number(run.figures.iterate_ms), number(run.figures.wall_ms),
+                 paper ? ratio(m.paper->gpu.best().pooled.wall / run.figures.wall_ms) : "-",
+                 number(run.mean_ratio), number(run.worst_ratio),
+                 or_dash(m.optimise->cpu_difference)});
+    };
+    add("converged", m.optimise->to_converged);
+    add("untangled", m.optimise->to_untangled);
+  }
+  table.print(out);
+}
+
 void print_rest(std::ostream& out, const PipelineReport& report) {
   if (!report.methods.empty()) {
     out << "\nMethods on the 100k cube, " << report.method_sweeps
@@ -176,6 +199,7 @@ Json to_json(const MeshFigures& m) {
   for (const PeerSweep& peer : m.cusparse) cusparse.push(to_json(peer));
   json.set("cusparse", std::move(cusparse));
   if (m.scatter) json.set("scatter_add", to_json(*m.scatter));
+  if (m.optimise) json.set("optimise", to_json(*m.optimise));
   return json;
 }
 
@@ -194,6 +218,7 @@ const PeerSweep* MeshFigures::best_cusparse() const {
 void print(std::ostream& out, const PipelineReport& report) {
   print_pipeline(out, report);
   print_sweeps(out, report);
+  print_optimise(out, report);
   print_rest(out, report);
 }
 

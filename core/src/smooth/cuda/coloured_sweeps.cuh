@@ -1,30 +1,9 @@
 #pragma once
 
 #include "smooth/cuda/sweep_batch.cuh"
+#include "smooth/cuda/warp_team.cuh"
 
 namespace meshsmooth::detail {
-
-/// Threads of one warp that judge one ball.
-template <int kSize>
-struct WarpTeam {
-  static constexpr int size = kSize;
-  int rank;
-  unsigned int mask;
-
-  __device__ WarpTeam()
-      : rank(static_cast<int>(threadIdx.x % size)),
-        mask(size == 32 ? 0xffffffffU
-                        : ((1U << (size % 32)) - 1) << (threadIdx.x % 32 / size * size)) {}
-
-  [[nodiscard]] __device__ double lowest(double value) const {
-    for (int step = size / 2; step > 0; step /= 2) {
-      const double other = __shfl_xor_sync(mask, value, step);
-      if (other < value) value = other;
-    }
-    return value;
-  }
-  [[nodiscard]] __device__ bool all(bool value) const { return __all_sync(mask, value) != 0; }
-};
 
 /// `UniformMean` by a warp: each thread fetches a neighbour, the sum runs in the
 /// row's order.

@@ -421,15 +421,17 @@ class CudaExecutor {
   }
 
   /// Blocks for a kernel whose blocks wait for each other: `most`, or as many as the
-  /// device holds at the same time.
+  /// device holds at the same time. A kernel's blocks are always of one size.
   template <auto kKernel>
-  [[nodiscard]] unsigned int cooperative_blocks(std::size_t most) {
+  [[nodiscard]] unsigned int cooperative_blocks(std::size_t most,
+                                                unsigned int block_size = kBlockSize) {
     // Asked once for every device: 0 is not known yet.
     static std::array<std::atomic<int>, kMostDevices> known{};
     std::atomic<int>& per_multiprocessor = known.at(static_cast<std::size_t>(lane_.device()));
     if (per_multiprocessor == 0) {
       int blocks = 0;
-      check_cuda(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, kKernel, kBlockSize, 0),
+      check_cuda(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, kKernel,
+                                                               static_cast<int>(block_size), 0),
                  "asking for a kernel's occupancy");
       per_multiprocessor = std::max(blocks, 1);
     }

@@ -5,6 +5,7 @@
 #include "meshsmooth/error.hpp"
 #include "smooth/cuda/cuda_colouring.cuh"
 #include "smooth/cuda/cuda_judge.cuh"
+#include "smooth/cuda/cuda_optimise.hpp"
 #include "smooth/cuda/cuda_sweeps.cuh"
 #include "smooth/cuda/cuda_topology.cuh"
 #include "smooth/cuda/device_estimate.cuh"

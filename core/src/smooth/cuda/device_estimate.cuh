@@ -1,5 +1,6 @@
 #pragma once
 
+#include "smooth/cuda/ball_record.hpp"
 #include "smooth/cuda/patch_sizes.hpp"
 #include "smooth/cuda/slices.cuh"
 #include "smooth/cuda/sweep_batch.cuh"
@@ -43,13 +44,18 @@ namespace meshsmooth::detail {
       iterating += n * 4 + n / 4 + SlicedRings::kMostPadding * mesh.edges * 2 * 4;
     }
   }
+  if (std::holds_alternative<Optimize>(options.method)) {
+    // Padded positions, and what visits know of their balls.
+    iterating += n * ((size.float64 ? 32 : 16) + static_cast<std::int64_t>(sizeof(BallRecord)));
+  }
   if (mesh.dimension == 2) {
     iterating += mesh.elements * static_cast<std::int64_t>(sizeof(PackedDirection));
   }
   const std::int64_t colouring = resolve_form(options) == Form::gauss_seidel ? n * 25 : 0;
-  // Counts by node, the caller's mask and regions.
+  // The caller's regions; counts by node, and the caller's mask.
   const std::int64_t constraining =
-      options.boundary == BoundaryPolicy::slide ? n * 9 + mesh.elements * 4 : 0;
+      (size.regions && options.boundary != BoundaryPolicy::free ? mesh.elements * 4 : 0) +
+      (options.boundary == BoundaryPolicy::slide ? n * 9 : 0);
   const std::int64_t held_balls = needs_balls(options) ? balls : 0;
   const std::int64_t peak =
       kept + std::max({renumbering, counting + balls, balls + rings + n / 4 + colouring,

@@ -1,27 +1,10 @@
 #pragma once
 
+#include "smooth/cuda/padded_positions.cuh"
 #include "smooth/cuda/slices.cuh"
 #include "smooth/cuda/sweep_batch.cuh"
 
 namespace meshsmooth::detail {
-
-/// Positions that a neighbour's comes by one access, and behind the last node a place
-/// of 0.
-template <class R>
-struct PaddedPositions {
-  using Real = R;
-  FourOf<R>* data;
-
-  static constexpr std::size_t size(std::size_t node_count) { return node_count + 1; }
-
-  [[nodiscard]] __device__ Vec3<R> operator[](std::size_t node) const {
-    const FourOf<R> p = data[node];
-    return {p.values[0], p.values[1], p.values[2]};
-  }
-  __device__ void store(std::size_t node, Vec3<R> place) const {
-    data[node] = {place.x, place.y, place.z, 0};
-  }
-};
 
 /// Form A. More blocks to a multiprocessor would leave each thread fewer registers,
 /// and so fewer loads on their way: measured slower.
@@ -63,21 +46,6 @@ __global__ void __launch_bounds__(kBlockSize, 4)
   report(grid, batch, sweep);
 }
 
-template <class Real>
-void pad_positions(CudaExecutor& executor, std::size_t node_count, const Vec3<Real>* from,
-                   PaddedPositions<Real> to, PaddedPositions<Real> also_to) {
-  executor.for_each(node_count + 1, [=] __device__(std::size_t node) {
-    const Vec3<Real> place = node < node_count ? from[node] : Vec3<Real>{0, 0, 0};
-    to.store(node, place);
-    also_to.store(node, place);
-  });
-}
-template <class Real>
-void unpad_positions(CudaExecutor& executor, std::size_t node_count, PaddedPositions<Real> from,
-                     Vec3<Real>* to) {
-  executor.for_each(node_count, [=] __device__(std::size_t node) { to[node] = from[node]; });
-}
-
 /// Form A with the positions in the device's memory.
 template <class Real, class Mean>
 void run_jacobi_sweeps(CudaExecutor& executor, Sweeper<CudaExecutor, Real>& sweeper,
@@ -88,7 +56,8 @@ void run_jacobi_sweeps(CudaExecutor& executor, Sweeper<CudaExecutor, Real>& swee
   auto spare_buffer = executor.allocate<FourOf<Real>>(size);
   PaddedPositions<Real> current{current_buffer.data()};
   PaddedPositions<Real> spare{spare_buffer.data()};
-  pad_positions(executor, around.node_count, sweeper.current(), current, spare);
+  pad_positions(executor, around.node_count, sweeper.current(), current);
+  pad_positions(executor, around.node_count, sweeper.current(), spare);
   constexpr auto kKernel = &jacobi_kernel<Mean, Real>;
   const unsigned int blocks = executor.cooperative_blocks<kKernel>(block_count(around.node_count));
   run_batches(

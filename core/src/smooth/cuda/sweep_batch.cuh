@@ -2,9 +2,9 @@
 
 #include <cooperative_groups.h>
 
-#include <chrono>
 #include <utility>
 
+#include "smooth/cuda/batch_pace.hpp"
 #include "smooth/cuda/cuda_executor.cuh"
 #include "smooth/iterate.hpp"
 
@@ -125,33 +125,28 @@ __device__ void report(const Grid& grid, const SweepBatch& batch, int done) {
 template <class Launch, class Finish>
 bool run_batches(CudaExecutor& executor, std::size_t node_count, unsigned int blocks,
                  ConvergenceWatch& watch, const Launch& launch, const Finish& finish) {
-  using Clock = std::chrono::steady_clock;
-  constexpr double kAimSeconds = 0.02;  // between two looks at the caller
   auto largest = executor.allocate<unsigned long long>(kMostInBatch);
   auto partial = executor.allocate<SweepStats>(std::size_t{kMostInBatch} * blocks);
   auto* const stats = executor.lane().mapped<SweepStats>(CudaExecutor::kSweepsOffset);
   int* const done = reinterpret_cast<int*>(stats + kMostInBatch);
-  // What a sweep costs is not known yet: small meshes are done at one go.
-  int most = static_cast<int>(
-      std::clamp<std::size_t>((std::size_t{1} << 23) / node_count, 1, kMostInBatch));
+  BatchPace pace(node_count, kMostInBatch);
   for (bool ended = false; !ended;) {
-    const SweepBatch batch{std::min(most, watch.sweeps_ahead()),
+    const SweepBatch batch{pace.next(watch.sweeps_ahead()),
                            watch.tolerance(),
                            largest.data(),
                            partial.data(),
                            stats,
                            done};
     executor.clear(largest.data(), largest.size());
-    const Clock::time_point start = Clock::now();
+    pace.start();
     launch(batch);
     executor.synchronize();
-    const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    pace.stop(*done);
     executor.check();
     if (*done == 0) return false;
     finish(*done);
     for (int sweep = 0; sweep < *done; ++sweep) ended |= watch.ended_by(stats[sweep]);
     ended = ended || watch.interrupted();
-    most = static_cast<int>(std::clamp(kAimSeconds / seconds * *done, 1.0, double{kMostInBatch}));
   }
   return true;
 }

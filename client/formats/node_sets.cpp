@@ -1,0 +1,66 @@
+#include "node_sets.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "cells.hpp"
+#include "content.hpp"
+#include "text.hpp"
+
+namespace meshsmooth::formats {
+namespace {
+
+void mark_nodes(const Dataset& dataset, const CellGroup& group, std::vector<std::uint8_t>& marks) {
+  const auto column = dataset.cell_column(group.array);
+  if (!column) return;
+  Cell cell;
+  for (std::int64_t id = 0; id < dataset.cell_count(); ++id) {
+    const double value = column->values[static_cast<std::size_t>(id)];
+    if (std::ranges::find(group.values, value) == group.values.end()) continue;
+    dataset.get_cell(id, cell);
+    if (cell_dimension(cell.type, cell.nodes.size()) != group.dimension) continue;
+    for (const std::int64_t node : cell.nodes) {
+      if (static_cast<std::size_t>(node) < marks.size()) marks[static_cast<std::size_t>(node)] = 1;
+    }
+  }
+}
+
+[[noreturn]] void fail_unknown_set(const Dataset& dataset, const std::vector<CellGroup>& groups,
+                                   const std::string& name) {
+  std::vector<std::string> names;
+  for (const CellGroup& group : groups) names.push_back(group.name);
+  for (const Column& column : dataset.node_columns()) {
+    if (column.name != kNodeIdArray) names.push_back(column.name);
+  }
+  fail_unknown_name("no physical group and no point array of one number a node is called", name,
+                    names);
+}
+
+}  // namespace
+
+std::vector<NodeId> find_node_set(const MeshFile& file, const std::string& name) {
+  const std::shared_ptr<const Dataset> dataset = dataset_of(file);
+  const auto groups = file.content() ? file.content()->groups : std::vector<CellGroup>();
+  std::vector<std::uint8_t> marks(file.mesh.node_count(), 0);
+  bool found = false;
+  for (const CellGroup& group : groups) {
+    if (group.name != name) continue;
+    found = true;
+    mark_nodes(*dataset, group, marks);
+  }
+  if (const auto column = dataset->node_column(name)) {
+    found = true;
+    for (std::size_t node = 0; node < marks.size(); ++node) {
+      const double value = column->values[node];
+      if (value != 0 && !std::isnan(value)) marks[node] = 1;  // Gmsh's data may leave nodes out
+    }
+  }
+  if (!found) fail_unknown_set(*dataset, groups, name);
+  std::vector<NodeId> nodes;
+  for (std::size_t node = 0; node < marks.size(); ++node) {
+    if (marks[node] != 0) nodes.push_back(static_cast<NodeId>(node));
+  }
+  return nodes;
+}
+
+}  // namespace meshsmooth::formats

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <ostream>
+#include <string>
+
+#include "gpu/bench_mesh.hpp"
+#include "gpu/product.hpp"
+
+namespace meshsmooth::bench {
+
+/// `Optimize`, balanced, for so many sweeps.
+struct OptimiseRun {
+  ProductFigures figures;
+  double sweeps_ms = 0;  // of iterate: without colouring and what else comes before
+  std::int64_t inverted_before = 0;
+  double mean_ratio = 0;  // afterwards
+  double worst_ratio = 0;
+};
+
+/// What `Optimize` does to a mesh, and to the same tangled.
+struct OptimiseFigures {
+  double converged_mean = 0;  // mean ratio after many sweeps
+  OptimiseRun to_converged;   // until the mean is within 0.1 % of that
+  OptimiseRun to_untangled;   // from 40 % inverted elements to none
+  /// The largest difference of a quality figure of the backends after the runs.
+  std::optional<double> cpu_difference;
+};
+
+/// `mesh` is a cube in [0, 1]^3 with a fixed boundary. Throws `std::runtime_error` when a
+/// run misses its goal.
+[[nodiscard]] OptimiseFigures measure_optimise(const BenchMesh& mesh, int repeats);
+
+[[nodiscard]] Json to_json(const OptimiseFigures& figures);
+
+}  // namespace meshsmooth::bench
