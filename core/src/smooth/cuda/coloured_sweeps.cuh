@@ -78,8 +78,7 @@ class HeldBall {
   }
 
   template <class P>
-  __device__ HeldBall(const Team& team, const Surroundings& around, const P& x,
-                      std::size_t node)
+  __device__ HeldBall(const Team& team, const Surroundings& around, const P& x, std::size_t node)
       : team_(team), size_(static_cast<int>(around.balls.size(node))) {
 #pragma unroll
     for (int n = 0; n < kEach; ++n) {
@@ -170,6 +169,8 @@ __global__ void __launch_bounds__(kBlockSize, 2)
   SweepStats* const shared = reinterpret_cast<SweepStats*>(bytes);
   const auto grid = cooperative_groups::this_grid();
   const WarpTeam<kTeam> team;
+  // Known here, so that no code is made for facets.
+  const Acceptance accepted{acceptance.guard, acceptance.smart, false};
   const std::uint32_t own = (blockIdx.x * kBlockSize + threadIdx.x) / kTeam;
   const std::uint32_t teams = gridDim.x * kBlockSize / kTeam;
   // Which node comes next is fetched before the grid waits.
@@ -197,9 +198,9 @@ __global__ void __launch_bounds__(kBlockSize, 2)
         Vec3<Real> place;
         if constexpr (std::is_same_v<Mean, UniformMean>) {
           place = move_node(team, around, x, node, TeamMean<WarpTeam<kTeam>>{team}, factor,
-                            acceptance, held);
+                            accepted, held);
         } else {
-          place = move_node(team, around, x, node, mean, factor, acceptance, held);
+          place = move_node(team, around, x, node, mean, factor, accepted, held);
         }
         __syncwarp(team.mask);
         if (team.rank != 0) continue;
