@@ -60,7 +60,7 @@ MeshSize MeshLayout::size() const {
   MeshSize size{.node_count = node_count,
                 .element_counts = {},
                 .float64 = float64,
-                .regions = element_tags_bytes > 0};
+                .regions = tagged};
   for (const Block& block : blocks) {
     size.element_counts[static_cast<std::size_t>(block.type)] += block.element_count;
   }
@@ -109,7 +109,8 @@ MeshLayout decode_layout(const v1::TopologySpec& topology, v1::ScalarType coordi
   need_at_most(element_count, limits.max_element_count, "elements");
 
   layout.fixed_mask_bytes = topology.fixed_mask_present() ? layout.node_count : 0;
-  if (topology.element_tags_present()) {
+  layout.tagged = topology.element_tags_present();
+  if (layout.tagged) {
     layout.element_tags_bytes = saturating_multiply(element_count, sizeof(std::int32_t));
   }
   layout.coordinates_bytes =

@@ -26,6 +26,7 @@ struct MeshLayout {
   std::int64_t node_count = 0;
   std::vector<Block> blocks;
   bool float64 = true;
+  bool tagged = false;  // the elements have tags, which come or are here already
   std::int64_t elements_bytes = 0;
   std::int64_t fixed_mask_bytes = 0;    // 0: no mask follows
   std::int64_t element_tags_bytes = 0;  // 0: no tags follow

@@ -252,6 +252,12 @@ Clock::duration Job::stopping_for(Clock::time_point now) const {
   return stop_cause_ ? now - stop_requested_ : Clock::duration::zero();
 }
 
+bool Job::past_deadline(Clock::time_point now) const {
+  const std::lock_guard lock(mutex_);
+  return request_.deadline && now >= *request_.deadline && !request_.kept() &&
+         watchers_.size() <= 1;
+}
+
 bool Job::waited_too_long(Clock::time_point now) const {
   const std::lock_guard lock(mutex_);
   return now_.state == JobState::queued && request_.queue_timeout &&

@@ -187,6 +187,8 @@ class Job {
   /// The newest progress wins.
   void report(const Progress& progress);
 
+  /// Its call's time is over, and nobody else waits for it.
+  [[nodiscard]] bool past_deadline(Clock::time_point now) const;
   /// It is in the queue for longer than its caller wants.
   [[nodiscard]] bool waited_too_long(Clock::time_point now) const;
 

@@ -70,7 +70,7 @@ void Lane::run_job(Job& job) {
     job.end(cause);
     return;
   }
-  if (job.request().deadline && Clock::now() >= *job.request().deadline) {
+  if (job.past_deadline(Clock::now())) {
     job.end(std::make_exception_ptr(
         DeadlineExceeded("DEADLINE_IN_QUEUE", "the deadline passed before the job could run")));
     return;

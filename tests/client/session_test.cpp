@@ -17,6 +17,7 @@ Client connect(InProcessServer& server) { return ClientAccess::make(server.chann
 
 TEST(Session, SmoothsPositionsThroughTheRealServer) {
   InProcessServer server;
+  server.keeps_something();
   Client client = connect(server);
   Mesh mesh = test::tet_ball();
   mesh.fixed = {1, 0, 0, 0, 0, 0, 0};

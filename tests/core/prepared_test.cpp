@@ -52,7 +52,11 @@ std::vector<Mesh> meshes() {
   Mesh tetrahedra = test::lattice(ElementType::tetrahedron, 9);
   tetrahedra.fixed.assign(tetrahedra.node_count(), 0);
   tetrahedra.fixed[tetrahedra.node_count() / 2] = 1;
-  return {tetrahedra, test::mixed_stack(6), test::lattice(ElementType::triangle, 12),
+  Mesh regions = test::lattice(ElementType::tetrahedron, 5);
+  for (std::size_t e = 0; e < regions.element_count(); ++e) {
+    regions.regions.push_back(e < regions.element_count() / 2 ? 3 : 7);
+  }
+  return {tetrahedra, regions, test::mixed_stack(6), test::lattice(ElementType::triangle, 12),
           test::with_isolated_node(test::disconnected_pieces())};
 }
 

@@ -111,7 +111,7 @@ TEST_P(CancelMatrix, EndsTheJobAndGivesAllBack) {
       break;
     case Way::drain:
       server_.server().hurry();
-      drainer = std::thread([this] { server_.server().drain(); });
+      drainer = std::thread([this] { server_.drain(); });
       break;
   }
   if (way == Way::drain) {

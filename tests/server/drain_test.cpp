@@ -38,7 +38,7 @@ server::ServerConfig patient_config() {
 }
 
 std::future<void> drain(InProcessServer& server) {
-  return std::async(std::launch::async, [&server] { server.server().drain(); });
+  return std::async(std::launch::async, [&server] { server.drain(); });
 }
 
 TEST(Health, AnswersCheckForServerAndService) {
@@ -176,7 +176,7 @@ TEST(Drain, EndsThoughAClientNeverReads) {
   stuck.send(TwoTetrahedra::spec());
   stuck.read_accepted();
 
-  server.server().drain();
+  server.drain();
 
   EXPECT_FALSE(stuck.finish().ok());
 }

@@ -17,7 +17,9 @@ constexpr const char* kOtherId = "11234567-89ab-cdef-0123-456789abcdef";
 
 class SharedJobs : public ::testing::Test {
  protected:
-  explicit SharedJobs(server::ServerConfig config = quiet_config()) : server_(std::move(config)) {}
+  explicit SharedJobs(server::ServerConfig config = quiet_config()) : server_(std::move(config)) {
+    server_.keeps_something();
+  }
 
   static v1::JobSpec spec(const std::string& id = kId) {
     v1::JobSpec spec = TwoTetrahedra::spec();
@@ -195,6 +197,24 @@ TEST_F(SharedJobs, OutliveTheirCallWhenAsked) {
   EXPECT_TRUE(attach.finish().ok()) << attach.finish().error_message();
   EXPECT_EQ(attach.result(), mesh_.moved());
   EXPECT_TRUE(attach.summary());
+}
+
+TEST_F(SharedJobs, OutliveTheDeadlineOfTheirCall) {
+  server_.fake().hold();
+  SmoothCall first(stub_);
+  run(first, spec(kOtherId));
+  SmoothCall second(stub_, std::chrono::system_clock::now() + 200ms);
+  second.send_all(mesh_, kept_spec());
+  const std::string name = second.read_accepted();
+  wait_for_state(stub_, name, v1::STATE_QUEUED);
+  EXPECT_EQ(second.finish().error_code(), StatusCode::DEADLINE_EXCEEDED);
+
+  server_.fake().release();
+
+  wait_for_state(stub_, name, v1::STATE_SUCCEEDED);
+  AttachCall attach(stub_, name);
+  EXPECT_TRUE(attach.finish().ok());
+  EXPECT_TRUE(first.finish().ok());
 }
 
 TEST_F(SharedJobs, GiveTheirResultAsOftenAsAsked) {

@@ -1,11 +1,17 @@
 #pragma once
 
 #include <grpcpp/channel.h>
+#include <grpcpp/client_context.h>
+#include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <memory>
+#include <thread>
 #include <utility>
 
 #include "meshsmooth/server.hpp"
+#include "meshsmooth/v1/smoothing.grpc.pb.h"
 #include "support/fake_smoother.hpp"
 
 namespace meshsmooth::testing {
@@ -29,13 +35,57 @@ class InProcessServer {
                 [fake = fake_] { return std::make_unique<FakeSmoother>(fake); }) {
     server_.start();
   }
-  ~InProcessServer() { fake_->release(); }
+  /// Whatever a test did: once its calls are over, no job lives, no lane is busy and
+  /// every promise of memory has come back.
+  ~InProcessServer() {
+    fake_->release();
+    expect_conserved();
+  }
+
+  /// Waits for all jobs and calls by itself; afterwards the server answers nobody.
+  void drain() {
+    drained_ = true;
+    server_.drain();
+  }
+
+  /// For tests that leave results or topologies behind on purpose.
+  void keeps_something() { keeps_something_ = true; }
 
   [[nodiscard]] server::Server& server() { return server_; }
   [[nodiscard]] FakeControl& fake() { return *fake_; }
   [[nodiscard]] std::shared_ptr<grpc::Channel> channel() { return server_.in_process_channel(); }
 
  private:
+  void expect_conserved() {
+    if (drained_) return;
+    v1::SmoothingService::Stub stub(server_.in_process_channel());
+    const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    for (;;) {
+      grpc::ClientContext info_context, jobs_context;
+      v1::GetServerInfoResponse info;
+      EXPECT_TRUE(stub.GetServerInfo(&info_context, {}, &info).ok());
+      v1::ListJobsRequest request;
+      for (const v1::State state :
+           {v1::STATE_RECEIVING, v1::STATE_QUEUED, v1::STATE_RUNNING, v1::STATE_SENDING}) {
+        request.add_states(state);
+      }
+      v1::ListJobsResponse jobs;
+      EXPECT_TRUE(stub.ListJobs(&jobs_context, request, &jobs).ok());
+      if (info.backends_size() == 0) return;
+      const v1::Backend& backend = info.backends(0);
+      const std::int64_t reserved = keeps_something_ ? 0 : backend.reserved_bytes();
+      if (jobs.jobs_size() == 0 && backend.busy_lane_count() == 0 && reserved == 0) return;
+      if (std::chrono::steady_clock::now() > limit) {
+        ADD_FAILURE() << jobs.jobs_size() << " jobs live, " << backend.busy_lane_count()
+                      << " lanes are busy, " << reserved << " bytes are reserved";
+        return;
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  }
+
+  bool keeps_something_ = false;
+  std::atomic<bool> drained_ = false;
   const std::shared_ptr<FakeControl> fake_ = std::make_shared<FakeControl>();
   server::Server server_;
 };

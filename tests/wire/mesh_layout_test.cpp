@@ -149,5 +149,24 @@ TEST(MeshLayout, ReadsWhatASenderAnnounces) {
   EXPECT_EQ(layout.element_tags_bytes, 8);
 }
 
+// A job that names its topology needs the memory of one that sends it.
+TEST(MeshLayout, OfCoordinatesAloneIsOfTheSameSize) {
+  v1::TopologySpec spec;
+  spec.set_node_count(5);
+  spec.add_element_blocks()->set_element_type(v1::ELEMENT_TYPE_TETRAHEDRON);
+  spec.mutable_element_blocks(0)->set_element_count(2);
+  spec.set_fixed_mask_present(true);
+  spec.set_element_tags_present(true);
+  const MeshLayout whole = decode_layout(spec, v1::SCALAR_TYPE_FLOAT64, {});
+
+  const MeshLayout alone = whole.coordinates_only(false);
+
+  EXPECT_EQ(alone.total_bytes(), 5 * 12);
+  EXPECT_EQ(alone.size().node_count, whole.size().node_count);
+  EXPECT_EQ(alone.size().element_counts, whole.size().element_counts);
+  EXPECT_TRUE(alone.size().regions);
+  EXPECT_FALSE(alone.size().float64);
+}
+
 }  // namespace
 }  // namespace meshsmooth::wire

@@ -62,14 +62,13 @@ inline void refuse_tangled(const QualityStats& quality, TangledPolicy policy, bo
   }
 }
 
-/// constraints -> iterate, of a job that is prepared.
+/// constraints -> iterate, of a job that is prepared. Adds to `times`, which has what
+/// preparing took: some backends know it at the end only.
 template <Executor E, class Real, class Judge>
 SmoothSummary run_prepared(E& executor, const TopologyView& topology, JobMesh<E, Real> job,
                            std::span<Vec3<Real>> positions, const SmoothOptions& options,
-                           const JobControl& control, Judge&& judge, const StageTimes& prepared) {
+                           const JobControl& control, Judge&& judge, StageTimes& times) {
   SmoothSummary summary;
-  summary.times = prepared;
-  StageTimes& times = summary.times;
   const Constraints<E> constraints = constrain(executor, topology, options, control, job, times);
   summary.nodes = job.nodes;
 
@@ -112,6 +111,7 @@ SmoothSummary run_prepared(E& executor, const TopologyView& topology, JobMesh<E,
     summary.nodes.moved = judge.write_back(job, positions);
   }
   executor.collect_times();
+  summary.times = times;
   return summary;
 }
 

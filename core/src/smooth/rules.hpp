@@ -266,8 +266,10 @@ MESHSMOOTH_HD Vec3<typename P::Real> accept_move(const Team& team, const Surroun
   };
   Real share = 1;
   for (int trial = 0; trial < 4; ++trial) {
-    const Vec3<Real> place =
-        trial == 0 ? candidate : part_of_way(around, leash, node, before, candidate, share);
+    const Vec3<Real> place = trial == 0 ? candidate
+                             : acceptance.facets
+                                 ? part_of_way(around, leash, node, before, candidate, share)
+                                 : before + share * (candidate - before);
     if (allowed(place)) return place;
     held = true;
     share /= 2;

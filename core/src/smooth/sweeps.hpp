@@ -181,8 +181,9 @@ MESHSMOOTH_HD Vec3<typename P::Real> move_node(const Team& team, const Surroundi
                                                const P& x, std::size_t node, const Mean& mean,
                                                typename P::Real factor, Acceptance acceptance,
                                                bool& held, Leash<typename P::Real> leash = {}) {
-  const Vec3<typename P::Real> place =
-      hold(around, leash, node, step_towards(mean, around, x, node, factor));
+  Vec3<typename P::Real> place = step_towards(mean, around, x, node, factor);
+  // A device does not hold code for nodes that slide where it knows that none does.
+  if (acceptance.facets || leash.home != nullptr) place = hold(around, leash, node, place);
   return acceptance.active() ? accept_move(team, around, x, node, place, acceptance, held, leash)
                              : place;
 }

@@ -33,7 +33,7 @@ __device__ inline std::uint32_t colour_at(const std::uint32_t* first, int colour
   return low;
 }
 
-__global__ void __launch_bounds__(kBlockSize)
+static __global__ void __launch_bounds__(kBlockSize)
     record_balls_kernel(const NodeId* nodes, Rows<ElementId> balls, const std::uint32_t* first,
                         int colour_count, BallRecord* records) {
   using Sort = cub::BlockRadixSort<std::uint32_t, kBlockSize, kRecordsEach, NodeId>;

@@ -1,29 +1,41 @@
 #pragma once
 
+#include "smooth/cuda/ball_records.cuh"
+#include "smooth/cuda/padded_positions.cuh"
 #include "smooth/cuda/sweep_batch.cuh"
 #include "smooth/cuda/warp_team.cuh"
 
 namespace meshsmooth::detail {
 
-/// `UniformMean` by a warp: each thread fetches a neighbour, the sum runs in the
+/// `UniformMean` by a team: each thread fetches two neighbours, the sum runs in the
 /// row's order.
-struct WarpMean {
-  WarpTeam<kWarp> team;
+template <class Team>
+struct TeamMean {
+  Team team;
 
   template <class P>
   __device__ Vec3<typename P::Real> operator()(const Surroundings& around, const P& x,
                                                std::size_t node) const {
     using Real = typename P::Real;
     const auto size = static_cast<int>(around.rings.size(node));
-    if (size == 0 || size > kWarp) return UniformMean{}(around, x, node);
-    const int at = std::min(team.rank, size - 1);
-    const Vec3<Real> own = x[static_cast<std::size_t>(around.rings.begin(node)[at])];
+    if (size == 0 || size > 2 * Team::size) return UniformMean{}(around, x, node);
+    const NodeId* const ring = around.rings.begin(node);
+    const auto fetch = [&](int k) {
+      return x[static_cast<std::size_t>(ring[k < size ? k : size - 1])];
+    };
+    const Vec3<Real> first = fetch(team.rank);
+    const Vec3<Real> second = fetch(team.rank + Team::size);
     Vec3<Real> sum{0, 0, 0};
+    const auto add = [&](const Vec3<Real>& from, int count) {
 #pragma unroll 8
-    for (int k = 0; k < size; ++k) {
-      sum += Vec3<Real>{__shfl_sync(team.mask, own.x, k), __shfl_sync(team.mask, own.y, k),
-                        __shfl_sync(team.mask, own.z, k)};
-    }
+      for (int k = 0; k < count; ++k) {
+        sum += Vec3<Real>{__shfl_sync(team.mask, from.x, k, Team::size),
+                          __shfl_sync(team.mask, from.y, k, Team::size),
+                          __shfl_sync(team.mask, from.z, k, Team::size)};
+      }
+    };
+    add(first, size < Team::size ? size : Team::size);
+    add(second, size - Team::size);
     const auto count = static_cast<Real>(size);
     return {sum.x / count, sum.y / count, sum.z / count};
   }
@@ -53,25 +65,24 @@ struct HeldTetrahedron {
   }
 };
 
-/// The ball of a node, for a warp whose threads hold one or two tetrahedra each, so that
+/// The ball of a node, for a team whose threads hold some tetrahedra each, so that
 /// memory is read once for all trials.
-template <class Real>
+template <class Team, class Real>
 class HeldBall {
  public:
   /// Whether the node's ball is one that can be held.
   static __device__ bool fits(const Surroundings& around, std::size_t node) {
     const ElementShape& shape = *around.elements.runs[0].shape;
-    return around.balls.size(node) <= kEach * kWarp && around.elements.run_count == 1 &&
+    return around.balls.size(node) <= kEach * Team::size && around.elements.run_count == 1 &&
            shape.dimension == 3 && shape.node_count == 4;
   }
 
   template <class P>
-  __device__ HeldBall(const WarpTeam<kWarp>& team, const Surroundings& around, const P& x,
-                      std::size_t node)
+  __device__ HeldBall(const Team& team, const Surroundings& around, const P& x, std::size_t node)
       : team_(team), size_(static_cast<int>(around.balls.size(node))) {
 #pragma unroll
     for (int n = 0; n < kEach; ++n) {
-      const int at = team.rank + n * kWarp;
+      const int at = team.rank + n * Team::size;
       if (at < size_) {
         elements_[n].load(around.elements, x, around.balls.begin(node)[at], node);
       }
@@ -88,7 +99,7 @@ class HeldBall {
 #pragma unroll
     for (int n = 0; n < kEach; ++n) {
       score_before[n] = 0;
-      if (team_.rank + n * kWarp >= size_) continue;
+      if (team_.rank + n * Team::size >= size_) continue;
       score_before[n] = elements_[n].score(before);
       if (score_before[n] < worst) worst = score_before[n];
     }
@@ -106,7 +117,7 @@ class HeldBall {
       }
 #pragma unroll
       for (int n = 0; n < kEach; ++n) {
-        if (team_.rank + n * kWarp >= size_) continue;
+        if (team_.rank + n * Team::size >= size_) continue;
 #pragma unroll
         for (int k = 0; k < kAtOnce; ++k) {
           const double score = elements_[n].score(places[k]);
@@ -124,60 +135,80 @@ class HeldBall {
   }
 
  private:
-  static constexpr int kEach = 2;
-  const WarpTeam<kWarp>& team_;
+  static constexpr int kEach = 64 / Team::size;
+  const Team& team_;
   int size_;
   HeldTetrahedron<Real> elements_[kEach];
 };
 
-/// `move_node` by a warp: what it has to fetch is on its way at the same time.
-template <class P>
-__device__ Vec3<typename P::Real> move_node(const WarpTeam<kWarp>& team, const Surroundings& around,
-                                            const P& x, std::size_t node, const WarpMean& mean,
-                                            typename P::Real factor, Acceptance acceptance,
-                                            bool& held) {
-  if (!acceptance.active() || !HeldBall<typename P::Real>::fits(around, node)) {
-    return move_node<WarpTeam<kWarp>, WarpMean, P>(team, around, x, node, mean, factor, acceptance,
-                                                   held);
+/// `move_node` by a team: what it has to fetch is on its way at the same time.
+template <class Team, class P>
+__device__ Vec3<typename P::Real> move_node(const Team& team, const Surroundings& around,
+                                            const P& x, std::size_t node,
+                                            const TeamMean<Team>& mean, typename P::Real factor,
+                                            Acceptance acceptance, bool& held) {
+  using Ball = HeldBall<Team, typename P::Real>;
+  const Vec3<typename P::Real> before = x[node];
+  if (!acceptance.active() || !Ball::fits(around, node)) {
+    const Vec3<typename P::Real> place = step_towards(mean, around, x, node, factor);
+    return acceptance.active() ? accept_move(team, around, x, node, place, acceptance, held)
+                               : place;
   }
-  const HeldBall<typename P::Real> ball(team, around, x, node);
+  const Ball ball(team, around, x, node);
   const Vec3<typename P::Real> candidate = step_towards(mean, around, x, node, factor);
-  return ball.accept_move(x[node], candidate, acceptance, held);
+  return ball.accept_move(before, candidate, acceptance, held);
 }
 
-/// `first[c]` is where colour c begins in `nodes`. A team of kTeam threads moves a
-/// node.
+/// A team of kTeam threads moves a node.
 template <int kTeam, class Mean, class Real>
 __global__ void __launch_bounds__(kBlockSize, 2)
     gauss_seidel_kernel(Surroundings around, Mean mean, Real factor, Acceptance acceptance,
-                        const NodeId* nodes, const std::uint32_t* first, int colour_count,
-                        Vec3<Real>* positions, SweepBatch batch) {
+                        const BallRecord* records, const std::uint32_t* first, int colour_count,
+                        PaddedPositions<Real> x, SweepBatch batch) {
   __shared__ alignas(SweepStats) unsigned char bytes[kWarpsPerBlock * sizeof(SweepStats)];
   SweepStats* const shared = reinterpret_cast<SweepStats*>(bytes);
   const auto grid = cooperative_groups::this_grid();
   const WarpTeam<kTeam> team;
-  const QuietPositions<Real> x{positions};
+  // Known here, so that no code is made for facets.
+  const Acceptance accepted{acceptance.guard, acceptance.smart, false};
   const std::uint32_t own = (blockIdx.x * kBlockSize + threadIdx.x) / kTeam;
   const std::uint32_t teams = gridDim.x * kBlockSize / kTeam;
+  // Which node comes next is fetched before the grid waits.
+  const std::uint32_t last_record = first[colour_count] - 1;
+  const auto node_at = [&](std::uint32_t n) {
+    return static_cast<std::size_t>(records[n < last_record ? n : last_record].node);
+  };
+  std::uint32_t n = own;
+  std::uint32_t end = first[1];
+  std::size_t ahead = node_at(n);
   int sweep = 0;
   for (bool last = false; !last; ++sweep) {
     SweepStats seen;
     for (int c = 0; c < colour_count; ++c) {
-      for (std::uint32_t n = first[c] + own; n < first[c + 1]; n += teams) {
-        const auto node = static_cast<std::size_t>(nodes[n]);
+      const int next_colour = c + 1 < colour_count ? c + 1 : 0;
+      const std::uint32_t next_begin = first[next_colour];
+      const std::uint32_t next_end = first[next_colour + 1];
+      if (n >= end) ahead = node_at(next_begin + own);
+      while (n < end) {
+        const std::size_t node = ahead;
+        n += teams;
+        ahead = node_at(n < end ? n : next_begin + own);
         bool held = false;
         const Vec3<Real> before = x[node];
         Vec3<Real> place;
-        if constexpr (kTeam == kWarp && std::is_same_v<Mean, UniformMean>) {
-          place = move_node(team, around, x, node, WarpMean{team}, factor, acceptance, held);
+        if constexpr (std::is_same_v<Mean, UniformMean>) {
+          place = move_node(team, around, x, node, TeamMean<WarpTeam<kTeam>>{team}, factor,
+                            accepted, held);
         } else {
-          place = move_node(team, around, x, node, mean, factor, acceptance, held);
+          place = move_node(team, around, x, node, mean, factor, accepted, held);
         }
         __syncwarp(team.mask);
         if (team.rank != 0) continue;
-        positions[node] = place;
+        x.store(node, place);
         seen = seen + stats_of_move(before, place, held);
       }
+      n = next_begin + own;
+      end = next_end;
       if (c + 1 < colour_count) grid.sync();
     }
     last = end_sweep(grid, batch, sweep, seen, shared);
@@ -189,22 +220,22 @@ template <int kTeam, class Real, class Mean>
 void run_coloured_sweeps(CudaExecutor& executor, Sweeper<CudaExecutor, Real>& sweeper,
                          const Mean& mean, Real factor, ConvergenceWatch& watch) {
   const Surroundings& around = sweeper.around();
-  const Colouring<CudaExecutor>& colouring = sweeper.colouring();
-  const std::vector<std::uint32_t> first(colouring.first.begin(), colouring.first.end());
-  auto first_on_device = executor.allocate<std::uint32_t>(first.size());
-  executor.upload(first.data(), first.size(), first_on_device.data());
+  const BallRecords balls = record_balls(executor, around, sweeper.colouring());
+  auto padded = executor.allocate<FourOf<Real>>(PaddedPositions<Real>::size(around.node_count));
+  const PaddedPositions<Real> x{padded.data()};
+  pad_positions(executor, around.node_count, sweeper.current(), x);
   constexpr auto kKernel = &gauss_seidel_kernel<kTeam, Mean, Real>;
-  const unsigned int blocks = executor.cooperative_blocks<kKernel>(
-      block_count(around.node_count / std::max<std::size_t>(colouring.count(), 1) * kTeam));
+  const unsigned int blocks =
+      executor.cooperative_blocks<kKernel>(block_count(balls.largest * kTeam));
   run_batches(
       executor, around.node_count, blocks, watch,
       [&](const SweepBatch& batch) {
-        executor.launch_cooperative<kKernel>(
-            blocks, kBlockSize, 0, around, mean, factor, sweeper.acceptance(),
-            colouring.nodes.data(), first_on_device.data(), static_cast<int>(colouring.count()),
-            sweeper.current(), batch);
+        executor.launch_cooperative<kKernel>(blocks, kBlockSize, 0, around, mean, factor,
+                                             sweeper.acceptance(), balls.records.data(),
+                                             balls.first.data(), balls.colour_count, x, batch);
       },
       [](int) {});
+  unpad_positions(executor, around.node_count, x, sweeper.current());
 }
 
 }  // namespace meshsmooth::detail

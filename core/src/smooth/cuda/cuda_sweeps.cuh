@@ -16,10 +16,14 @@ void run_sweeps(CudaExecutor& executor, Sweeper<CudaExecutor, Real>& sweeper, co
   // These kernels know neither leash nor slides.
   if (sweeper.leashed()) return run_sweeps_one_by_one(sweeper, mean, factor, watch);
   if (sweeper.form() == Form::gauss_seidel) {
+    if (around.surface()) return run_coloured_sweeps<8>(executor, sweeper, mean, f, watch);
+    if constexpr (std::is_same_v<Mean, UniformMean>) {
+      if (!sweeper.acceptance().active()) {
+        return run_coloured_sweeps<16>(executor, sweeper, mean, f, watch);
+      }
+    }
     // A thread per element of an ordinary ball.
-    return dot(around.reference, around.reference) > 0 || around.references != nullptr
-               ? run_coloured_sweeps<8>(executor, sweeper, mean, f, watch)
-               : run_coloured_sweeps<32>(executor, sweeper, mean, f, watch);
+    return run_coloured_sweeps<32>(executor, sweeper, mean, f, watch);
   }
   if (sweeper.form() == Form::jacobi && !sweeper.acceptance().active()) {
     if constexpr (std::is_same_v<Mean, UniformMean>) {

@@ -44,7 +44,7 @@ namespace meshsmooth::detail {
       iterating += n * 4 + n / 4 + SlicedRings::kMostPadding * mesh.edges * 2 * 4;
     }
   }
-  if (std::holds_alternative<Optimize>(options.method)) {
+  if (resolve_form(options) == Form::gauss_seidel) {
     // Padded positions, and what visits know of their balls.
     iterating += n * ((size.float64 ? 32 : 16) + static_cast<std::int64_t>(sizeof(BallRecord)));
   }
