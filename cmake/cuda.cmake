@@ -19,7 +19,7 @@ if(MESHSMOOTH_CUDA)
   endif()
   # Machine code for the data-centre cards in use, portable code for the others.
   if(NOT DEFINED CMAKE_CUDA_ARCHITECTURES AND NOT DEFINED ENV{CUDAARCHS})
-    set(CMAKE_CUDA_ARCHITECTURES 75-virtual 80-real 90)
+    set(CMAKE_CUDA_ARCHITECTURES 75-virtual 80-real 90-real)
   endif()
   set(CMAKE_CUDA_RUNTIME_LIBRARY Static)
   include(CheckLanguage)
