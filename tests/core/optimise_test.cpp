@@ -147,6 +147,22 @@ TEST(Optimise, MendsMeshesThrownAboutToTheSameOptimum) {
   }
 }
 
+TEST(Optimise, KeepsToTheSweepsItMayDoWhereverThePhasesEnd) {
+  const Mesh tangled =
+      test::thrown_about(test::noisy(test::lattice(ElementType::tetrahedron, 7), 0.1, 9), 0.3, 10);
+  SmoothOptions options = optimise(Goal::worst);
+  const int all = test::smooth(tangled, options).summary.convergence.iteration_count;
+  ASSERT_GT(all, 10);
+  for (int most = 1; most < all; ++most) {
+    options.max_iterations = most;
+
+    const SmoothSummary summary = test::smooth(tangled, options).summary;
+
+    EXPECT_EQ(summary.convergence.iteration_count, most);
+    EXPECT_EQ(summary.stop_reason, StopReason::iteration_limit);
+  }
+}
+
 TEST(Optimise, RefusesATangledMeshWhenAskedTo) {
   const Mesh tangled = test::thrown_about(test::lattice(ElementType::tetrahedron, 4), 0.1, 11);
   SmoothOptions options = optimise();

@@ -149,7 +149,8 @@ void with_mean(Weighting weighting, const Body& body) {
 ///        movement limit
 template <Executor E, class Real>
 void iterate(E& executor, const Surroundings& around, const Colouring<E>& colouring,
-             const SmoothOptions& options, ConvergenceWatch& watch, Vec3<Real>* positions) {
+             const SmoothOptions& options, ConvergenceWatch& watch,
+             const CallersPlaces<Real>& given, Vec3<Real>* positions) {
   if (watch.done_at_once()) return;
   const auto allocate = [&] { return executor.template allocate<Vec3<Real>>(around.node_count); };
   typename E::template Buffer<Vec3<Real>> home;
@@ -160,7 +161,7 @@ void iterate(E& executor, const Surroundings& around, const Colouring<E>& colour
     leash = {home.data(), watch.in_mesh_unit(*options.movement_limit)};
   }
   if (const auto* method = std::get_if<Optimize>(&options.method)) {
-    return optimise(executor, around, colouring, *method, leash, watch, positions);
+    return optimise(executor, around, colouring, *method, leash, watch, given, positions);
   }
   Sweeper<E, Real> sweeper(executor, around, colouring, resolve_form(options),
                            acceptance_of(options), leash, positions);

@@ -76,18 +76,6 @@ FixedCounts fix_nodes(E& executor, std::size_t node_count, const Rows<ElementId>
       [] MESHSMOOTH_HD(const FixedCounts& a, const FixedCounts& b) { return a + b; });
 }
 
-/// Positions in internal order.
-template <Executor E, class Real>
-typename E::template Buffer<Vec3<Real>> places_of(E& executor, const Vec3<Real>* positions,
-                                                  const NodeId* caller_of, std::size_t node_count) {
-  auto result = executor.template allocate<Vec3<Real>>(node_count);
-  Vec3<Real>* const places = result.data();
-  executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) {
-    places[node] = positions[caller_of[node]];
-  });
-  return result;
-}
-
 /// `fix_nodes` of a job whose `fixed` has the boundary's marks.
 template <Executor E, class Real>
 void hold_nodes(E& executor, const TopologyView& topology, const SmoothOptions& options,

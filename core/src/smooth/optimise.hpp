@@ -335,6 +335,13 @@ inline constexpr double kPoorMeanRatio = 0.5;
 /// worst corner of each ball instead ends where no node can help alone, and lower.
 inline constexpr int kPolishPowers[] = {8, 16, 32};
 
+/// Where the caller has the nodes, in executor memory.
+template <class Real>
+struct CallersPlaces {
+  const Vec3<Real>* positions;  // in the caller's order
+  const NodeId* caller_of;      // of a node of ours
+};
+
 /// The method Optimize: untangles where a ball is not valid, then goes down the goal's
 /// energy, then polishes poor balls by high powers for Goal::worst.
 ///
@@ -347,7 +354,7 @@ inline constexpr int kPolishPowers[] = {8, 16, 32};
 template <Executor E, class Real>
 void optimise(E& executor, const Surroundings& surroundings, const Colouring<E>& colouring,
               const Optimize& method, Leash<Real> leash, ConvergenceWatch& watch,
-              Vec3<Real>* positions) {
+              const CallersPlaces<Real>& given, Vec3<Real>* positions) {
   const SmoothOptions& options = watch.options();
   Surroundings around = surroundings;
   typename E::template Buffer<NodeId> opposite;
@@ -366,6 +373,7 @@ void optimise(E& executor, const Surroundings& surroundings, const Colouring<E>&
   OptimiseStats last;
   // True when the job goes on.
   const auto run = [&](const OptimisePhase& phase, const PhaseEnd& end) {
+    if (watch.sweeps_left() == 0) return !watch.end(StopReason::iteration_limit);
     PhaseWatch phase_watch(watch, phase, end, method.target_quality);
     sweeper.wake_all();
     run_phase(executor, sweeper, phase, phase_watch);
@@ -374,13 +382,12 @@ void optimise(E& executor, const Surroundings& surroundings, const Colouring<E>&
   };
 
   if (tangled) {
-    auto given = executor.template allocate<Vec3<Real>>(around.node_count);
-    copy_positions(executor, around.node_count, positions, given.data());
     const bool goes_on = run({.power = 1, .guard = false}, {.when_untangled = true});
     tangled = last.tangled > 0;
     if (tangled && options.guard) {
-      limit_moves(executor, around, {.guard = true, .facets = around.slides.any()}, given.data(),
-                  positions, leash);
+      const auto before = places_of(executor, given.positions, given.caller_of, around.node_count);
+      limit_moves(executor, around, {.guard = true, .facets = around.slides.any()}, before.data(),
+                  positions);
     }
     if (!goes_on) return;
   }

@@ -92,7 +92,8 @@ SmoothSummary run_prepared(E& executor, const TopologyView& topology, JobMesh<E,
     }
     if (!needs_balls(options)) job.balls = {};
     ConvergenceWatch watch(options, control, job.box.diagonal(), job.free_count);
-    iterate(executor, around, colouring, options, watch, job.places.data());
+    iterate(executor, around, colouring, options, watch,
+            CallersPlaces<Real>{job.given.data(), job.caller_of.data()}, job.places.data());
     summary.stop_reason = watch.reason();
     summary.convergence = watch.take();
   }

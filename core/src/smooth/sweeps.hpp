@@ -48,6 +48,18 @@ void copy_positions(E& executor, std::size_t node_count, const Vec3<Real>* from,
   executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) { to[node] = from[node]; });
 }
 
+/// Positions in internal order.
+template <Executor E, class Real>
+typename E::template Buffer<Vec3<Real>> places_of(E& executor, const Vec3<Real>* positions,
+                                                  const NodeId* caller_of, std::size_t node_count) {
+  auto result = executor.template allocate<Vec3<Real>>(node_count);
+  Vec3<Real>* const places = result.data();
+  executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) {
+    places[node] = positions[caller_of[node]];
+  });
+  return result;
+}
+
 /// Cuts back the moves of a sweep in which nodes did not see each other: while
 /// an element or facet breaks the acceptance, the moves of its nodes (guard, facets) or of
 /// the node whose ball it worsens (smart) are halved, the fourth time taken back.

@@ -44,9 +44,15 @@ namespace meshsmooth::detail {
       iterating += n * 4 + n / 4 + SlicedRings::kMostPadding * mesh.edges * 2 * 4;
     }
   }
-  if (resolve_form(options) == Form::gauss_seidel) {
+  const bool optimises = std::holds_alternative<Optimize>(options.method);
+  if (optimises || (resolve_form(options) == Form::gauss_seidel &&
+                    !std::holds_alternative<Taubin>(options.method))) {
     // Padded positions, and what visits know of their balls.
-    iterating += n * ((size.float64 ? 32 : 16) + static_cast<std::int64_t>(sizeof(BallRecord)));
+    const std::int64_t visiting =
+        n * ((size.float64 ? 32 : 16) + static_cast<std::int64_t>(sizeof(BallRecord)));
+    // They are gone where moves that broke valid elements are taken back.
+    const bool repairs = optimises && options.tangled == TangledPolicy::repair;
+    iterating += visiting - (repairs ? std::min(visiting, n * (position + 3)) : 0);
   }
   if (mesh.dimension == 2) {
     iterating += mesh.elements * static_cast<std::int64_t>(sizeof(PackedDirection));
