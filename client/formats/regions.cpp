@@ -38,8 +38,8 @@ void check_values(const MeshFile& file, const Column& column) {
   if (odd == column.values.end()) return;
   const std::string element = std::to_string(file.file_element_id(odd - column.values.begin()));
   throw InvalidOption("ARRAY_NOT_WHOLE",
-                      "the cell array \"" + column.name + "\" tells no regions: element " + element +
-                          " has " + std::to_string(*odd) + ", which is no whole number",
+                      "the cell array \"" + column.name + "\" tells no regions: element " +
+                          element + " has " + std::to_string(*odd) + ", which is no whole number",
                       {{"name", column.name}, {"element", element}});
 }
 
@@ -52,7 +52,8 @@ Regions number_regions(const MeshFile& file, const Column& column) {
   Regions regions{column.name, numbers.size(), {}};
   if (numbers.size() < 2) return regions;
   regions.of_element.reserve(column.values.size());
-  for (const double value : column.values) regions.of_element.push_back(numbers.find(value)->second);
+  for (const double value : column.values)
+    regions.of_element.push_back(numbers.find(value)->second);
   return regions;
 }
 
@@ -61,9 +62,8 @@ Regions number_regions(const MeshFile& file, const Column& column) {
 Regions find_regions(const MeshFile& file) {
   if (!file.content()) return {};
   const std::string attribute = std::string(kAttributeArray) + "0";
-  for (const std::string& array :
-       {std::string(kPhysicalArray), std::string(kReferenceArray), attribute,
-        std::string(kEntityArray)}) {
+  for (const std::string& array : {std::string(kPhysicalArray), std::string(kReferenceArray),
+                                   attribute, std::string(kEntityArray)}) {
     const auto column = element_column(*file.content(), array);
     if (!column) continue;
     const auto tells = [](double value) { return value != 0; };

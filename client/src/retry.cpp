@@ -15,11 +15,14 @@ void Retry::wait(const ServiceError& error) {
   const bool gone = broken_ && !delay && error.code() == StatusCode::unavailable;
   if (gone) delay = 0ms;
   if (delay && error.reason().empty() && !gone) broken_ = error;
+  if (!error.reason().empty()) told_ = error;
   const auto backoff = attempt_ == 1 ? 0ms : 50ms * (1 << std::min(attempt_, 8));
   const auto until =
       Clock::now() + std::max<std::chrono::nanoseconds>(delay.value_or(0ns), backoff);
   if (!delay || attempt_ >= request_.max_attempts || until >= deadline_) {
-    throw gone ? *broken_ : error;  // what happened to the job says more
+    // What happened to the job says more than that nobody answers now.
+    if (error.reason().empty() && told_) throw *told_;
+    throw gone ? *broken_ : error;
   }
   std::mutex mutex;
   std::condition_variable_any stopped;

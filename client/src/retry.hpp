@@ -30,6 +30,7 @@ class Retry {
   const Clock::time_point deadline_;
   int attempt_ = 0;
   std::optional<ServiceError> broken_;  // what cut off an attempt that had been under way
+  std::optional<ServiceError> told_;    // the last one with a reason of the server's own
 };
 
 }  // namespace meshsmooth::client

@@ -57,10 +57,8 @@ MeshLayout MeshLayout::coordinates_only(bool as_float64) const {
 }
 
 MeshSize MeshLayout::size() const {
-  MeshSize size{.node_count = node_count,
-                .element_counts = {},
-                .float64 = float64,
-                .regions = tagged};
+  MeshSize size{
+      .node_count = node_count, .element_counts = {}, .float64 = float64, .regions = tagged};
   for (const Block& block : blocks) {
     size.element_counts[static_cast<std::size_t>(block.type)] += block.element_count;
   }

@@ -202,7 +202,7 @@ void Metrics::job_ended(const Job& job) {
     impl_->iterations.Increment(now.summary->convergence.iteration_count);
     impl_->nodes.Increment(static_cast<double>(now.summary->nodes.total));
   }
-  if (now.state == JobState::succeeded) {
+  if (now.state == JobState::succeeded && now.summary) {
     const StageTimes& times = now.summary->times;
     impl_->observe_stage("receive", now.times.receive_seconds());
     impl_->observe_stage("upload", times.upload_seconds);

@@ -84,7 +84,8 @@ TEST_F(DeviceMemory, OfRegionsUnderAFixedBoundaryIsBoundedByTheEstimate) {
 
       EXPECT_GT(summary.nodes.between_regions, 0);
       EXPECT_GE(estimate, summary.device_peak_bytes);
-      EXPECT_LE(static_cast<double>(estimate), 1.25 * static_cast<double>(summary.device_peak_bytes));
+      EXPECT_LE(static_cast<double>(estimate),
+                1.25 * static_cast<double>(summary.device_peak_bytes));
     }
   }
 }

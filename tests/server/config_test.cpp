@@ -100,8 +100,10 @@ TEST(Config, TakesEverySettingFromFlagEnvironmentAndFile) {
     std::string name = "MESHSMOOTH_" + key;
     for (char& c : name) c = c == '-' ? '_' : static_cast<char>(std::toupper(c));
 
-    EXPECT_EQ(describe(read({("--" + key + "=" + text).c_str()})), describe(ServerConfig{}))
-        << (text.empty() ? "" : key);
+    if (!text.empty()) {  // a flag has no way to say nothing
+      EXPECT_EQ(describe(read({("--" + key + "=" + text).c_str()})), describe(ServerConfig{}))
+          << key;
+    }
     EXPECT_EQ(describe(read({"--config", file_with(line).c_str()})), describe(ServerConfig{}));
     const Environment wrong(name.c_str(), "\x01");
     EXPECT_THAT(error_of({}), AllOf(HasSubstr(key + ": "), HasSubstr(name)));

@@ -63,7 +63,10 @@ class InProcessServer {
     for (;;) {
       grpc::ClientContext info_context, jobs_context;
       v1::GetServerInfoResponse info;
-      EXPECT_TRUE(stub.GetServerInfo(&info_context, {}, &info).ok());
+      const grpc::Status status = stub.GetServerInfo(&info_context, {}, &info);
+      // Where callers need a token, tests look for themselves.
+      if (status.error_code() == grpc::StatusCode::UNAUTHENTICATED) return;
+      EXPECT_TRUE(status.ok());
       v1::ListJobsRequest request;
       for (const v1::State state :
            {v1::STATE_RECEIVING, v1::STATE_QUEUED, v1::STATE_RUNNING, v1::STATE_SENDING}) {

@@ -19,7 +19,8 @@ namespace meshsmooth::detail {
                             + n * 4 + n         // caller's node of a node, fixed or not
                             + mesh.entries * 4  // connectivity
                             + (mesh.types > 1 ? mesh.elements * 4 : 0) +
-                            constraint_bytes(mesh, options);
+                            // Of a cube; a plate has twice the boundary.
+                            2 * constraint_bytes(mesh, options);
   const std::int64_t balls = (n + 1) * 8 + mesh.entries * 4;
   const std::int64_t rings = (n + 1) * 8 + mesh.edges * 2 * 4;
   const std::int64_t renumbering = n * (12 + 8 + 8);  // keys, ids, the sort's own; numbers, sizes
