@@ -21,7 +21,9 @@ void Retry::wait(const ServiceError& error) {
       Clock::now() + std::max<std::chrono::nanoseconds>(delay.value_or(0ns), backoff);
   if (!delay || attempt_ >= request_.max_attempts || until >= deadline_) {
     // What happened to the job says more than that nobody answers now.
-    if (error.reason().empty() && told_) throw *told_;
+    const bool ended_here =
+        request_.stop.stop_requested() || error.code() == StatusCode::deadline_exceeded;
+    if (error.reason().empty() && told_ && !ended_here) throw *told_;
     throw gone ? *broken_ : error;
   }
   std::mutex mutex;
