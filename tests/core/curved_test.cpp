@@ -121,15 +121,6 @@ double strayed(const Cells& cells, const Mesh& before, const Mesh& after) {
   return farthest;
 }
 
-int moved(const Cells& cells, int freedoms, const Mesh& before, const Mesh& after) {
-  const std::vector<Vec3d> x = test::points_as_double(before), y = test::points_as_double(after);
-  int count = 0;
-  for (std::size_t n = 0; n < x.size(); ++n) {
-    if (cells.freedoms(n) == freedoms && !(x[n] == y[n])) ++count;
-  }
-  return count;
-}
-
 class CurvedWay : public testing::TestWithParam<test::Way> {};
 INSTANTIATE_TEST_SUITE_P(Curved, CurvedWay, testing::ValuesIn(test::ways(true)), test::way_name);
 

@@ -106,4 +106,14 @@ inline std::vector<std::pair<std::string, Cells::Region>> shapes(int n) {
       {"four_regions", [=](int x, int y, int) { return (x < half ? 0 : 1) + (y < half ? 0 : 5); }}};
 }
 
+/// Nodes with as many freedoms that have moved.
+inline int moved(const Cells& cells, int freedoms, const Mesh& before, const Mesh& after) {
+  const std::vector<Vec3d> x = points_as_double(before), y = points_as_double(after);
+  int count = 0;
+  for (std::size_t n = 0; n < x.size(); ++n) {
+    if (cells.freedoms(n) == freedoms && !(x[n] == y[n])) ++count;
+  }
+  return count;
+}
+
 }  // namespace meshsmooth::test
