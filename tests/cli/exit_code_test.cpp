@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "meshsmooth/client.hpp"
+#include "support/scratch_folder.hpp"
 #include "text_file.hpp"
 
 namespace meshsmooth::cli {
@@ -46,10 +47,9 @@ TEST(ErrorLine, IsOneLineOfWhatReasonAndHint) {
 }
 
 TEST(TextFile, ReplacesAFileAndLeavesNothingElse) {
-  const std::filesystem::path folder =
-      std::filesystem::path(::testing::TempDir()) / "meshsmooth_text_file_test";
-  std::filesystem::create_directories(folder);
-  const std::filesystem::path path = folder / "report.json";
+  const meshsmooth::testing::ScratchFolder scratch;
+  const std::filesystem::path folder = scratch.path();
+  const std::filesystem::path path = scratch.path("report.json");
 
   check_text_file_writable(path);
   EXPECT_TRUE(std::filesystem::is_empty(folder));
@@ -61,7 +61,6 @@ TEST(TextFile, ReplacesAFileAndLeavesNothingElse) {
   EXPECT_THROW(check_text_file_writable(folder / "none" / "report.json"), Error);
   std::filesystem::remove(path);
   EXPECT_TRUE(std::filesystem::is_empty(folder));
-  std::filesystem::remove(folder);
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "meshsmooth/client.hpp"
 #include "support/certificates.hpp"
 #include "support/in_process_server.hpp"
+#include "support/scratch_folder.hpp"
 
 namespace meshsmooth::testing {
 namespace {

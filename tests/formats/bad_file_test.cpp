@@ -18,10 +18,10 @@ using test::error_of;
 using test::fixture;
 using test::put_bytes;
 using test::Scratch;
-using testing::AnyOf;
-using testing::HasSubstr;
-using testing::Not;
-using testing::StartsWith;
+using ::testing::AnyOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::StartsWith;
 
 std::vector<const char*> every_format() {
   std::vector<const char*> formats = {".vtu", ".vtk", ".vtp",  ".ply",
@@ -32,7 +32,7 @@ std::vector<const char*> every_format() {
   return formats;
 }
 
-class EveryFormat : public testing::TestWithParam<const char*> {
+class EveryFormat : public ::testing::TestWithParam<const char*> {
  protected:
   /// A good file of the format under test.
   std::filesystem::path good() {
@@ -51,11 +51,11 @@ class EveryFormat : public testing::TestWithParam<const char*> {
     return path;
   }
   std::string reason_of_reading(const std::filesystem::path& path) {
-    testing::internal::CaptureStderr();
-    testing::internal::CaptureStdout();
+    ::testing::internal::CaptureStderr();
+    ::testing::internal::CaptureStdout();
     const auto [reason, text] = error_of([&] { (void)read_mesh_file(path); });
-    EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
-    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");  // libraries are kept quiet
+    EXPECT_EQ(::testing::internal::GetCapturedStdout(), "");
+    EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");  // libraries are kept quiet
     if (!reason.empty()) {
       EXPECT_THAT(text, StartsWith(scratch_.path("").string()));
       EXPECT_THAT(text, Not(HasSubstr("\n")));
@@ -65,7 +65,7 @@ class EveryFormat : public testing::TestWithParam<const char*> {
   Scratch scratch_;
 };
 
-INSTANTIATE_TEST_SUITE_P(BadFile, EveryFormat, testing::ValuesIn(every_format()),
+INSTANTIATE_TEST_SUITE_P(BadFile, EveryFormat, ::testing::ValuesIn(every_format()),
                          [](const auto& param) { return std::string(param.param).substr(1); });
 
 // A cut is an error wherever it falls. OBJ says nowhere how much is to come: only

@@ -25,8 +25,8 @@ using test::error_of;
 using test::fixture;
 using test::move_nodes;
 using test::Scratch;
-using testing::ElementsAre;
-using testing::HasSubstr;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 
 vtkSmartPointer<vtkUnstructuredGrid> read_grid(const std::filesystem::path& path) {
   const vtkNew<vtkXMLUnstructuredGridReader> reader;
@@ -75,8 +75,8 @@ void write_sample(const std::filesystem::path& path) {
   writer->Write();
 }
 
-class VtkFormats : public testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(Convert, VtkFormats, testing::Values("out.vtu", "out.vtk"));
+class VtkFormats : public ::testing::TestWithParam<const char*> {};
+INSTANTIATE_TEST_SUITE_P(Convert, VtkFormats, ::testing::Values("out.vtu", "out.vtk"));
 
 TEST_P(VtkFormats, KeepDataPassengersAndElementOrder) {
   const Scratch scratch;
@@ -206,10 +206,11 @@ std::vector<Impossible> impossible() {
   return cases;
 }
 
-class Refused : public testing::TestWithParam<Impossible> {};
-INSTANTIATE_TEST_SUITE_P(Convert, Refused, testing::ValuesIn(impossible()), [](const auto& param) {
-  return std::string(param.param.extension).substr(1);
-});
+class Refused : public ::testing::TestWithParam<Impossible> {};
+INSTANTIATE_TEST_SUITE_P(Convert, Refused, ::testing::ValuesIn(impossible()),
+                         [](const auto& param) {
+                           return std::string(param.param.extension).substr(1);
+                         });
 
 TEST_P(Refused, IsAnElementThatTheFormatCannotCarry) {
   const Scratch scratch;
@@ -217,7 +218,7 @@ TEST_P(Refused, IsAnElementThatTheFormatCannotCarry) {
   const auto [reason, text] =
       error_of([&] { write_mesh_file(path, MeshFile(GetParam().generate())); });
   EXPECT_EQ(reason, "ELEMENT_NOT_SUPPORTED");
-  EXPECT_THAT(text, testing::StartsWith(path.string() + ": "));
+  EXPECT_THAT(text, ::testing::StartsWith(path.string() + ": "));
   EXPECT_EQ(scratch.file_count(), 0u);
 }
 

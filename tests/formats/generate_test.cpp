@@ -75,9 +75,9 @@ void expect_all_nodes_used(const Mesh& mesh) {
 
 #if defined(MESHSMOOTH_WITH_TETGEN)
 
-class CubeSizes : public testing::TestWithParam<std::size_t> {};
+class CubeSizes : public ::testing::TestWithParam<std::size_t> {};
 INSTANTIATE_TEST_SUITE_P(GenerateCube, CubeSizes,
-                         testing::Values(27, 28, 60, 100, 125, 1000, 5000, 10000));
+                         ::testing::Values(27, 28, 60, 100, 125, 1000, 5000, 10000));
 
 TEST_P(CubeSizes, HasExactlyTheNodesAndFillsTheUnitCube) {
   const Mesh mesh = generate_cube(GetParam(), 1);

@@ -13,9 +13,9 @@ using test::error_of;
 using test::fixture;
 using test::put_bytes;
 using test::Scratch;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 /// Two tetrahedra on a common face, a triangle of it in between; `data` hangs on them.
 std::string vtk_text(const std::string& data) {
@@ -30,7 +30,7 @@ std::string cell_array(const std::string& name, const std::string& type,
   return "SCALARS " + name + " " + type + " 1\nLOOKUP_TABLE default\n" + values + "\n";
 }
 
-class NamedParts : public testing::Test {
+class NamedParts : public ::testing::Test {
  protected:
   [[nodiscard]] MeshFile read(const std::string& name, const std::string& text) const {
     put_bytes(scratch_.path(name), text);

@@ -41,7 +41,7 @@ Figures figures_of(const Mesh& mesh, SmoothSummary summary) {
   return figures;
 }
 
-class Cube : public testing::Test {
+class Cube : public ::testing::Test {
  protected:
   void SetUp() override {
     try {

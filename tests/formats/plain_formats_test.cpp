@@ -13,10 +13,10 @@ namespace meshsmooth::formats {
 namespace {
 
 using test::Scratch;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
-class PlainFormats : public testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(OfSurfaces, PlainFormats, testing::Values("a.ply", "a.obj"),
+class PlainFormats : public ::testing::TestWithParam<const char*> {};
+INSTANTIATE_TEST_SUITE_P(OfSurfaces, PlainFormats, ::testing::Values("a.ply", "a.obj"),
                          [](const auto& param) { return std::string(param.param).substr(2); });
 
 TEST_P(PlainFormats, KeepFloat64BitIdenticalThroughOneAnother) {

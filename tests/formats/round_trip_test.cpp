@@ -15,7 +15,7 @@ using test::expect_same_connectivity;
 using test::fixture;
 using test::move_nodes;
 using test::Scratch;
-using testing::ElementsAre;
+using ::testing::ElementsAre;
 
 MeshFile write_and_read(const std::filesystem::path& path, const MeshFile& file) {
   write_mesh_file(path, file);
@@ -33,9 +33,9 @@ std::vector<const char*> kept_texts() {
   return names;
 }
 
-class KeptText : public testing::TestWithParam<const char*> {};
+class KeptText : public ::testing::TestWithParam<const char*> {};
 
-INSTANTIATE_TEST_SUITE_P(RoundTrip, KeptText, testing::ValuesIn(kept_texts()),
+INSTANTIATE_TEST_SUITE_P(RoundTrip, KeptText, ::testing::ValuesIn(kept_texts()),
                          [](const auto& param) {
                            std::string name = param.param;
                            for (char& letter : name) letter = letter == '.' ? '_' : letter;
@@ -110,10 +110,10 @@ TEST(Gmsh, GivesNodesInTheFilesOrderWithIdsAndIsolatedOnes) {
   EXPECT_THAT(file.mesh.blocks[0].nodes, ElementsAre(0, 1, 2, 3, 1, 4, 2, 3));
 }
 
-class MixedByGmsh : public testing::TestWithParam<const char*> {};
+class MixedByGmsh : public ::testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(RoundTrip, MixedByGmsh,
-                         testing::Values("mixed.msh", "mixed_v2.msh", "mixed_binary.msh",
-                                         "mixed_binary_v2.msh"));
+                         ::testing::Values("mixed.msh", "mixed_v2.msh", "mixed_binary.msh",
+                                           "mixed_binary_v2.msh"));
 
 // Gmsh's mesh is valid and fills three unit cubes: a wrong node order of any
 // type would show as inverted elements.
@@ -158,7 +158,7 @@ struct Carrier {
 
 void PrintTo(const Carrier& carrier, std::ostream* out) { *out << carrier.name; }
 
-class Carriers : public testing::TestWithParam<Carrier> {};
+class Carriers : public ::testing::TestWithParam<Carrier> {};
 
 Mesh mixed() { return generate_mixed(200, 3); }
 Mesh sphere() { return generate_sphere(100, 3); }
@@ -182,9 +182,11 @@ std::vector<Carrier> carriers() {
   return cases;
 }
 
-INSTANTIATE_TEST_SUITE_P(RoundTrip, Carriers, testing::ValuesIn(carriers()), [](const auto& param) {
-  return std::string(param.param.name).substr(2) + "_" + std::to_string(param.index);
-});
+INSTANTIATE_TEST_SUITE_P(RoundTrip, Carriers, ::testing::ValuesIn(carriers()),
+                         [](const auto& param) {
+                           return std::string(param.param.name).substr(2) + "_" +
+                                  std::to_string(param.index);
+                         });
 
 TEST_P(Carriers, KeepFloat64BitIdenticalAndConnectivity) {
   const Scratch scratch;
@@ -202,9 +204,9 @@ TEST_P(Carriers, KeepFloat64BitIdenticalAndConnectivity) {
   }
 }
 
-class FloatCarriers : public testing::TestWithParam<const char*> {};
+class FloatCarriers : public ::testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(RoundTrip, FloatCarriers,
-                         testing::Values("a.vtu", "a.vtk", "a.vtp", "a.ply", "a.stl"));
+                         ::testing::Values("a.vtu", "a.vtk", "a.vtp", "a.ply", "a.stl"));
 
 TEST_P(FloatCarriers, KeepFloat32BitIdenticalAsFloat32) {
   const Scratch scratch;

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "mesh_file.hpp"
+#include "support/scratch_folder.hpp"
 
 namespace meshsmooth::formats::test {
 
@@ -26,30 +27,7 @@ inline void put_bytes(const std::filesystem::path& path, const std::string& byte
   std::ofstream(path, std::ios::binary) << bytes;
 }
 
-/// A folder of the running test, removed at its end.
-class Scratch {
- public:
-  Scratch() {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    std::string name = std::string(test->test_suite_name()) + "." + test->name();
-    for (char& letter : name) letter = letter == '/' ? '_' : letter;
-    folder_ = std::filesystem::path(testing::TempDir()) / ("meshsmooth-" + name);
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
-  }
-  ~Scratch() { std::filesystem::remove_all(folder_); }
-  Scratch(const Scratch&) = delete;
-  Scratch& operator=(const Scratch&) = delete;
-
-  [[nodiscard]] std::filesystem::path path(const std::string& name) const { return folder_ / name; }
-  [[nodiscard]] std::size_t file_count() const {
-    const std::filesystem::directory_iterator files(folder_);
-    return static_cast<std::size_t>(std::distance(begin(files), end(files)));
-  }
-
- private:
-  std::filesystem::path folder_;
-};
+using Scratch = meshsmooth::testing::ScratchFolder;
 
 /// Runs `action`, which must throw `Error`, and gives its reason and text.
 template <class Action>

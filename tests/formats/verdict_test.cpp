@@ -116,7 +116,7 @@ void compare(ElementType type, Agree agree) {
     const ElementMeasure measured = measure(type, nodes);
     if (!measured.inverted && !measured.degenerate) ++valid_count;
     agree(nodes, measured);
-    if (testing::Test::HasFailure()) return;
+    if (::testing::Test::HasFailure()) return;
   }
   EXPECT_GT(valid_count, kElementsPerTest / 20);
   EXPECT_LT(valid_count, kElementsPerTest);

@@ -5,14 +5,15 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdlib>
-#include <fstream>
 #include <sstream>
 
 #include "meshsmooth/error.hpp"
+#include "support/scratch_folder.hpp"
 
 namespace meshsmooth::server {
 namespace {
 
+using meshsmooth::testing::ScratchFolder;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
@@ -26,11 +27,15 @@ class Environment {
   const char* name_;
 };
 
-std::string file_with(const std::string& text) {
-  std::string path = ::testing::TempDir() + "meshsmooth_config_test.toml";
-  std::ofstream(path) << text;
-  return path;
-}
+class Config : public ::testing::Test {
+ protected:
+  [[nodiscard]] std::string file_with(const std::string& text) const {
+    return files_.write("config.toml", text);
+  }
+
+ private:
+  ScratchFolder files_;
+};
 
 ServerConfig read(std::vector<const char*> arguments) {
   arguments.insert(arguments.begin(), "meshsmooth-server");
@@ -47,11 +52,11 @@ std::string error_of(const std::vector<const char*>& arguments) {
   return "no error";
 }
 
-TEST(Config, IsTheDefaultsWithoutArguments) {
+TEST_F(Config, IsTheDefaultsWithoutArguments) {
   EXPECT_EQ(describe(read({})), describe(ServerConfig{}));
 }
 
-TEST(Config, ReadsFlags) {
+TEST_F(Config, ReadsFlags) {
   const ServerConfig config =
       read({"--listen", "0.0.0.0:1", "--lanes", "3", "--host-memory-limit-bytes", "2GiB",
             "--drain-grace-seconds", "1.5", "--idle-pinned-bytes=64MiB", "--backend", "cuda:1"});
@@ -64,7 +69,7 @@ TEST(Config, ReadsFlags) {
   EXPECT_EQ(config.backend, "cuda:1");
 }
 
-TEST(Config, PrefersFlagsToEnvironmentToFileToDefaults) {
+TEST_F(Config, PrefersFlagsToEnvironmentToFileToDefaults) {
   const std::string path = file_with("lanes = 1\nmax-queued-jobs = 1\nmax-kept-jobs = 1\n");
   const Environment lanes("MESHSMOOTH_LANES", "2");
   const Environment queued("MESHSMOOTH_MAX_QUEUED_JOBS", "2");
@@ -80,7 +85,7 @@ TEST(Config, PrefersFlagsToEnvironmentToFileToDefaults) {
 }
 
 // The whole table: every key works in each of the three sources.
-TEST(Config, TakesEverySettingFromFlagEnvironmentAndFile) {
+TEST_F(Config, TakesEverySettingFromFlagEnvironmentAndFile) {
   for (const auto& [key, value] : list_settings({})) {
     std::string line;
     std::istringstream lines(describe(ServerConfig{}));
@@ -110,7 +115,7 @@ TEST(Config, TakesEverySettingFromFlagEnvironmentAndFile) {
   }
 }
 
-TEST(Config, NamesFieldValueAndSourceOfAWrongValue) {
+TEST_F(Config, NamesFieldValueAndSourceOfAWrongValue) {
   EXPECT_THAT(error_of({"--lanes", "-1"}),
               AllOf(HasSubstr("lanes: "), HasSubstr("\"-1\""), HasSubstr("flag --lanes"),
                     HasSubstr("0 to 1024")));
@@ -130,8 +135,8 @@ TEST(Config, NamesFieldValueAndSourceOfAWrongValue) {
                     HasSubstr("file " + path + ", line 3")));
 }
 
-TEST(Config, SaysWhatIsWrongWithAFile) {
-  const auto error_of_file = [](const std::string& text) {
+TEST_F(Config, SaysWhatIsWrongWithAFile) {
+  const auto error_of_file = [&](const std::string& text) {
     return error_of({"--config", file_with(text).c_str()});
   };
   EXPECT_THAT(error_of_file("lane = 4"),
@@ -146,7 +151,7 @@ TEST(Config, SaysWhatIsWrongWithAFile) {
   EXPECT_THAT(error_of({"--config", "/nowhere/at/all.toml"}), HasSubstr("cannot read"));
 }
 
-TEST(Config, ReadsFilesWithCommentsQuotesAndSpaces) {
+TEST_F(Config, ReadsFilesWithCommentsQuotesAndSpaces) {
   const ServerConfig config = read({"--config", file_with("\n  # a comment\n\tlanes=2 # two\n"
                                                           "listen = 'unix:a # \\ b' # c\n"
                                                           "backend = \"cpu\"\r\n")
@@ -157,13 +162,13 @@ TEST(Config, ReadsFilesWithCommentsQuotesAndSpaces) {
   EXPECT_EQ(config.backend, "cpu");
 }
 
-TEST(Config, LeavesArgumentsThatDoNotExistToTheParser) {
+TEST_F(Config, LeavesArgumentsThatDoNotExistToTheParser) {
   EXPECT_THROW((void)read({"--no-such-flag"}), CLI::ExtrasError);
   EXPECT_THROW((void)read({"--lanes"}), CLI::ParseError);
   EXPECT_THROW((void)read({"--lanes", "1", "--lanes", "2"}), CLI::ParseError);
 }
 
-TEST(Config, ReadsWhatItPrints) {
+TEST_F(Config, ReadsWhatItPrints) {
   ServerConfig config;
   config.listen = R"(unix:/run/mesh "smooth" \ # .sock)";
   config.lanes = 4;

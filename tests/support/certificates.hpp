@@ -5,8 +5,6 @@
 #include <openssl/x509.h>
 #include <openssl/x509v3.h>
 
-#include <filesystem>
-#include <fstream>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -94,31 +92,6 @@ class CertificateAuthority {
 
   Key key_;
   Certificate certificate_{nullptr, &X509_free};
-};
-
-/// A folder that goes with the test.
-class ScratchFolder {
- public:
-  ScratchFolder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "meshsmooth-XXXXXX").string();
-    if (mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("no folder for the test");
-    path_ = pattern;
-  }
-  ~ScratchFolder() { std::filesystem::remove_all(path_); }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-
-  [[nodiscard]] std::string path(const std::string& name) const { return (path_ / name).string(); }
-
-  /// The file changes in one step, as rotation does it.
-  std::string write(const std::string& name, const std::string& text) const {
-    std::ofstream(path_ / "new", std::ios::binary) << text;
-    std::filesystem::rename(path_ / "new", path_ / name);
-    return path(name);
-  }
-
- private:
-  std::filesystem::path path_;
 };
 
 }  // namespace meshsmooth::testing
