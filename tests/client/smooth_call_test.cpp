@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 
 #include <cstring>
+#include <future>
 #include <set>
 #include <thread>
 
@@ -152,18 +153,23 @@ TEST(SmoothCall, StopsItsUploadWhenToldAndReadsTheStatus) {
   MockServer server;
   Mesh mesh = large_mesh();
   std::size_t dropped_bytes = 0;
+  std::promise<void> told;
+  RequestOptions request;
+  request.on_progress = [&](const JobProgress&) { told.set_value(); };
   server.service.on_smooth = [&](grpc::ServerContext&, ServerStream& stream) {
     read_spec(stream);
     accept(stream);
     v1::SmoothRequest first;
     stream.Read(&first);
     stop_sending(stream);
+    progress(stream, 1);  // once the client has it, it has been told to stop
+    told.get_future().wait();
     dropped_bytes = read_upload(stream).size_bytes();
     return refusal(grpc::StatusCode::INVALID_ARGUMENT, "INDEX_OUT_OF_RANGE",
                    "element 3: node 9 >= node count 7", {{"element", "3"}, {"node", "9"}});
   };
 
-  const ServiceError error = smooth_error(server, mesh);
+  const ServiceError error = smooth_error(server, mesh, request);
 
   EXPECT_LT(dropped_bytes, 20'000'000);
   EXPECT_EQ(error.code(), StatusCode::invalid_argument);
