@@ -1,6 +1,6 @@
 #include "result_assembler.hpp"
 
-#include <cstring>
+#include <algorithm>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -49,7 +49,7 @@ void ResultAssembler::add(const v1::Chunk& chunk) {
     throw broken_answer("the checksum of the result bytes at " + std::to_string(received_bytes_) +
                         " is wrong");
   }
-  std::memcpy(rest.data(), data.data(), data.size());
+  std::ranges::copy(std::as_bytes(std::span(data)), rest.begin());
   received_bytes_ += data.size();
 }
 

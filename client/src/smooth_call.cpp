@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "request_id.hpp"
+#include "retry.hpp"
 #include "service_error.hpp"
 #include "wire/codec.hpp"
 #include "wire/mesh_layout.hpp"
@@ -81,8 +82,7 @@ SmoothCall::SmoothCall(v1::SmoothingService::StubInterface& stub, std::string se
 
 SmoothReport SmoothCall::run() {
   const v1::JobSpec spec = make_spec();
-  context_.set_deadline(std::chrono::system_clock::now() +
-                        std::chrono::duration_cast<std::chrono::system_clock::duration>(timeout_));
+  context_.set_deadline(time_after<std::chrono::system_clock>(timeout_));
   const std::stop_callback cancel_on_stop(request_.stop, [this] { context_.TryCancel(); });
   stream_ = stub_.Smooth(&context_);
 
@@ -216,6 +216,7 @@ SmoothReport decode_report(const v1::Summary& summary, const std::string& job_na
   SmoothReport report;
   try {
     report.summary = wire::decode_summary(summary);
+    report.json = wire::to_json(summary);
   } catch (const Error& error) {
     throw broken_answer("the summary cannot be understood: " + std::string(error.what()));
   }
@@ -226,7 +227,6 @@ SmoothReport decode_report(const v1::Summary& summary, const std::string& job_na
   report.send_seconds = wire::decode_seconds(summary.timings().send());
   report.topology_reused = summary.execution().topology_reused();
   report.server_version = summary.execution().server_version();
-  report.json = wire::to_json(summary);
   return report;
 }
 

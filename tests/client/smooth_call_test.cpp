@@ -300,6 +300,20 @@ TEST(SmoothCall, EndsAtItsDeadline) {
   EXPECT_THAT(error.hint(), HasSubstr("compute budget"));
 }
 
+TEST(SmoothCall, MayLastForEver) {
+  MockServer server;
+  Mesh mesh = test::tet_ball();
+  server.service.on_smooth = after_upload([](ServerStream& stream, const Upload& upload) {
+    send_header(stream, 7, v1::SCALAR_TYPE_FLOAT64, 7 * 24);
+    send_chunk(stream, 0, upload.coordinates);
+    send_summary(stream);
+  });
+  RequestOptions request;
+  request.timeout = std::chrono::nanoseconds::max();
+
+  EXPECT_NO_THROW(Client(server.address()).smooth(mesh, {}, request));
+}
+
 TEST(SmoothCall, AlwaysHasADeadline) {
   MockServer server;
   Mesh mesh = test::tet_ball();
@@ -425,6 +439,17 @@ INSTANTIATE_TEST_SUITE_P(
                      "100 of 168 bytes"},
         BrokenAnswer{"NoResult", [](ServerStream& stream, const Upload&) { send_summary(stream); },
                      "incomplete"},
+        BrokenAnswer{"NoDuration",
+                     [](ServerStream& stream, const Upload&) {
+                       good_header(stream);
+                       send_chunk(stream, 0, std::string(168, 'x'));
+                       v1::SmoothResponse response;
+                       response.mutable_summary()->set_stop_reason(v1::STOP_REASON_CONVERGED);
+                       response.mutable_summary()->mutable_timings()->mutable_send()->set_seconds(
+                           INT64_MAX);
+                       stream.Write(response);
+                     },
+                     "the summary cannot be understood"},
         BrokenAnswer{"NoSummary",
                      [](ServerStream& stream, const Upload&) {
                        good_header(stream);

@@ -121,6 +121,7 @@ TEST_F(Config, NamesFieldValueAndSourceOfAWrongValue) {
                     HasSubstr("0 to 1024")));
   EXPECT_THAT(error_of({"--lame-duck-seconds", "soon"}),
               AllOf(HasSubstr("lame-duck-seconds: "), HasSubstr("\"soon\"")));
+  EXPECT_THAT(error_of({"--lame-duck-seconds", "nan"}), HasSubstr("nan is no number"));
   EXPECT_THAT(error_of({"--max-job-bytes", "lots"}), HasSubstr("\"lots\" (flag --max-job-bytes)"));
   EXPECT_THAT(error_of({"--listen", "here"}), HasSubstr("it is not HOST:PORT or unix:PATH"));
   EXPECT_THAT(error_of({"--backend", "cuda:x"}), HasSubstr("it is not auto, cpu, cuda or cuda:N"));
@@ -142,6 +143,7 @@ TEST_F(Config, SaysWhatIsWrongWithAFile) {
   EXPECT_THAT(error_of_file("lane = 4"),
               AllOf(HasSubstr("lane: there is no such setting"), HasSubstr("line 1")));
   EXPECT_THAT(error_of_file("config = \"x\""), HasSubstr("there is no such setting"));
+  EXPECT_THAT(error_of_file("help = true"), HasSubstr("there is no such setting"));
   EXPECT_THAT(error_of_file("lanes = 4\nlanes = 4"), HasSubstr("said twice"));
   EXPECT_THAT(error_of_file("[server]"), HasSubstr("no value"));
   EXPECT_THAT(error_of_file("lanes = [4]"), HasSubstr("neither a number"));
