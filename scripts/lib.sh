@@ -25,6 +25,8 @@ test_packages=(
   libgtest-dev libgmock-dev libeigen3-dev libbenchmark-dev
   clang-format clang-tidy shellcheck python3 prometheus
 )
+# What scripts/fuzz needs beside both.
+fuzz_packages=(clang libclang-rt-14-dev)
 # What scripts/bundle needs beside the first.
 bundle_packages=(libgtest-dev libgmock-dev libeigen3-dev libbenchmark-dev binutils zstd)
 # NVIDIA's compiler, its headers and the static runtime: 100 MB from PyPI, 270 MB on disk.
