@@ -123,7 +123,7 @@ TEST(Unv, TakesNumbersOfAnyLength) {
   const std::string first = "D+00";
   const auto place = text.find(first, text.find("2411"));
   text.insert(place, std::string(100, '0'));
-  put_bytes(scratch.path("a.unv"), text);
+  test::put_bytes(scratch.path("a.unv"), text);
   MeshFile file = read_mesh_file(scratch.path("a.unv"));
   move_nodes(file.mesh);
 
