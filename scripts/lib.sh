@@ -12,14 +12,14 @@ die() {
   exit 1
 }
 
-# What compiles the programs. Versions are those of Debian 12; cmake/dependencies.cmake
-# checks them.
-build_packages=(
+# What compiles the programs; the file formats beyond PLY, OBJ and TetGen's are apart. Versions
+# are those of Debian 12; cmake/dependencies.cmake checks them.
+program_packages=(
   g++ cmake ninja-build ccache
   libgrpc++-dev libssl-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc
   libtbb-dev libspdlog-dev libcli11-dev prometheus-cpp-dev libcivetweb-dev
-  libvtk9-dev libgmsh-dev libtet1.5-dev
 )
+build_packages=("${program_packages[@]}" libvtk9-dev libgmsh-dev libtet1.5-dev)
 # What the tests need beside that.
 test_packages=(
   libgtest-dev libgmock-dev libeigen3-dev libbenchmark-dev
@@ -123,4 +123,20 @@ prepare_cuda() {
       fi
       ;;
   esac
+}
+
+# project_version: from the one place where it stands.
+project_version() { sed -n 's/^project(meshsmooth VERSION \([0-9.]*\).*/\1/p' "$root/CMakeLists.txt"; }
+
+# find_docker: sets `docker` to a client that can build by BuildKit, by buildx or, before
+# version 23, by itself. Fails where there is none, or no engine answers.
+find_docker() {
+  local major
+  for docker in docker /usr/bin/docker; do
+    major=$("$docker" version --format '{{.Client.Version}}' 2>/dev/null) || continue
+    major=${major%%.*}
+    ((major < 23)) || "$docker" buildx version >/dev/null 2>&1 || continue
+    return 0
+  done
+  return 1
 }
