@@ -27,6 +27,8 @@ test_packages=(
 )
 # What scripts/bundle needs beside the first.
 bundle_packages=(libgtest-dev libgmock-dev libeigen3-dev libbenchmark-dev binutils zstd)
+# What checks manifests by the schemas of Kubernetes: 23 MB from PyPI, into build/python.
+test_wheels=(kubernetes-validate==1.37.0 PyYAML==6.0.3)
 # NVIDIA's compiler, its headers and the static runtime: 100 MB from PyPI, 270 MB on disk.
 cuda_wheels=(
   nvidia-cuda-nvcc==13.0.88 nvidia-nvvm==13.0.88 nvidia-cuda-crt==13.0.88
@@ -123,6 +125,21 @@ prepare_cuda() {
       fi
       ;;
   esac
+}
+
+# prepare_test_wheels: test_wheels for the python3 that runs the tests. Without them tests are
+# skipped, which they say.
+prepare_test_wheels() {
+  local folder=$root/build/python log=$root/build/python.log
+  PYTHONPATH=$folder python3 -c 'import kubernetes_validate, yaml' 2>/dev/null && return
+  say "Installing ${test_wheels[*]} into build/python (from PyPI; log: ${log#"$root"/})"
+  python3 -m pip --version >/dev/null 2>&1 || install_packages python3-pip
+  rm -rf -- "$folder"
+  python3 -m pip install --disable-pip-version-check --only-binary :all: --target "$folder" \
+    "${test_wheels[@]}" >"$log" 2>&1 || {
+    tail -n 5 "$log" >&2
+    say "WARNING: PyPI gave nothing: Kubernetes manifests will not be checked by schemas"
+  }
 }
 
 # project_version: from the one place where it stands.
