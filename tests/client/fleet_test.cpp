@@ -141,8 +141,9 @@ TEST(Fleet, SendsTheSameRequestElsewhereWhenAServerDies) {
   std::atomic<bool> died = false;
   std::vector<std::string> ids;  // one call at a time
   std::array<MockServer, 2> servers;
+  std::jthread killer;
   for (MockServer& server : servers) {
-    server.service.on_smooth = [&](grpc::ServerContext&, ServerStream& stream) {
+    server.service.on_smooth = [&](grpc::ServerContext& context, ServerStream& stream) {
       ids.push_back(meshsmooth::testing::read_spec(stream).request_id());
       meshsmooth::testing::accept(stream);
       meshsmooth::testing::read_upload(stream);
@@ -150,9 +151,9 @@ TEST(Fleet, SendsTheSameRequestElsewhereWhenAServerDies) {
         return meshsmooth::testing::refusal(grpc::StatusCode::INVALID_ARGUMENT, "ENOUGH",
                                             "elsewhere");
       }
-      std::thread([&server] { server.die(); }).detach();
-      meshsmooth::testing::read_upload(stream);
-      return grpc::Status(grpc::StatusCode::UNAVAILABLE, "Socket closed");
+      killer = std::jthread([&server] { server.die(); });
+      while (!context.IsCancelled()) std::this_thread::yield();
+      return grpc::Status::CANCELLED;
     };
   }
   Client client("ipv4:" + servers[0].address() + "," + servers[1].address());

@@ -126,7 +126,8 @@ class Containers(CliTest):
 
     def test_holds_no_shell_and_says_what_it_holds(self):
         for program in ("/bin/sh", "/bin/bash", "/usr/bin/dpkg"):
-            self.docker("run", "--rm", "--entrypoint", program, self.image, exit_code=127)
+            self.docker("run", "--rm", *LOCKED_DOWN, "--entrypoint", program, self.image,
+                        exit_code=127)
         self.assertEqual(self.inspect(self.image, ".Config.User"), "65532:65532")
         self.assertIn("org.opencontainers.image.version", self.inspect(self.image, ".Config.Labels"))
         container = self.docker("create", self.image).strip()
