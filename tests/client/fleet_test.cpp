@@ -59,7 +59,9 @@ std::vector<int> started(const Servers& servers) {
 /// A job, whose answer must be right.
 void run_job(Client& client) {
   Mesh mesh = test::tet_ball();
-  client.smooth(mesh, {});
+  RequestOptions request;
+  request.timeout = kPatience;
+  client.smooth(mesh, {}, request);
   EXPECT_EQ(test::points(mesh)[0].x, test::points(test::tet_ball())[0].x + 1);
 }
 
@@ -115,11 +117,12 @@ TEST(Fleet, LeavesOutAServerFromTheFirstMomentOfItsDrain) {
 // The running one is stopped, the waiting ones are handed back; none is lost.
 TEST(Fleet, EndsElsewhereWhatADrainingServerHadAccepted) {
   Servers servers;
-  for (int i = 0; i < 2; ++i) {
-    servers.push_back(serve("127.0.0.1:0"));
-    servers[static_cast<std::size_t>(i)]->fake().hold();
-  }
+  for (int i = 0; i < 2; ++i) servers.push_back(serve("127.0.0.1:0"));
   Client client(address_of(servers));
+  run_jobs_until(client,
+                 [&] { return !::testing::Value(started(servers), ::testing::Contains(0)); });
+  const std::vector<int> before = started(servers);
+  for (const auto& server : servers) server->fake().hold();
   std::vector<std::thread> callers;
   std::atomic<int> answers = 0;
   for (int i = 0; i < 8; ++i) {
@@ -128,8 +131,7 @@ TEST(Fleet, EndsElsewhereWhatADrainingServerHadAccepted) {
       ++answers;
     });
   }
-  servers[0]->fake().wait_started(1);
-  servers[1]->fake().wait_started(1);
+  for (std::size_t i = 0; i < servers.size(); ++i) servers[i]->fake().wait_started(before[i] + 1);
   servers[0]->drain();
   EXPECT_EQ(answers, 0);
   servers[1]->fake().release();

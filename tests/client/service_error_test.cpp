@@ -41,6 +41,7 @@ INSTANTIATE_TEST_SUITE_P(
         Foreign{"NoServer", grpc::StatusCode::UNAVAILABLE,
                 "failed to connect to all addresses; last error: refused", "--listen host:1"},
         Foreign{"Died", grpc::StatusCode::UNAVAILABLE, "Socket closed", "send it again"},
+        Foreign{"DiedBehindHaProxy", grpc::StatusCode::UNKNOWN, "Stream removed", "send it again"},
         Foreign{"NoService", grpc::StatusCode::UNIMPLEMENTED, "unknown method",
                 "no meshsmooth server"}),
     [](const auto& test) { return std::string(test.param.name); });
@@ -53,6 +54,25 @@ TEST(ServiceError, HasNoHintWhenTheCallerCancelled) {
 
   EXPECT_STREQ(error.what(), "cancelled");
   EXPECT_EQ(error.hint(), "");
+}
+
+// What ended by itself in between may do better elsewhere; what a caller ended does not.
+TEST(ServiceError, SaysWhichCallsThatBrokeOffAreWorthAnother) {
+  const auto is_retried = [](grpc::StatusCode code, const std::string& message,
+                             bool cancelled_by_caller = false) {
+    return to_service_error({code, message},
+                            {.server = "host:1", .cancelled_by_caller = cancelled_by_caller})
+        .retry_delay()
+        .has_value();
+  };
+  EXPECT_TRUE(is_retried(grpc::StatusCode::UNAVAILABLE, "Socket closed"));
+  EXPECT_TRUE(is_retried(grpc::StatusCode::UNKNOWN, "Stream removed"));
+  EXPECT_TRUE(is_retried(grpc::StatusCode::CANCELLED, "Received RST_STREAM with error code 8"));
+  EXPECT_FALSE(
+      is_retried(grpc::StatusCode::CANCELLED, "Received RST_STREAM with error code 8", true));
+  EXPECT_FALSE(is_retried(grpc::StatusCode::UNAVAILABLE, "failed to connect to all addresses"));
+  EXPECT_FALSE(is_retried(grpc::StatusCode::UNKNOWN, "an exception"));
+  EXPECT_FALSE(is_retried(grpc::StatusCode::INTERNAL, "Received RST_STREAM with error code 0"));
 }
 
 TEST(ServiceError, TakesDetailsThatAreNoStatusForNone) {

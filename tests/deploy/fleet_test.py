@@ -20,14 +20,12 @@ import urllib.parse
 import urllib.request
 from pathlib import Path
 
-from programs import CliTest, Program, ServerProgram
+from programs import CLI, SERVER, CliTest, Program
 
 ROOT = Path(__file__).parents[2]
 LOAD = os.environ["MESHSMOOTH_FLEET_LOAD"]
 JOBS = int(os.environ.get("MESHSMOOTH_FLEET_JOBS", "200"))
 PATIENCE = 120
-WORKER = ["--backend", "cpu", "--lanes", "1", "--threads-per-lane", "1",
-          "--host-memory-limit-bytes", "1GiB", "--admin-listen", "127.0.0.1:0"]
 
 
 def program(name):
@@ -64,11 +62,23 @@ def eventually(is_so, patience=PATIENCE):
 def haproxy_configuration(workers):
     """deploy/haproxy's, with these workers instead of those that a name resolves to."""
     text = (ROOT / "deploy/haproxy/haproxy.cfg").read_text()
-    lines = "\n".join(f"    server worker{i} {worker.address} port {worker.admin_address.split(':')[1]}"
+    template = re.search(r"^ *server-template \S+ \S+ \S+(.*)$", text, re.M)
+    lines = "\n".join(f"    server worker{i} {worker.address} port "
+                      f"{worker.admin_address.split(':')[1]}{template.group(1)}"
                       for i, worker in enumerate(workers))
-    text, count = re.subn(r"^ *server-template .*$", lines, text, flags=re.M)
-    assert count == 1
-    return text
+    return text.replace(template.group(0), lines)
+
+
+class Worker(Program):
+    """A small server that leaves as one behind a proxy should."""
+
+    def __init__(self):
+        super().__init__(SERVER, "--listen", "127.0.0.1:0", "--admin-listen", "127.0.0.1:0",
+                         "--backend", "cpu", "--lanes", "1", "--threads-per-lane", "1",
+                         "--host-memory-limit-bytes", "1GiB", "--lame-duck-seconds", "5",
+                         "--drain-grace-seconds", "60")
+        start = self.wait_for(r"event=start\b.*?\bport=(\d+) admin_port=(\d+)")
+        self.address, self.admin_address = (f"127.0.0.1:{port}" for port in start.groups())
 
 
 class Fleet:
@@ -77,10 +87,8 @@ class Fleet:
     def __init__(self, test, count):
         self.workers = []
         for _ in range(count):
-            worker = ServerProgram(*WORKER, "--lame-duck-seconds", "5", "--drain-grace-seconds",
-                                   "60")
-            test.addCleanup(worker.kill)
-            self.workers.append(worker)
+            self.workers.append(Worker())
+            test.addCleanup(self.workers[-1].kill)
         port = free_port()
         self.address = f"127.0.0.1:{port}"
         file = test.folder / "haproxy.cfg"
@@ -114,7 +122,6 @@ def cpu_seconds(process):
 
 class FleetTest(CliTest):
     def run_status(self, *arguments):
-        from programs import CLI
         return subprocess.run([CLI, *arguments], capture_output=True, timeout=60).returncode
 
     def start_load(self, *arguments):
@@ -148,7 +155,7 @@ class FleetTest(CliTest):
     @needs(HAPROXY, "haproxy")
     @needs(PROMETHEUS, "prometheus")
     def test_loses_no_job_though_a_worker_dies_and_another_drains(self):
-        alone = ServerProgram(*WORKER)
+        alone = Worker()
         self.addCleanup(alone.kill)
         fleet = Fleet(self, 3)
         metrics = self.start_prometheus(fleet.workers)
@@ -208,7 +215,7 @@ def bench():
             first = None
             for count in (1, 2, 3):
                 fleet = Fleet(self, count)
-                alone = ServerProgram(*WORKER)
+                alone = Worker()
                 # What the reference does is another process's.
                 load, lines, wait_for = self.start_load(
                     "--reference", alone.address, "--server", fleet.address, "--jobs", JOBS,
