@@ -92,6 +92,12 @@ std::string unavailable_hint(std::string_view message, const std::string& server
          std::string(kUnchanged) + ", send it again";
 }
 
+std::string proxy_ended_hint() {
+  return "neither side asked for this: a proxy or the server ended the call (HAProxy: timeout "
+         "client, timeout server, or the server behind it is gone)" +
+         std::string(kUnchanged);
+}
+
 /// What an error that no meshsmooth server sent usually means. The texts that
 /// proxies cause were seen with HAProxy 2.6 and nginx 1.22.
 std::string foreign_hint(const grpc::Status& status, const CallFacts& facts) {
@@ -104,9 +110,9 @@ std::string foreign_hint(const grpc::Status& status, const CallFacts& facts) {
              std::string(kUnchanged);
     case grpc::StatusCode::CANCELLED:
       if (facts.cancelled_by_caller) return {};
-      return "neither side asked for this: a proxy or the server ended the call (HAProxy: timeout "
-             "server and timeout tunnel, or no server behind it)" +
-             std::string(kUnchanged);
+      return proxy_ended_hint();
+    case grpc::StatusCode::UNKNOWN:
+      return contains_any(message, {"Stream removed"}) ? proxy_ended_hint() : std::string();
     case grpc::StatusCode::INTERNAL:
       if (was_reset(message, 0)) {
         return "a proxy cut the upload: lift its body limit (nginx: client_max_body_size 0)";
@@ -116,10 +122,6 @@ std::string foreign_hint(const grpc::Status& status, const CallFacts& facts) {
                "client_body_timeout)";
       }
       return "something between here and the server failed" + std::string(kUnchanged);
-    case grpc::StatusCode::UNKNOWN:
-      if (!broken_off_by_proxy(status)) return {};
-      return "the server behind a proxy at " + facts.server + " ended under the call" +
-             std::string(kUnchanged) + ", send it again";
     case grpc::StatusCode::UNIMPLEMENTED:
       return "what answers at " + facts.server +
              " is no meshsmooth server, or one too old for this";
