@@ -34,12 +34,22 @@ bool never_connected(std::string_view message) {
                                 "empty address list"});
 }
 
-/// A connection that broke may come back; an address where nobody answers does not.
-std::optional<std::chrono::nanoseconds> foreign_retry_delay(const grpc::Status& status) {
-  if (status.error_code() != grpc::StatusCode::UNAVAILABLE ||
-      never_connected(status.error_message())) {
-    return std::nullopt;
-  }
+/// What a proxy makes of a server that died under a call: HAProxy 2.6 ends the stream without a
+/// status, or resets it.
+bool broken_off_by_proxy(const grpc::Status& status) {
+  return (status.error_code() == grpc::StatusCode::UNKNOWN &&
+          status.error_message() == "Stream removed") ||
+         (status.error_code() == grpc::StatusCode::CANCELLED &&
+          was_reset(status.error_message(), 8));
+}
+
+/// A connection that broke may come back, or another server be behind it; an address where nobody
+/// answers does not.
+std::optional<std::chrono::nanoseconds> foreign_retry_delay(const grpc::Status& status,
+                                                            const CallFacts& facts) {
+  const bool broke = status.error_code() == grpc::StatusCode::UNAVAILABLE &&
+                     !never_connected(status.error_message());
+  if (!broke && (facts.cancelled_by_caller || !broken_off_by_proxy(status))) return std::nullopt;
   return std::chrono::milliseconds(100);
 }
 
@@ -82,6 +92,12 @@ std::string unavailable_hint(std::string_view message, const std::string& server
          std::string(kUnchanged) + ", send it again";
 }
 
+std::string proxy_ended_hint() {
+  return "neither side asked for this: a proxy or the server ended the call (HAProxy: timeout "
+         "client, timeout server, or the server behind it is gone)" +
+         std::string(kUnchanged);
+}
+
 /// What an error that no meshsmooth server sent usually means. The texts that
 /// proxies cause were seen with HAProxy 2.6 and nginx 1.22.
 std::string foreign_hint(const grpc::Status& status, const CallFacts& facts) {
@@ -94,9 +110,9 @@ std::string foreign_hint(const grpc::Status& status, const CallFacts& facts) {
              std::string(kUnchanged);
     case grpc::StatusCode::CANCELLED:
       if (facts.cancelled_by_caller) return {};
-      return "neither side asked for this: a proxy or the server ended the call (HAProxy: timeout "
-             "server and timeout tunnel, or no server behind it)" +
-             std::string(kUnchanged);
+      return proxy_ended_hint();
+    case grpc::StatusCode::UNKNOWN:
+      return contains_any(message, {"Stream removed"}) ? proxy_ended_hint() : std::string();
     case grpc::StatusCode::INTERNAL:
       if (was_reset(message, 0)) {
         return "a proxy cut the upload: lift its body limit (nginx: client_max_body_size 0)";
@@ -135,7 +151,7 @@ ServiceError to_service_error(const grpc::Status& status, const CallFacts& facts
             foreign_message(status, facts),
             {},
             foreign_hint(status, facts),
-            foreign_retry_delay(status)};
+            foreign_retry_delay(status, facts)};
   }
   std::string hint;
   if (details->retry_delay) {

@@ -130,8 +130,8 @@ grpc::Status make_end(Choices& choices) {
   const auto grpc_code = static_cast<grpc::StatusCode>(code);
   if (choices.flag()) return {grpc_code, choices.text(60), choices.rest()};
   const wire::StatusDetails details{.code = code,
-                                    .message = testing::printable(choices.text(60)),
-                                    .reason = testing::printable(choices.text(20)),
+                                    .message = meshsmooth::testing::printable(choices.text(60)),
+                                    .reason = meshsmooth::testing::printable(choices.text(20)),
                                     .metadata = {{"element", choices.text(20)}},
                                     .retry_delay = std::nullopt};
   return {grpc_code, details.message, wire::encode_status_details(details)};
@@ -158,7 +158,11 @@ void run(Call& call, const Mesh& mesh, const Mesh& before) {
             "a result has the nodes and the precision of its mesh");
     require(!report.json.empty(), "a report has its JSON");
   } catch (const client::ServiceError& error) {
-    require(error.code() != client::StatusCode::ok, "an error has a code");
+    require(static_cast<int>(error.code()) != 0, "an error has a code");
+    const auto bytes = [](const Mesh& of) {
+      return std::visit([](const auto& p) { return std::as_bytes(std::span(p)); }, of.positions);
+    };
+    require(std::ranges::equal(bytes(mesh), bytes(before)), "a mesh without result is as it was");
   }
 }
 
