@@ -73,7 +73,8 @@ class Choices {
   }
 
   std::string text(std::size_t longest) {
-    const std::size_t size = std::min(below(longest + 1), rest_.size());
+    const std::size_t wanted = below(longest + 1);  // itself a byte of the rest
+    const std::size_t size = std::min(wanted, rest_.size());
     std::string text(reinterpret_cast<const char*>(rest_.data()), size);
     rest_ = rest_.subspan(size);
     return text;
