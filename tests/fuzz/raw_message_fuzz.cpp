@@ -1,5 +1,6 @@
 // Chunks that are found in the bytes of a message, without protobuf: what is found is what
 // protobuf reads. First: how many pieces the message comes in.
+#include <grpcpp/impl/grpc_library.h>
 #include <grpcpp/support/byte_buffer.h>
 
 #include <string>
@@ -8,6 +9,9 @@
 #include "fuzz/choices.hpp"
 #include "meshsmooth/v1/smoothing.pb.h"
 #include "wire/raw_message.hpp"
+
+// Slices need gRPC's own interface, which a program that opens no channel has to set up.
+static const grpc::internal::GrpcLibraryInitializer library;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace meshsmooth;
