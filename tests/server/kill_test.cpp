@@ -1,79 +1,16 @@
 // The server's process is killed in every state of a job, and started again.
-#include <fcntl.h>
-#include <grpcpp/create_channel.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <array>
 #include <cmath>
-#include <csignal>
 #include <optional>
-#include <stdexcept>
 #include <string>
 
+#include "server/server_program.hpp"
 #include "server/smooth_call.hpp"
 
 namespace meshsmooth::testing {
 namespace {
-
-/// meshsmooth-server as a process of its own.
-class ServerProgram {
- public:
-  /// On a free port, or on this one.
-  explicit ServerProgram(int port = 0) {
-    std::array<int, 2> log{};
-    if (pipe2(log.data(), O_CLOEXEC) != 0) throw std::runtime_error("no pipe");
-    const std::string listen = "127.0.0.1:" + std::to_string(port);
-    process_ = fork();
-    if (process_ == 0) {
-      dup2(log[1], STDERR_FILENO);
-      execl(MESHSMOOTH_SERVER_PROGRAM, MESHSMOOTH_SERVER_PROGRAM, "--listen", listen.c_str(),
-            "--backend", "cpu", "--lanes", "1", "--host-memory-limit-bytes", "2GiB", nullptr);
-      _exit(127);
-    }
-    close(log[1]);
-    log_ = log[0];
-    port_ = read_port();
-  }
-  ~ServerProgram() {
-    kill();
-    close(log_);
-  }
-  ServerProgram(const ServerProgram&) = delete;
-  ServerProgram& operator=(const ServerProgram&) = delete;
-
-  void kill() {
-    if (process_ <= 0) return;
-    ::kill(process_, SIGKILL);
-    waitpid(process_, nullptr, 0);
-    process_ = -1;
-  }
-
-  [[nodiscard]] int port() const { return port_; }
-  [[nodiscard]] Stub connect() const {
-    return Stub(grpc::CreateChannel("127.0.0.1:" + std::to_string(port_),
-                                    grpc::InsecureChannelCredentials()));
-  }
-
- private:
-  // From the line "event=start … port=N …".
-  int read_port() const {
-    std::string text;
-    for (char c = 0; read(log_, &c, 1) == 1;) {
-      text += c;
-      const auto at = text.find(" port=");
-      if (at != std::string::npos && c == ' ' && at + 6 < text.size() - 1) {
-        return std::stoi(text.substr(at + 6));
-      }
-    }
-    throw std::runtime_error("the server did not start: " + text);
-  }
-
-  pid_t process_ = -1;
-  int log_ = -1;
-  int port_ = 0;
-};
 
 /// A row of tetrahedra, as many as make a job take its time.
 struct Row {
