@@ -20,7 +20,7 @@
 #include "host_memory.hpp"
 #include "meshsmooth/client.hpp"
 #include "meshsmooth/server.hpp"
-#include "server/relay.hpp"
+#include "support/relay.hpp"
 #include "support/meshes.hpp"
 
 namespace meshsmooth::bench {

@@ -3,7 +3,7 @@
 #include <grpcpp/create_channel.h>
 #include <gtest/gtest.h>
 
-#include "server/relay.hpp"
+#include "support/relay.hpp"
 #include "server/smooth_call.hpp"
 #include "support/in_process_server.hpp"
 
