@@ -68,8 +68,14 @@ std::string tls_hint(std::string_view message, const std::string& server) {
 }
 
 std::string unavailable_hint(std::string_view message, const std::string& server) {
-  if (contains_any(message, {"http2 header with status: 50"})) {
-    return "a proxy answers at " + server + ", but no server behind it does";
+  if (contains_any(message, {"http2 header with status: 50", "no server behind this proxy"})) {
+    return "a proxy answers at " + server +
+           ", but no server behind it does, or the two do not speak HTTP/2 with each other";
+  }
+  if (contains_any(message, {"http1.x server"})) {
+    return "what answers at " + server +
+           " does not speak HTTP/2: is it a proxy that needs to be told (nginx: listen … http2; "
+           "HAProxy: proto h2, or alpn h2 with TLS)?";
   }
   if (std::string hint = tls_hint(message, server); !hint.empty()) return hint;
   if (never_connected(message)) {
@@ -82,6 +88,12 @@ std::string unavailable_hint(std::string_view message, const std::string& server
          std::string(kUnchanged) + ", send it again";
 }
 
+std::string proxy_ended_hint() {
+  return "neither side asked for this: a proxy or the server ended the call (HAProxy: timeout "
+         "client, timeout server, or the server behind it is gone)" +
+         std::string(kUnchanged);
+}
+
 /// What an error that no meshsmooth server sent usually means. The texts that
 /// proxies cause were seen with HAProxy 2.6 and nginx 1.22.
 std::string foreign_hint(const grpc::Status& status, const CallFacts& facts) {
@@ -90,13 +102,18 @@ std::string foreign_hint(const grpc::Status& status, const CallFacts& facts) {
     case grpc::StatusCode::UNAVAILABLE:
       return unavailable_hint(message, facts.server);
     case grpc::StatusCode::DEADLINE_EXCEEDED:
+      if (!facts.answered) {
+        return "not a word came from the server; a proxy in between may keep the request to itself "
+               "(nginx: grpc_pass, not proxy_pass)" +
+               std::string(kUnchanged);
+      }
       return "allow more time, or set a compute budget to get the best result reached in it" +
              std::string(kUnchanged);
     case grpc::StatusCode::CANCELLED:
       if (facts.cancelled_by_caller) return {};
-      return "neither side asked for this: a proxy or the server ended the call (HAProxy: timeout "
-             "server and timeout tunnel, or no server behind it)" +
-             std::string(kUnchanged);
+      return proxy_ended_hint();
+    case grpc::StatusCode::UNKNOWN:
+      return contains_any(message, {"Stream removed"}) ? proxy_ended_hint() : std::string();
     case grpc::StatusCode::INTERNAL:
       if (was_reset(message, 0)) {
         return "a proxy cut the upload: lift its body limit (nginx: client_max_body_size 0)";
@@ -104,6 +121,12 @@ std::string foreign_hint(const grpc::Status& status, const CallFacts& facts) {
       if (was_reset(message, 1)) {
         return "a proxy gave up waiting: raise its timeouts (nginx: grpc_read_timeout, "
                "client_body_timeout)";
+      }
+      if (was_reset(message, 2)) {
+        return "a proxy ended the call: lift its body limit (nginx: client_max_body_size 0) and "
+               "raise its timeouts (nginx: grpc_read_timeout, client_body_timeout), unless the "
+               "server behind it is gone" +
+               std::string(kUnchanged);
       }
       return "something between here and the server failed" + std::string(kUnchanged);
     case grpc::StatusCode::UNIMPLEMENTED:

@@ -28,7 +28,12 @@ namespace meshsmooth::client {
 struct TopologyUse {
   std::string name;   // not empty: by this name alone
   bool kept = false;  // inline, and kept under its name
+  // For proxies, as metadata: calls of one topology belong to one server. Empty: to any.
+  std::string route;
 };
+
+/// The metadata's key.
+inline constexpr const char* kRouteKey = "meshsmooth-topology";
 
 /// One Smooth call from spec to status. Two threads: the caller's reads, its
 /// own uploads once the server has accepted, so that progress, StopSending and
