@@ -23,7 +23,7 @@ build_packages=(
 # What the tests need beside that.
 test_packages=(
   libgtest-dev libgmock-dev libeigen3-dev libbenchmark-dev
-  clang-format clang-tidy shellcheck python3 prometheus
+  clang-format clang-tidy shellcheck python3 prometheus haproxy nginx iproute2
 )
 # What scripts/bundle needs beside the first.
 bundle_packages=(libgtest-dev libgmock-dev libeigen3-dev libbenchmark-dev binutils zstd)
