@@ -5,9 +5,11 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <cstdlib>
 #include <fstream>
 #include <limits>
+#include <set>
 #include <string_view>
 #include <type_traits>
 
@@ -50,6 +52,20 @@ bool is_backend(std::string_view text) {
          (text.starts_with("cuda:") && is_number(text.substr(5)));
 }
 
+bool is_device_list(std::string_view text) {
+  if (text == "all") return true;
+  std::set<int> seen;
+  while (!text.empty()) {
+    const std::string_view number = text.substr(0, text.find(','));
+    int device = 0;
+    const auto [end, error] = std::from_chars(number.begin(), number.end(), device);
+    if (error != std::errc() || end != number.end() || !seen.insert(device).second) return false;
+    if (number.size() + 1 == text.size()) return false;  // it ends in a comma
+    text.remove_prefix(std::min(number.size() + 1, text.size()));
+  }
+  return !seen.contains(-1) && (seen.empty() || *seen.begin() >= 0);
+}
+
 /// Calls `visit(key, member, text, check)` for every setting: a CLI::Validator
 /// says what is in range, or `Bytes`.
 template <class Config, class Visit>
@@ -84,7 +100,11 @@ void visit_settings(Config& config, const Visit& visit) {
 
   visit("backend", config.backend, "auto, cpu, cuda or cuda:N",
         text_that("auto, cpu, cuda or cuda:N", is_backend));
-  visit("lanes", config.lanes, "Jobs that run at the same time; 0: 4 on CUDA, 1 on the CPU",
+  visit("devices", config.devices,
+        "GPUs: all, or by number, as in 0,2; empty: the one of --backend",
+        text_that("all, or numbers of GPUs as in 0,2, each once", is_device_list));
+  visit("lanes", config.lanes,
+        "Jobs that run at the same time on each device; 0: 4 on CUDA, 1 on the CPU",
         CLI::Range(0, 1024));
   visit("threads-per-lane", config.threads_per_lane, "0: all cores shared by the lanes",
         CLI::Range(0, 4096));
@@ -92,7 +112,8 @@ void visit_settings(Config& config, const Visit& visit) {
   visit("host-memory-limit-bytes", config.host_memory_limit_bytes,
         "Memory for all jobs, 8GiB is understood; 0: 80 % of what machine and cgroup allow", bytes);
   visit("device-bytes", config.device_bytes,
-        "Device memory for all jobs, at most; 0: what is free at the start, less a margin", bytes);
+        "Memory of each device for all jobs, at most; 0: what is free at the start, less a margin",
+        bytes);
   visit("idle-pinned-bytes", config.idle_pinned_bytes,
         "Page-locked memory kept for the next jobs; 0: 1/16 of the host memory limit, at most "
         "1 GiB",

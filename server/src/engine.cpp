@@ -5,101 +5,13 @@
 #include <thread>
 #include <utility>
 
+#include "equipment.hpp"
 #include "host_memory.hpp"
 #include "log.hpp"
-#include "memory_limit.hpp"
 #include "meshsmooth/error.hpp"
 
 namespace meshsmooth::server {
 namespace {
-
-// So that one lane computes while others copy.
-constexpr int kCudaLanes = 4;
-
-int lane_count(const ServerConfig& config, std::string_view backend) {
-  if (config.lanes != 0) return config.lanes;
-  return backend.starts_with("cuda") ? kCudaLanes : 1;
-}
-
-int threads_per_lane(const ServerConfig& config, std::string_view backend) {
-  if (config.threads_per_lane != 0) return config.threads_per_lane;
-  const int cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  return std::max(1, cores / lane_count(config, backend));
-}
-
-void fill_in_host_bytes(ServerConfig& config) {
-  if (config.host_memory_limit_bytes == 0) {
-    config.host_memory_limit_bytes = available_host_bytes() / 10 * 8;
-  }
-  if (config.max_job_bytes == 0) config.max_job_bytes = config.host_memory_limit_bytes;
-  if (config.max_queued_bytes == 0) config.max_queued_bytes = config.host_memory_limit_bytes;
-  if (config.max_kept_result_bytes == 0) {
-    config.max_kept_result_bytes = config.host_memory_limit_bytes / 4;
-  }
-  if (config.max_topology_bytes == 0) {
-    config.max_topology_bytes = config.host_memory_limit_bytes / 4;
-  }
-  if (config.idle_pinned_bytes == 0) {
-    config.idle_pinned_bytes = std::min(std::int64_t{1} << 30, config.host_memory_limit_bytes / 16);
-  }
-}
-
-// What jobs may take together: all that is free once every lane is there, less what
-// the lanes beside a job's own may hold at rest, less a margin for what the driver
-// takes later (code of the kernels, fragments).
-void fill_in_device_bytes(ServerConfig& config, const DeviceSpace& space) {
-  if (space.total_bytes == 0) {
-    config.device_bytes = 0;
-    return;
-  }
-  const std::int64_t margin = std::max(std::int64_t{256} << 20, space.total_bytes / 32);
-  const std::int64_t usable = space.free_bytes - (config.lanes - 1) * space.kept_bytes - margin;
-  if (usable <= 0) {
-    throw InvalidOption("OPTION_OUT_OF_RANGE",
-                        "lanes: " + std::to_string(config.lanes) + " lanes may keep " +
-                            std::to_string(space.kept_bytes) + " bytes of device memory each, " +
-                            std::to_string(space.free_bytes) + " are free; use fewer lanes",
-                        {{"field", "lanes"}});
-  }
-  config.device_bytes = config.device_bytes == 0 ? usable : std::min(config.device_bytes, usable);
-}
-
-// Of the backends that "auto" means, the first that works; `passed_over` says why
-// better ones do not.
-std::unique_ptr<Smoother> make_best_smoother(const ServerConfig& config, std::string& passed_over) {
-  const auto pass_over = [&](const BackendInfo& info, const std::string& why) {
-    passed_over += (passed_over.empty() ? "" : "; ") + info.name + ": " + why;
-  };
-  const std::vector<BackendInfo> backends = list_backends();
-  for (const BackendInfo& info : backends) {
-    if (!info.available) {
-      pass_over(info, info.problem);
-      continue;
-    }
-    try {
-      return make_smoother(info.name, threads_per_lane(config, info.name));
-    } catch (const Error& error) {
-      if (info.name == backends.back().name) throw;
-      pass_over(info, error.what());
-    }
-  }
-  throw NotSupported("BACKEND_NOT_AVAILABLE", "no backend is available: " + passed_over);
-}
-
-// The first job of a backend pays for what it loads and allocates once.
-void warm_up(Smoother& smoother) {
-  Mesh mesh;
-  mesh.positions = std::vector<Vec3d>{{0.1, 0, 0}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0},
-                                      {0, -1, 0},  {0, 0, 1}, {0, 0, -1}};
-  mesh.blocks = {{ElementType::tetrahedron, {0, 1, 3, 5, 0, 3, 2, 5, 0, 2, 4, 5, 0, 4, 1, 5,
-                                             0, 3, 1, 6, 0, 2, 3, 6, 0, 4, 2, 6, 0, 1, 4, 6}}};
-  for (const Method& method : {Method(Laplacian{}), Method(SmartLaplacian{}), Method(Optimize{})}) {
-    SmoothOptions options;
-    options.method = method;
-    options.max_iterations = 2;
-    smoother.smooth(mesh, options);
-  }
-}
 
 std::string random_instance() {
   constexpr char kDigits[] = "0123456789abcdef";
@@ -143,31 +55,6 @@ std::exception_ptr queue_timeout_error() {
       DeadlineExceeded("QUEUE_TIMEOUT", "the job waited too long in the queue"));
 }
 
-Engine::Equipment Engine::equip(ServerConfig config, const SmootherFactory& factory) {
-  Equipment result;
-  const auto make = [&](const std::string& backend) {
-    return factory ? factory() : make_smoother(backend, threads_per_lane(config, backend));
-  };
-  result.smoothers.push_back(!factory && config.backend == "auto"
-                                 ? make_best_smoother(config, result.passed_over)
-                                 : make(config.backend));
-  const std::string backend(result.smoothers.front()->backend());
-  config.threads_per_lane = threads_per_lane(config, backend);
-  config.lanes = lane_count(config, backend);
-  while (result.smoothers.size() < static_cast<std::size_t>(config.lanes)) {
-    result.smoothers.push_back(make(backend));
-  }
-  if (!factory && config.warm_up) {
-    for (const auto& smoother : result.smoothers) warm_up(*smoother);
-  }
-  fill_in_host_bytes(config);
-  fill_in_device_bytes(config, result.smoothers.front()->device_space());
-  result.staging = make_staging_memory(backend, static_cast<std::size_t>(config.idle_pinned_bytes),
-                                       host_memory());
-  result.config = std::move(config);
-  return result;
-}
-
 Engine::Engine(ServerConfig config, const SmootherFactory& factory,
                const std::function<void()>& on_lane_broken)
     : Engine(equip(std::move(config), factory), on_lane_broken) {}
@@ -177,8 +64,7 @@ Engine::Engine(Equipment equipment, const std::function<void()>& on_lane_broken)
       passed_over_(std::move(equipment.passed_over)),
       staging_(std::move(equipment.staging)),
       instance_(random_instance()),
-      ledger_({.host_bytes = config_.host_memory_limit_bytes,
-               .device_bytes = config_.device_bytes == 0 ? INT64_MAX : config_.device_bytes}),
+      ledger_(std::move(equipment.limits)),
       topologies_(ledger_, config_.max_topology_bytes),
       queue_(config_.max_queued_jobs, config_.max_queued_bytes,
              std::chrono::duration_cast<Clock::duration>(
@@ -186,9 +72,13 @@ Engine::Engine(Equipment equipment, const std::function<void()>& on_lane_broken)
       store_(static_cast<std::size_t>(config_.max_kept_jobs),
              {config_.max_jobs_per_identity, config_.max_bytes_per_identity}),
       results_(config_.max_kept_result_bytes) {
-  for (auto& smoother : equipment.smoothers) {
-    lanes_.push_back(
-        std::make_unique<Lane>(std::move(smoother), queue_, topologies_, on_lane_broken));
+  for (Equipment::Device& device : equipment.devices) {
+    const int index = static_cast<int>(devices_.size());
+    devices_.push_back(device.backend);
+    for (auto& smoother : device.smoothers) {
+      lanes_.push_back(
+          std::make_unique<Lane>(std::move(smoother), index, queue_, topologies_, on_lane_broken));
+    }
   }
   housekeeper_ = std::jthread([this](const std::stop_token& stop) { keep_house(stop); });
 }
@@ -239,7 +129,9 @@ Attendance Engine::admit(JobRequest request, const Job::Observer& observer) {
     if (draining()) std::rethrow_exception(draining_error());
     if (auto joined = join(request, observer)) return std::move(*joined);
     results_.expire(Clock::now());
-    Reservation reservation = reserve(estimate(request));
+    const std::vector<int> resident =
+        request.topology ? request.topology->devices() : std::vector<int>{};
+    Reservation reservation = reserve(estimate(request), resident);
     QueuePlace place = queue_.admit(request.layout.total_bytes());
     Attendance attendance;
     attendance.stream = reservation.split({stream_bytes(config_), 0});
@@ -260,10 +152,10 @@ Attendance Engine::admit(JobRequest request, const Job::Observer& observer) {
   }
 }
 
-Reservation Engine::reserve(MemoryEstimate need) {
+Reservation Engine::reserve(MemoryEstimate need, const std::vector<int>& preferred_devices) {
   for (;;) {
     try {
-      return ledger_.reserve(need);
+      return ledger_.reserve(need, preferred_devices);
     } catch (const OutOfMemory& error) {
       if (error.reason() == "MESH_TOO_LARGE" || !topologies_.evict_one()) throw;
     }

@@ -27,6 +27,8 @@
 
 namespace meshsmooth::server {
 
+struct Equipment;
+
 /// A call's part in a job: while it lasts, the call hears of changes and has the
 /// memory of its stream. Given back by `Engine::leave`.
 struct Attendance {
@@ -41,8 +43,7 @@ struct Attendance {
 class Engine {
  public:
   /// Starts the lanes. `on_lane_broken` is called by a lane's own thread.
-  /// Throws what `factory` or `make_smoother` throws, and InvalidOption
-  /// (OPTION_OUT_OF_RANGE) when so many lanes leave a job no device memory.
+  /// Throws what `equip` throws.
   Engine(
       ServerConfig config, const SmootherFactory& factory,
       const std::function<void()>& on_lane_broken = [] {});
@@ -98,7 +99,8 @@ class Engine {
   [[nodiscard]] Metrics& metrics() { return metrics_; }
   [[nodiscard]] const Metrics& metrics() const { return metrics_; }
   [[nodiscard]] const std::vector<std::unique_ptr<Lane>>& lanes() const { return lanes_; }
-  [[nodiscard]] std::string_view backend() const { return lanes_.front()->smoother().backend(); }
+  /// The backend of each device, "cuda:0" …; `Lane::device` is an index in it.
+  [[nodiscard]] const std::vector<std::string>& devices() const { return devices_; }
   /// Why backends that "auto" prefers do not run; empty when the best one does.
   [[nodiscard]] const std::string& passed_over() const { return passed_over_; }
 
@@ -117,23 +119,15 @@ class Engine {
   void wake();
 
  private:
-  /// What the settings come to on this machine.
-  struct Equipment {
-    ServerConfig config;
-    std::vector<std::unique_ptr<Smoother>> smoothers;  // one per lane
-    std::string passed_over;
-    std::unique_ptr<StagingMemory> staging;  // where the smoothers gain by it
-  };
-
   Engine(Equipment equipment, const std::function<void()>& on_lane_broken);
-  [[nodiscard]] static Equipment equip(ServerConfig config, const SmootherFactory& factory);
   /// Of the mesh's arrays, as they are allocated.
   [[nodiscard]] std::int64_t array_bytes(const wire::MeshLayout& layout) const;
   [[nodiscard]] std::int64_t array_bytes(std::int64_t bytes) const;
   [[nodiscard]] std::optional<Attendance> join(const JobRequest& request,
                                                const Job::Observer& observer);
   /// Evicts topologies before it refuses.
-  [[nodiscard]] Reservation reserve(MemoryEstimate need);
+  [[nodiscard]] Reservation reserve(MemoryEstimate need,
+                                    const std::vector<int>& preferred_devices = {});
   void retire(const Job& job);
   void keep_house(const std::stop_token& stop);
 
@@ -152,6 +146,7 @@ class Engine {
   std::atomic<int> calls_ = 0;
   std::mutex idle_mutex_;
   std::condition_variable idle_;
+  std::vector<std::string> devices_;
   std::vector<std::unique_ptr<Lane>> lanes_;
   std::jthread housekeeper_;  // what time alone brings about
 };

@@ -60,6 +60,7 @@ Job::Job(std::string name, std::int64_t sequence, JobRequest request, Reservatio
       sequence_(sequence),
       request_(without_topology(request)),
       reserved_bytes_(reservation.bytes()),
+      device_(reservation.device()),
       result_bytes_(result_bytes),
       end_observer_(std::move(end_observer)),
       reservation_(std::move(reservation)),

@@ -138,6 +138,8 @@ class Job {
   [[nodiscard]] std::int64_t sequence() const { return sequence_; }
   [[nodiscard]] const JobRequest& request() const { return request_; }
   [[nodiscard]] MemoryEstimate reserved_bytes() const { return reserved_bytes_; }
+  /// That it runs on: where its memory was promised.
+  [[nodiscard]] int device() const { return device_; }
 
   /// From now on the observer is called; give the number to `leave`. Nothing when
   /// there is nothing to wait for: the job was asked to stop, or is over and has
@@ -207,6 +209,7 @@ class Job {
   const std::int64_t sequence_;
   const JobRequest request_;
   const MemoryEstimate reserved_bytes_;
+  const int device_;
   const std::int64_t result_bytes_;
   const EndObserver end_observer_;
   std::stop_source stop_;

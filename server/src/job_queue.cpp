@@ -42,7 +42,7 @@ void JobQueue::push(std::shared_ptr<Job> job, Priority priority) {
     ages_.emplace(job.get(), age);
     waiting_.emplace(age, Waiting{std::move(job), static_cast<int>(priority), Clock::now()});
   }
-  not_empty_.notify_one();
+  not_empty_.notify_all();  // one lane may be of another device
 }
 
 template <class Visit>
@@ -60,12 +60,17 @@ void JobQueue::rank_all(const Visit& visit) const {
   }
 }
 
-std::shared_ptr<Job> JobQueue::pop() {
+std::shared_ptr<Job> JobQueue::pop(int device) {
   std::unique_lock lock(mutex_);
-  not_empty_.wait(lock, [this] { return closed_ || !waiting_.empty(); });
-  if (closed_) return nullptr;
   std::optional<Rank> next;
-  rank_all([&](const Waiting&, const Rank& rank) { next = next ? std::min(*next, rank) : rank; });
+  not_empty_.wait(lock, [&] {
+    if (closed_) return true;
+    rank_all([&](const Waiting& waiting, const Rank& rank) {
+      if (waiting.job->device() == device && (!next || rank < *next)) next = rank;
+    });
+    return next.has_value();
+  });
+  if (closed_) return nullptr;
   auto first = waiting_.extract(next->age);
   std::shared_ptr<Job> job = std::move(first.mapped().job);
   ages_.erase(job.get());
@@ -95,7 +100,7 @@ int JobQueue::position(const Job& job) const {
   std::vector<Rank> ranks;
   std::optional<Rank> own;
   rank_all([&](const Waiting& waiting, const Rank& rank) {
-    ranks.push_back(rank);
+    if (waiting.job->device() == job.device()) ranks.push_back(rank);
     if (waiting.job.get() == &job) own = rank;
   });
   return 1 +

@@ -59,16 +59,16 @@ class JobQueue {
   /// Never blocks, never fails. Needs a job that holds a place. O(log n).
   void push(std::shared_ptr<Job> job, Priority priority);
 
-  /// Waits for a job, which then runs until `done`; nothing once the queue is
-  /// closed. O(n log n).
-  [[nodiscard]] std::shared_ptr<Job> pop();
+  /// Waits for a job of this device, which then runs until `done`; nothing once the
+  /// queue is closed. O(n log n).
+  [[nodiscard]] std::shared_ptr<Job> pop(int device = 0);
   /// The owner of this job has one less running.
   void done(const Job& job);
 
   /// False when the job is not (or no longer) waiting here. O(log n).
   bool remove(const Job& job);
 
-  /// 1 = next, 0 = not waiting here. O(n log n).
+  /// Among those of its device: 1 = next, 0 = not waiting here. O(n log n).
   [[nodiscard]] int position(const Job& job) const;
 
   /// Lets every `pop` return nothing; jobs that wait stay where they are.

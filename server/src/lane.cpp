@@ -8,9 +8,10 @@
 
 namespace meshsmooth::server {
 
-Lane::Lane(std::unique_ptr<Smoother> smoother, JobQueue& queue, TopologyCache& topologies,
-           std::function<void()> on_broken)
+Lane::Lane(std::unique_ptr<Smoother> smoother, int device, JobQueue& queue,
+           TopologyCache& topologies, std::function<void()> on_broken)
     : smoother_(std::move(smoother)),
+      device_(device),
       queue_(queue),
       topologies_(topologies),
       on_broken_(std::move(on_broken)),
@@ -22,7 +23,7 @@ void Lane::join() {
 
 void Lane::run() {
   while (!broken_) {
-    const std::shared_ptr<Job> job = queue_.pop();
+    const std::shared_ptr<Job> job = queue_.pop(device_);
     if (!job) return;
     set_job(job);
     run_job(*job);
@@ -97,7 +98,7 @@ SmoothSummary Lane::smooth(Job& job, const JobControl& control) {
   const SmoothOptions& options = job.request().options;
   const auto topology = job.topology();
   if (!topology) return smoother_->smooth(mesh.topology(), mesh.positions(), options, control);
-  const PreparedForJob prepared = topologies_.prepare(*topology, *smoother_, control);
+  const PreparedForJob prepared = topologies_.prepare(*topology, *smoother_, device_, control);
   if (prepared.reused) job.note_topology_reused();
   return smoother_->smooth(*prepared.topology, mesh.positions(), options, control);
 }

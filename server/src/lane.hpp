@@ -14,12 +14,12 @@
 
 namespace meshsmooth::server {
 
-/// One thread with its own smoother: takes job after job from the queue. Ends
+/// One thread with its own smoother: takes job after job of its device from the queue. Ends
 /// when the queue is closed, or when its device is lost; then it says so by
 /// `on_broken`, once.
 class Lane {
  public:
-  Lane(std::unique_ptr<Smoother> smoother, JobQueue& queue, TopologyCache& topologies,
+  Lane(std::unique_ptr<Smoother> smoother, int device, JobQueue& queue, TopologyCache& topologies,
        std::function<void()> on_broken);
   ~Lane() { join(); }
   Lane(const Lane&) = delete;
@@ -29,6 +29,7 @@ class Lane {
   void join();
 
   [[nodiscard]] const Smoother& smoother() const { return *smoother_; }
+  [[nodiscard]] int device() const { return device_; }
   [[nodiscard]] bool busy() const;
   /// With jobs, the running one included, since the start.
   [[nodiscard]] double busy_seconds() const;
@@ -46,6 +47,7 @@ class Lane {
   [[nodiscard]] SmoothSummary smooth(Job& job, const JobControl& control);
 
   const std::unique_ptr<Smoother> smoother_;
+  const int device_;
   JobQueue& queue_;
   TopologyCache& topologies_;
   const std::function<void()> on_broken_;

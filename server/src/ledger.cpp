@@ -30,7 +30,7 @@ void check_limit(std::int64_t need, std::int64_t limit, const std::string& space
 }  // namespace
 
 Reservation::~Reservation() {
-  if (ledger_ != nullptr) ledger_->give_back(bytes_);
+  if (ledger_ != nullptr) ledger_->give_back(bytes_, device_);
 }
 
 Reservation Reservation::split(MemoryEstimate part) {
@@ -38,42 +38,78 @@ Reservation Reservation::split(MemoryEstimate part) {
           std::min(part.device_bytes, bytes_.device_bytes)};
   bytes_.host_bytes -= part.host_bytes;
   bytes_.device_bytes -= part.device_bytes;
-  return {ledger_, part};
+  return {ledger_, part, device_};
 }
+
+Ledger::Ledger(MemoryBytes limit)
+    : limit_(std::move(limit)),
+      reserved_{0, std::vector<std::int64_t>(limit_.device_bytes.size())},
+      device_freed_(limit_.device_bytes.size()) {}
 
 void Ledger::check_fits(MemoryEstimate need) const {
   check_limit(need.host_bytes, limit_.host_bytes, "host");
-  check_limit(need.device_bytes, limit_.device_bytes, "device");
+  check_limit(need.device_bytes, *std::ranges::max_element(limit_.device_bytes), "device");
 }
 
-Reservation Ledger::reserve(MemoryEstimate need) {
+Reservation Ledger::reserve(MemoryEstimate need, std::span<const int> preferred) {
   check_fits(need);
   const std::lock_guard lock(mutex_);
+  return take(choose_device(need.device_bytes, preferred), need);
+}
+
+Reservation Ledger::reserve_on(int device, MemoryEstimate need) {
+  check_limit(need.host_bytes, limit_.host_bytes, "host");
+  check_limit(need.device_bytes, limit_.device_bytes[device], "device");
+  const std::lock_guard lock(mutex_);
+  return take(device, need);
+}
+
+std::int64_t Ledger::free_bytes(int device) const {
+  return limit_.device_bytes[device] - reserved_.device_bytes[device];
+}
+
+int Ledger::choose_device(std::int64_t need, std::span<const int> preferred) const {
+  for (const int device : preferred) {
+    if (need <= free_bytes(device)) return device;
+  }
+  int best = 0, freest = 0;
+  for (int device = 0; device < static_cast<int>(limit_.device_bytes.size()); ++device) {
+    const bool fits = need <= free_bytes(device);
+    if (fits && (need > free_bytes(best) ||
+                 reserved_.device_bytes[device] < reserved_.device_bytes[best])) {
+      best = device;
+    }
+    if (free_bytes(device) > free_bytes(freest)) freest = device;
+  }
+  return need <= free_bytes(best) ? best : freest;
+}
+
+Reservation Ledger::take(int device, MemoryEstimate need) {
   const std::int64_t host_free = limit_.host_bytes - reserved_.host_bytes;
-  const std::int64_t device_free = limit_.device_bytes - reserved_.device_bytes;
   if (need.host_bytes > host_free) {
     throw_busy("HOST_MEMORY_BUSY", need.host_bytes, host_free, "host", host_freed_);
   }
-  if (need.device_bytes > device_free) {
-    throw_busy("DEVICE_MEMORY_BUSY", need.device_bytes, device_free, "device", device_freed_);
+  if (need.device_bytes > free_bytes(device)) {
+    throw_busy("DEVICE_MEMORY_BUSY", need.device_bytes, free_bytes(device), "device",
+               device_freed_[device]);
   }
   reserved_.host_bytes += need.host_bytes;
-  reserved_.device_bytes += need.device_bytes;
-  return {this, need};
+  reserved_.device_bytes[device] += need.device_bytes;
+  return {this, need, device};
 }
 
-MemoryEstimate Ledger::reserved() const {
+MemoryBytes Ledger::reserved() const {
   const std::lock_guard lock(mutex_);
   return reserved_;
 }
 
-void Ledger::give_back(MemoryEstimate bytes) {
+void Ledger::give_back(MemoryEstimate bytes, int device) {
   const std::lock_guard lock(mutex_);
   reserved_.host_bytes -= bytes.host_bytes;
-  reserved_.device_bytes -= bytes.device_bytes;
+  reserved_.device_bytes[device] -= bytes.device_bytes;
   const auto now = DrainRate::Clock::now();
   host_freed_.add(static_cast<double>(bytes.host_bytes), now);
-  device_freed_.add(static_cast<double>(bytes.device_bytes), now);
+  device_freed_[device].add(static_cast<double>(bytes.device_bytes), now);
 }
 
 }  // namespace meshsmooth::server

@@ -52,8 +52,10 @@ void set_log(const std::string& level, const std::string& format) {
   logger().set_level(spdlog::level::from_str(level));
 }
 
-void log_start(const ServerConfig& config, const std::string& backend, int port, int admin_port,
-               const std::string& passed_over) {
+void log_start(const ServerConfig& config, const std::vector<std::string>& backends, int port,
+               int admin_port, const std::string& passed_over) {
+  std::string backend;
+  for (const std::string& name : backends) backend += (backend.empty() ? "" : ",") + name;
   LogFields fields = {{"event", "start"},
                       {"version", MESHSMOOTH_VERSION},
                       {"running_backend", backend},

@@ -2,6 +2,7 @@
 
 #include <exception>
 #include <string>
+#include <vector>
 
 namespace meshsmooth {
 class Error;
@@ -20,8 +21,8 @@ void set_log(const std::string& level, const std::string& format);
 
 /// The whole configuration. `passed_over`: why better backends do not run; a
 /// warning unless empty.
-void log_start(const ServerConfig& config, const std::string& backend, int port, int admin_port,
-               const std::string& passed_over);
+void log_start(const ServerConfig& config, const std::vector<std::string>& backends, int port,
+               int admin_port, const std::string& passed_over);
 /// The one line of a job.
 void log_job_end(const Job& job);
 /// Work was refused before it became a job.

@@ -111,15 +111,18 @@ void read_equipment(const Engine& engine, std::vector<MetricFamily>& families) {
                          .add(engine.call_count())
                          .take());
 
-  const MemoryEstimate reserved = engine.ledger().reserved();
-  const MemoryEstimate limit = engine.ledger().limit();
+  const MemoryBytes reserved = engine.ledger().reserved();
+  const MemoryBytes limit = engine.ledger().limit();
   Reading reserved_bytes("meshsmooth_reserved_bytes", "Memory promised to jobs");
   Reading limit_bytes("meshsmooth_reserved_limit_bytes", "Memory that may be promised to jobs");
   reserved_bytes.add(static_cast<double>(reserved.host_bytes), {{"space", "host"}});
   limit_bytes.add(static_cast<double>(limit.host_bytes), {{"space", "host"}});
-  if (engine.config().device_bytes > 0) {
-    reserved_bytes.add(static_cast<double>(reserved.device_bytes), {{"space", "device"}});
-    limit_bytes.add(static_cast<double>(limit.device_bytes), {{"space", "device"}});
+  for (std::size_t i = 0; i < engine.devices().size(); ++i) {
+    if (limit.device_bytes[i] == INT64_MAX) continue;  // it works in the host's
+    const std::vector<prometheus::ClientMetric::Label> labels{{"space", "device"},
+                                                              {"device", engine.devices()[i]}};
+    reserved_bytes.add(static_cast<double>(reserved.device_bytes[i]), labels);
+    limit_bytes.add(static_cast<double>(limit.device_bytes[i]), labels);
   }
   families.push_back(reserved_bytes.take());
   families.push_back(limit_bytes.take());
@@ -130,7 +133,7 @@ void read_equipment(const Engine& engine, std::vector<MetricFamily>& families) {
   for (std::size_t i = 0; i < engine.lanes().size(); ++i) {
     const Lane& lane = *engine.lanes()[i];
     busy.add(lane.busy_seconds(),
-             {{"device", std::string(engine.backend())}, {"lane", std::to_string(i)}});
+             {{"device", engine.devices()[lane.device()]}, {"lane", std::to_string(i)}});
     if (lane.broken()) ++broken;
   }
   families.push_back(busy.take());

@@ -153,7 +153,7 @@ void Server::start(std::function<void()> on_device_lost) {
   }
   impl.set_serving(true);
   impl.running_engine = impl.engine.get();
-  log_start(impl.engine->config(), std::string(impl.engine->backend()), impl.port, admin_port(),
+  log_start(impl.engine->config(), impl.engine->devices(), impl.port, admin_port(),
             impl.engine->passed_over());
 }
 

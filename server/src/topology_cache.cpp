@@ -9,8 +9,21 @@ namespace meshsmooth::server {
 
 std::int64_t CachedTopology::resident_bytes() const {
   const std::lock_guard lock(mutex_);
-  const MemoryEstimate prepared = prepared_ ? prepared_->bytes() : MemoryEstimate{};
-  return arrays_->size_bytes() + prepared.host_bytes + prepared.device_bytes;
+  std::int64_t bytes = arrays_->size_bytes();
+  for (const auto& [device, prepared] : prepared_) {
+    const MemoryEstimate held = prepared.reservation.bytes();
+    bytes += held.host_bytes + held.device_bytes;
+  }
+  return bytes;
+}
+
+std::vector<int> CachedTopology::devices() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<int> devices;
+  for (const auto& [device, prepared] : prepared_) {
+    if (prepared.reservation.bytes().device_bytes > 0) devices.push_back(device);
+  }
+  return devices;
 }
 
 std::int64_t CachedTopology::boundary_node_count() const {
@@ -69,15 +82,17 @@ bool TopologyCache::make_room(std::int64_t bytes) {
   return true;
 }
 
-PreparedForJob TopologyCache::prepare(CachedTopology& topology, Smoother& smoother,
+PreparedForJob TopologyCache::prepare(CachedTopology& topology, Smoother& smoother, int device,
                                       const JobControl& control) {
+  CachedTopology::Prepared* place = nullptr;
   const auto present = [&] {
     const std::lock_guard lock(topology.mutex_);
-    return topology.prepared_;
+    place = &topology.prepared_[device];
+    return place->topology;
   };
   if (auto prepared = present()) return {std::move(prepared), true};
 
-  std::unique_lock building(topology.building_, std::defer_lock);
+  std::unique_lock building(place->building, std::defer_lock);
   while (!building.try_lock_for(std::chrono::milliseconds(10))) {
     if (control.stop.stop_requested()) throw Cancelled("CANCELLED", "the job was cancelled");
   }
@@ -88,13 +103,13 @@ PreparedForJob TopologyCache::prepare(CachedTopology& topology, Smoother& smooth
   Reservation reservation;
   try {
     if (!make_room(bytes.host_bytes + bytes.device_bytes)) return result;
-    reservation = ledger_.reserve(bytes);
+    reservation = ledger_.reserve_on(device, bytes);
   } catch (const OutOfMemory&) {
     return result;  // it serves this job, within what was promised to that
   }
   const std::lock_guard lock(topology.mutex_);
-  topology.prepared_reservation_ = std::move(reservation);
-  topology.prepared_ = result.topology;
+  place->reservation = std::move(reservation);
+  place->topology = result.topology;
   topology.boundary_node_count_ = result.topology->boundary_node_count();
   return result;
 }

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "ledger.hpp"
 #include "meshsmooth/smoother.hpp"
@@ -18,7 +19,7 @@ namespace meshsmooth::server {
 class TopologyCache;
 
 /// A topology that jobs can name: its arrays and, once a job has run, what the backend
-/// prepared of them. Thread-safe.
+/// prepared of them for the job's device. Thread-safe.
 class CachedTopology {
  public:
   CachedTopology(std::string identity, std::string name, wire::MeshLayout layout,
@@ -37,6 +38,8 @@ class CachedTopology {
     return arrays_;
   }
   [[nodiscard]] std::int64_t resident_bytes() const;
+  /// Those whose memory holds a part of it.
+  [[nodiscard]] std::vector<int> devices() const;
   /// -1: no job has found out.
   [[nodiscard]] std::int64_t boundary_node_count() const;
 
@@ -48,10 +51,13 @@ class CachedTopology {
   // Given back in reverse order: the promises outlive the bytes.
   Reservation reservation_;
   const std::shared_ptr<const wire::TopologyArrays> arrays_;
-  std::timed_mutex building_;  // held by the lane that prepares it
+  struct Prepared {
+    std::timed_mutex building;  // held by the lane that prepares it
+    Reservation reservation;
+    std::shared_ptr<const PreparedTopology> topology;
+  };
   mutable std::mutex mutex_;
-  Reservation prepared_reservation_;
-  std::shared_ptr<const PreparedTopology> prepared_;
+  std::map<int, Prepared> prepared_;  // by device
   std::int64_t boundary_node_count_ = -1;
 };
 
@@ -81,9 +87,10 @@ class TopologyCache {
   /// Frees the least recently used that no job uses; false when there is none.
   bool evict_one();
 
-  /// What `smoother` needs for a job: prepared now, or before, or by another lane meanwhile.
+  /// What `smoother`, of this device, needs for a job: prepared now, or before, or by another
+  /// lane meanwhile.
   /// It is kept if the ledger has room. Throws what `Smoother::prepare` throws.
-  [[nodiscard]] PreparedForJob prepare(CachedTopology& topology, Smoother& smoother,
+  [[nodiscard]] PreparedForJob prepare(CachedTopology& topology, Smoother& smoother, int device,
                                        const JobControl& control);
 
   [[nodiscard]] std::int64_t bytes() const;

@@ -122,6 +122,11 @@ TEST_F(Config, NamesFieldValueAndSourceOfAWrongValue) {
   EXPECT_THAT(error_of({"--lame-duck-seconds", "soon"}),
               AllOf(HasSubstr("lame-duck-seconds: "), HasSubstr("\"soon\"")));
   EXPECT_THAT(error_of({"--max-job-bytes", "lots"}), HasSubstr("\"lots\" (flag --max-job-bytes)"));
+  for (const char* wrong : {"0,0", "-1", "1,", ",1", "a", "0 1"}) {
+    EXPECT_THAT(error_of({"--devices", wrong}), HasSubstr("devices: ")) << wrong;
+  }
+  EXPECT_EQ(read({"--devices", "0,2"}).devices, "0,2");
+  EXPECT_EQ(read({"--devices", "all"}).devices, "all");
   EXPECT_THAT(error_of({"--listen", "here"}), HasSubstr("it is not HOST:PORT or unix:PATH"));
   EXPECT_THAT(error_of({"--backend", "cuda:x"}), HasSubstr("it is not auto, cpu, cuda or cuda:N"));
   {

@@ -130,11 +130,23 @@ TEST_F(EngineTest, StartsOnWhateverBackendThereIs) {
   config.backend = "auto";
   const Engine engine(config, {});
 
-  EXPECT_EQ(engine.backend(), make_smoother("auto")->backend());
+  EXPECT_EQ(engine.devices().front(), make_smoother("auto")->backend());
   // A better one that is not available is named.
   const BackendInfo best = list_backends().front();
   EXPECT_EQ(engine.passed_over().empty(), best.available) << engine.passed_over();
   EXPECT_NE(engine.passed_over().find(best.problem), std::string::npos);  // empty of a good one
+}
+
+TEST_F(EngineTest, RefusesDevicesOfABackendThatHasNone) {
+  ServerConfig config = testing::quiet_config();
+  config.backend = "cpu";
+  config.devices = "0,1";
+  try {
+    const Engine engine(config, {});
+    FAIL() << "nothing thrown";
+  } catch (const InvalidOption& error) {
+    EXPECT_EQ(error.details(), (ErrorDetails{{"field", "devices"}}));
+  }
 }
 
 TEST_F(EngineTest, NamesWhatThereIsInsteadOfABackendThatIsNot) {
@@ -216,7 +228,7 @@ TEST_F(DeviceBytes, RefuseWhatDoesNotFitNow) {
   jobs_.front()->end();
   EXPECT_EQ(refusal(*engine, 1), "");
   jobs_.back()->end();
-  EXPECT_EQ(engine->ledger().reserved().device_bytes, 0);
+  EXPECT_EQ(engine->ledger().reserved().device_bytes.front(), 0);
 }
 
 TEST_F(DeviceBytes, DoNotSufficeForAnyNumberOfLanes) {

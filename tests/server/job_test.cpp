@@ -22,7 +22,7 @@ class JobTest : public ::testing::Test {
   static std::exception_ptr cancelled() { return std::make_exception_ptr(Cancelled("WHY", "")); }
   static std::exception_ptr failed() { return std::make_exception_ptr(InvalidMesh("BAD", "")); }
 
-  Ledger ledger_{{.host_bytes = 1000, .device_bytes = 0}};
+  Ledger ledger_{{1000, {0}}};
   JobQueue queue_{1, 1000};
   int end_count_ = 0;
   int change_count_ = 0;

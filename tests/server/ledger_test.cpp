@@ -21,19 +21,19 @@ std::string reason_of(Ledger& ledger, MemoryEstimate need) {
 }
 
 TEST(Ledger, CountsWhatIsPromisedUntilItIsGivenBack) {
-  Ledger ledger({.host_bytes = 100, .device_bytes = 50});
+  Ledger ledger({100, {50}});
   {
     const Reservation first = ledger.reserve({60, 20});
     const Reservation second = ledger.reserve({40, 30});
     EXPECT_EQ(ledger.reserved().host_bytes, 100);
-    EXPECT_EQ(ledger.reserved().device_bytes, 50);
+    EXPECT_EQ(ledger.reserved().device_bytes.front(), 50);
   }
   EXPECT_EQ(ledger.reserved().host_bytes, 0);
-  EXPECT_EQ(ledger.reserved().device_bytes, 0);
+  EXPECT_EQ(ledger.reserved().device_bytes.front(), 0);
 }
 
 TEST(Ledger, TellsBusyFromNever) {
-  Ledger ledger({.host_bytes = 100, .device_bytes = 50});
+  Ledger ledger({100, {50}});
   const Reservation held = ledger.reserve({60, 30});
 
   EXPECT_EQ(reason_of(ledger, {41, 0}), "HOST_MEMORY_BUSY");
@@ -44,8 +44,27 @@ TEST(Ledger, TellsBusyFromNever) {
   EXPECT_EQ(ledger.reserved().host_bytes, 60);
 }
 
+TEST(Ledger, GivesJobsToThePreferredDeviceElseToTheLeastPromised) {
+  Ledger ledger({100, {50, 80, 50}});
+  const auto device_of = [&](std::int64_t need, std::vector<int> preferred = {}) {
+    return ledger.reserve({0, need}, preferred).device();
+  };
+  EXPECT_EQ(device_of(10), 0);
+  const Reservation first = ledger.reserve_on(0, {0, 30});
+  const Reservation second = ledger.reserve_on(1, {0, 20});
+  EXPECT_EQ(device_of(10), 2);
+  EXPECT_EQ(device_of(10, {0}), 0);
+  EXPECT_EQ(device_of(30, {0}), 2) << "it has no room";
+  EXPECT_EQ(device_of(60), 1) << "the only one with room";
+  EXPECT_EQ(ledger.reserved().device_bytes, (std::vector<std::int64_t>{30, 20, 0}));
+
+  EXPECT_EQ(reason_of(ledger, {0, 61}), "DEVICE_MEMORY_BUSY");
+  EXPECT_EQ(reason_of(ledger, {0, 81}), "MESH_TOO_LARGE");
+  EXPECT_THROW((void)ledger.reserve_on(0, {0, 51}), OutOfMemory);
+}
+
 TEST(Reservation, GivesBackOnceHoweverOftenItIsMoved) {
-  Ledger ledger({.host_bytes = 100, .device_bytes = 0});
+  Ledger ledger({100, {0}});
   std::optional<Reservation> moved;
   {
     Reservation first = ledger.reserve({10, 0});
@@ -57,7 +76,7 @@ TEST(Reservation, GivesBackOnceHoweverOftenItIsMoved) {
 }
 
 TEST(Ledger, StaysBalancedWithManyThreads) {
-  Ledger ledger({.host_bytes = 1000, .device_bytes = 0});
+  Ledger ledger({1000, {0}});
   std::vector<std::thread> threads;
   for (int t = 0; t < 4; ++t) {
     threads.emplace_back([&ledger] {

@@ -208,7 +208,13 @@ inline v1::GetServerInfoResponse server_info(Stub& stub) {
 /// Every promise of memory comes back, at the latest when those calls are over
 /// that were just cancelled; the test's timeout ends a wait in vain.
 inline void expect_nothing_reserved(Stub& stub) {
-  while (server_info(stub).backends(0).reserved_bytes() != 0) std::this_thread::yield();
+  const auto reserved = [&] {
+    std::int64_t sum = 0;
+    const v1::GetServerInfoResponse info = server_info(stub);
+    for (const v1::Backend& backend : info.backends()) sum += backend.reserved_bytes();
+    return sum;
+  };
+  while (reserved() != 0) std::this_thread::yield();
 }
 
 /// A job after all that happened is answered as ever.

@@ -51,6 +51,11 @@ class FakeControl {
     const std::lock_guard lock(mutex_);
     preparation_thrower_ = std::move(thrower);
   }
+  /// What each preparation holds.
+  void set_prepared_bytes(MemoryEstimate bytes) {
+    const std::lock_guard lock(mutex_);
+    prepared_bytes_ = bytes;
+  }
   /// How many topologies were prepared, or were to be.
   [[nodiscard]] int prepared() const {
     const std::lock_guard lock(mutex_);
@@ -90,6 +95,7 @@ class FakeControl {
   bool deaf_ = false;
   bool preparation_held_ = false;
   int prepared_ = 0;
+  MemoryEstimate prepared_bytes_;
   std::function<void()> preparation_thrower_;
   int started_ = 0;
   std::vector<std::int32_t> regions_;
@@ -97,6 +103,11 @@ class FakeControl {
   MemoryEstimate estimate_;
   DeviceSpace device_space_;
   std::atomic<int> progress_count_ = 0;
+};
+
+struct FakePreparedTopology final : PreparedTopology {
+  MemoryEstimate held;
+  [[nodiscard]] MemoryEstimate bytes() const override { return held; }
 };
 
 /// Moves every node that is not fixed by (+1, 0, 0); remembers nothing.
@@ -119,9 +130,11 @@ class FakeSmoother final : public Smoother {
   std::shared_ptr<const PreparedTopology> prepare(const TopologyView& topology,
                                                   const JobControl& job) override {
     std::function<void()> thrower;
+    auto result = std::make_shared<FakePreparedTopology>();
     {
       std::unique_lock lock(control_->mutex_);
       ++control_->prepared_;
+      result->held = control_->prepared_bytes_;
       while (control_->preparation_held_) {
         if (job.stop.stop_requested()) throw Cancelled("CANCELLED", "the job was cancelled");
         control_->changed_.wait_for(lock, std::chrono::milliseconds(1));
@@ -129,7 +142,8 @@ class FakeSmoother final : public Smoother {
       thrower = control_->preparation_thrower_;
     }
     if (thrower) thrower();
-    return Smoother::prepare(topology, job);
+    result->topology = topology;
+    return result;
   }
 
   using Smoother::smooth;

@@ -30,9 +30,10 @@ inline server::ServerConfig quiet_config() {
 /// A started server; `fake` steers its lanes.
 class InProcessServer {
  public:
-  explicit InProcessServer(server::ServerConfig config = quiet_config())
+  explicit InProcessServer(server::ServerConfig config = quiet_config(), DeviceSpace space = {})
       : server_(std::move(config),
                 [fake = fake_] { return std::make_unique<FakeSmoother>(fake); }) {
+    fake_->set_device_space(space);
     server_.start();
   }
   /// Whatever a test did: once its calls are over, no job lives, no lane is busy and

@@ -22,11 +22,12 @@ struct ServerConfig {
   std::int64_t max_bytes_per_identity = 0;  // promised to those; 0: no limit
 
   std::string backend = "auto";
-  int lanes = 0;             // jobs that run at the same time; 0: 4 on CUDA, 1 on the CPU
+  std::string devices = "";  // GPUs: "all", or by number, "0,2"; empty: the one of `backend`
+  int lanes = 0;  // jobs that run at the same time on each device; 0: 4 on CUDA, 1 on the CPU
   int threads_per_lane = 0;  // 0: all cores shared by the lanes
 
   std::int64_t host_memory_limit_bytes = 0;  // 0: 80 % of what machine and cgroup allow
-  std::int64_t device_bytes = 0;  // of the device, for all jobs; 0: what is free, less a margin
+  std::int64_t device_bytes = 0;  // of each device, for all jobs; 0: what is free, less a margin
   /// Page-locked memory that waits for the next jobs' meshes; 0: a 16th of the
   /// host memory limit, at most 1 GiB. Larger arrays are not locked. CUDA only,
   /// beside the host memory limit.

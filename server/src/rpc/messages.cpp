@@ -177,7 +177,7 @@ v1::Topology encode_topology(const CachedTopology& topology) {
 DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& identity, Engine& engine) {
   const ServerConfig& config = engine.config();
   check_request_id(spec.request_id());
-  check_backend(spec.backend_kind(), engine.backend());
+  check_backend(spec.backend_kind(), engine.devices().front());
 
   DecodedSpec decoded;
   decoded.job.identity = identity;
@@ -341,25 +341,26 @@ v1::GetServerInfoResponse encode_server_info(const Engine& engine) {
   *limits->mutable_stream_idle_timeout() = wire::encode_seconds(config.stream_idle_timeout_seconds);
   limits->set_early_data_bytes(config.early_data_bytes);
 
-  v1::Backend* backend = info.add_backends();
-  const std::string name(engine.backend());
-  backend->set_kind(backend_kind(name));
-  backend->set_name(name);
-  // Of the memory that the backend computes in.
-  const bool on_device = backend->kind() == v1::BACKEND_KIND_CUDA;
-  const auto bytes = on_device ? &MemoryEstimate::device_bytes : &MemoryEstimate::host_bytes;
-  backend->set_total_bytes(engine.ledger().limit().*bytes);
-  backend->set_reserved_bytes(engine.ledger().reserved().*bytes);
-  if (on_device) backend->set_device_index(device_index(name));
-  backend->set_lane_count(static_cast<int>(engine.lanes().size()));
-  bool healthy = true;
-  int busy = 0;
-  for (const auto& lane : engine.lanes()) {
-    if (lane->busy()) ++busy;
-    healthy = healthy && !lane->broken();
+  const MemoryBytes limit = engine.ledger().limit();
+  const MemoryBytes reserved = engine.ledger().reserved();
+  for (const std::string& name : engine.devices()) {
+    const int device = info.backends_size();
+    v1::Backend* backend = info.add_backends();
+    backend->set_kind(backend_kind(name));
+    backend->set_name(name);
+    // Of the memory that the backend computes in.
+    const bool on_device = backend->kind() == v1::BACKEND_KIND_CUDA;
+    backend->set_total_bytes(on_device ? limit.device_bytes[device] : limit.host_bytes);
+    backend->set_reserved_bytes(on_device ? reserved.device_bytes[device] : reserved.host_bytes);
+    if (on_device) backend->set_device_index(device_index(name));
+    backend->set_healthy(true);
+    for (const auto& lane : engine.lanes()) {
+      if (lane->device() != device) continue;
+      backend->set_lane_count(backend->lane_count() + 1);
+      if (lane->busy()) backend->set_busy_lane_count(backend->busy_lane_count() + 1);
+      if (lane->broken()) backend->set_healthy(false);
+    }
   }
-  backend->set_busy_lane_count(busy);
-  backend->set_healthy(healthy);
   return info;
 }
 

@@ -1,0 +1,189 @@
+#include "equipment.hpp"
+
+#include <algorithm>
+#include <sstream>
+#include <thread>
+#include <utility>
+
+#include "host_memory.hpp"
+#include "memory_limit.hpp"
+#include "meshsmooth/error.hpp"
+
+namespace meshsmooth::server {
+namespace {
+
+using Device = Equipment::Device;
+
+constexpr std::string_view kAllDevices = "all";
+
+// So that one lane computes while others copy.
+constexpr int kCudaLanes = 4;
+
+bool is_cuda(std::string_view backend) { return backend.starts_with("cuda"); }
+
+int lane_count(const ServerConfig& config, std::string_view backend) {
+  if (config.lanes != 0) return config.lanes;
+  return is_cuda(backend) ? kCudaLanes : 1;
+}
+
+int threads_per_lane(const ServerConfig& config, std::string_view backend) {
+  if (config.threads_per_lane != 0) return config.threads_per_lane;
+  const int cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  return std::max(1, cores / lane_count(config, backend));
+}
+
+std::unique_ptr<Smoother> make(const ServerConfig& config, const std::string& backend) {
+  return make_smoother(backend, threads_per_lane(config, backend));
+}
+
+Device device_with(std::unique_ptr<Smoother> smoother) {
+  Device device{std::string(smoother->backend()), {}};
+  device.smoothers.push_back(std::move(smoother));
+  return device;
+}
+
+// Of the backends that "auto" means, the first that works, on as many of its devices as are
+// wanted; `passed_over` says why better ones do not.
+std::vector<Device> find_devices(const ServerConfig& config, std::string& passed_over) {
+  const auto pass_over = [&](const BackendInfo& info, const std::string& why) {
+    passed_over += (passed_over.empty() ? "" : "; ") + info.name + ": " + why;
+  };
+  std::vector<Device> devices;
+  const std::vector<BackendInfo> backends = list_backends();
+  for (const BackendInfo& info : backends) {
+    if (!devices.empty() && (config.devices != kAllDevices || !is_cuda(info.name))) break;
+    if (!info.available) {
+      pass_over(info, info.problem);
+      continue;
+    }
+    try {
+      devices.push_back(device_with(make(config, info.name)));
+    } catch (const Error& error) {
+      if (info.name == backends.back().name) throw;
+      pass_over(info, error.what());
+    }
+  }
+  if (devices.empty()) {
+    throw NotSupported("BACKEND_NOT_AVAILABLE", "no backend is available: " + passed_over);
+  }
+  return devices;
+}
+
+// The numbers in the setting `devices`.
+std::vector<std::string> chosen_devices(const ServerConfig& config) {
+  std::vector<std::string> numbers;
+  if (config.devices == kAllDevices) return numbers;
+  std::istringstream text(config.devices);
+  for (std::string number; std::getline(text, number, ',');) numbers.push_back(number);
+  return numbers;
+}
+
+// What the settings name, where it is not for us to choose.
+std::vector<std::string> named_backends(const ServerConfig& config) {
+  std::vector<std::string> names;
+  if (!config.devices.empty() && config.backend != "auto" && config.backend != "cuda") {
+    throw InvalidOption("OPTION_OUT_OF_RANGE",
+                        "devices: they are GPUs; the backend is " + config.backend +
+                            ", make it cuda or leave one of the two out",
+                        {{"field", "devices"}});
+  }
+  for (const std::string& number : chosen_devices(config)) names.push_back("cuda:" + number);
+  if (config.devices == kAllDevices) {
+    for (const BackendInfo& info : list_backends()) {
+      if (info.available && is_cuda(info.name)) names.push_back(info.name);
+    }
+  }
+  if (names.empty()) names.push_back(config.backend);  // says why where there is none
+  return names;
+}
+
+void fill_in_host_bytes(ServerConfig& config) {
+  if (config.host_memory_limit_bytes == 0) {
+    config.host_memory_limit_bytes = available_host_bytes() / 10 * 8;
+  }
+  if (config.max_job_bytes == 0) config.max_job_bytes = config.host_memory_limit_bytes;
+  if (config.max_queued_bytes == 0) config.max_queued_bytes = config.host_memory_limit_bytes;
+  if (config.max_kept_result_bytes == 0) {
+    config.max_kept_result_bytes = config.host_memory_limit_bytes / 4;
+  }
+  if (config.max_topology_bytes == 0) {
+    config.max_topology_bytes = config.host_memory_limit_bytes / 4;
+  }
+  if (config.idle_pinned_bytes == 0) {
+    config.idle_pinned_bytes = std::min(std::int64_t{1} << 30, config.host_memory_limit_bytes / 16);
+  }
+}
+
+// What jobs may take of a device together: all that is free once every lane is there,
+// less what the lanes beside a job's own may hold at rest, less a margin for what the
+// driver takes later (code of the kernels, fragments). No limit where that is the host.
+std::int64_t device_limit(const ServerConfig& config, const DeviceSpace& space) {
+  if (space.total_bytes == 0) return INT64_MAX;
+  const std::int64_t margin = std::max(std::int64_t{256} << 20, space.total_bytes / 32);
+  const std::int64_t usable = space.free_bytes - (config.lanes - 1) * space.kept_bytes - margin;
+  if (usable <= 0) {
+    throw InvalidOption("OPTION_OUT_OF_RANGE",
+                        "lanes: " + std::to_string(config.lanes) + " lanes may keep " +
+                            std::to_string(space.kept_bytes) + " bytes of device memory each, " +
+                            std::to_string(space.free_bytes) + " are free; use fewer lanes",
+                        {{"field", "lanes"}});
+  }
+  return config.device_bytes == 0 ? usable : std::min(config.device_bytes, usable);
+}
+
+// The first job of a backend pays for what it loads and allocates once.
+void warm_up(Smoother& smoother) {
+  Mesh mesh;
+  mesh.positions = std::vector<Vec3d>{{0.1, 0, 0}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0},
+                                      {0, -1, 0},  {0, 0, 1}, {0, 0, -1}};
+  mesh.blocks = {{ElementType::tetrahedron, {0, 1, 3, 5, 0, 3, 2, 5, 0, 2, 4, 5, 0, 4, 1, 5,
+                                             0, 3, 1, 6, 0, 2, 3, 6, 0, 4, 2, 6, 0, 1, 4, 6}}};
+  for (const Method& method : {Method(Laplacian{}), Method(SmartLaplacian{}), Method(Optimize{})}) {
+    SmoothOptions options;
+    options.method = method;
+    options.max_iterations = 2;
+    smoother.smooth(mesh, options);
+  }
+}
+
+}  // namespace
+
+Equipment equip(ServerConfig config, const SmootherFactory& factory) {
+  Equipment result;
+  if (factory) {
+    const std::size_t count = std::max<std::size_t>(1, chosen_devices(config).size());
+    while (result.devices.size() < count) result.devices.push_back(device_with(factory()));
+  } else if (config.backend == "auto" && chosen_devices(config).empty()) {
+    result.devices = find_devices(config, result.passed_over);
+  } else {
+    for (const std::string& name : named_backends(config)) {
+      result.devices.push_back(device_with(make(config, name)));
+    }
+  }
+  const std::string backend = result.devices.front().backend;
+  config.threads_per_lane = threads_per_lane(config, backend);
+  config.lanes = lane_count(config, backend);
+  for (Device& device : result.devices) {
+    while (device.smoothers.size() < static_cast<std::size_t>(config.lanes)) {
+      device.smoothers.push_back(factory ? factory() : make(config, device.backend));
+    }
+    if (!factory && config.warm_up) {
+      for (const auto& smoother : device.smoothers) warm_up(*smoother);
+    }
+  }
+
+  fill_in_host_bytes(config);
+  result.limits.host_bytes = config.host_memory_limit_bytes;
+  for (const Device& device : result.devices) {
+    result.limits.device_bytes.push_back(
+        device_limit(config, device.smoothers.front()->device_space()));
+  }
+  const std::int64_t most = *std::ranges::max_element(result.limits.device_bytes);
+  config.device_bytes = most == INT64_MAX ? 0 : most;
+  result.staging = make_staging_memory(backend, static_cast<std::size_t>(config.idle_pinned_bytes),
+                                       host_memory());
+  result.config = std::move(config);
+  return result;
+}
+
+}  // namespace meshsmooth::server

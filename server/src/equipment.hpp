@@ -1,0 +1,35 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "ledger.hpp"
+#include "meshsmooth/server.hpp"
+#include "meshsmooth/server_config.hpp"
+#include "meshsmooth/smoother.hpp"
+#include "meshsmooth/staging_memory.hpp"
+
+namespace meshsmooth::server {
+
+/// What the settings come to on this machine.
+struct Equipment {
+  /// A GPU, or the host as the one device of the CPU backend.
+  struct Device {
+    std::string backend;                               // "cuda:0", "cpu"
+    std::vector<std::unique_ptr<Smoother>> smoothers;  // one a lane
+  };
+
+  ServerConfig config;  // with every 0 that stands for a default filled in
+  std::vector<Device> devices;
+  MemoryBytes limits;                      // for all jobs
+  std::string passed_over;                 // why backends that "auto" prefers do not run
+  std::unique_ptr<StagingMemory> staging;  // where the smoothers gain by it
+};
+
+/// Builds and warms up the smoothers. `factory`: of every lane, instead of
+/// `config.backend`. Throws what it or `make_smoother` throws, and InvalidOption
+/// (OPTION_OUT_OF_RANGE) when so many lanes leave a job no device memory.
+[[nodiscard]] Equipment equip(ServerConfig config, const SmootherFactory& factory);
+
+}  // namespace meshsmooth::server
