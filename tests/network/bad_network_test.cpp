@@ -136,7 +136,7 @@ TEST_P(Partition, ThatStaysIsNoticedByBothSides) {
   auto call = std::async(std::launch::async, [&] {
     client::Client client = connect();
     client::RequestOptions request;
-    request.timeout = 7s;
+    request.timeout = 4s;
     const auto begin = Clock::now();
     try {
       Mesh mesh = mesh_of_bytes(12'000'000);

@@ -55,7 +55,7 @@ class FarClient {
 
 class StalledPeers : public ::testing::Test {
  protected:
-  explicit StalledPeers(int idle_seconds = 3)
+  explicit StalledPeers(int idle_seconds = 2)
       : server_(0, {"--stream-idle-timeout-seconds", std::to_string(idle_seconds)}),
         stub_(server_.connect()) {}
 
