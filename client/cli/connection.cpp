@@ -1,6 +1,7 @@
 #include "connection.hpp"
 
 #include <CLI/Option.hpp>
+#include <string>
 #include <vector>
 
 #include "client_access.hpp"
@@ -10,7 +11,8 @@ namespace meshsmooth::cli {
 void add_server_flags(CLI::App& app, ServerAddress& server, bool required) {
   CLI::Option* address = app.add_option(
       "--server", server.address,
-      required ? "HOST:PORT or unix:PATH" : "HOST:PORT or unix:PATH [a server inside]");
+      std::string("HOST:PORT, unix:PATH or, for several servers in turn, dns:///NAME:PORT") +
+          (required ? "" : " [a server inside]"));
   if (required) address->required();
   client::Credentials& credentials = server.credentials;
   const std::vector<CLI::Option*> options = {

@@ -5,6 +5,7 @@
 #include <grpcpp/support/client_interceptor.h>
 
 #include <algorithm>
+#include <array>
 #include <fstream>
 #include <iterator>
 #include <mutex>
@@ -84,6 +85,28 @@ class TokenInterceptorFactory final : public grpc_experimental::ClientIntercepto
   std::string token_;
 };
 
+/// Calls in turn to all servers that say they serve, each asked by health's Watch; one that drains
+/// or is gone is left out at once. Whatever only asks is asked again elsewhere; jobs are
+/// `Retry`'s.
+constexpr const char* kFleetConfig = R"({
+  "loadBalancingConfig": [{"round_robin": {}}],
+  "healthCheckConfig": {"serviceName": "meshsmooth.v1.SmoothingService"},
+  "methodConfig": [{
+    "name": [{"service": "meshsmooth.v1.SmoothingService", "method": "GetServerInfo"},
+             {"service": "meshsmooth.v1.SmoothingService", "method": "ListJobs"},
+             {"service": "meshsmooth.v1.SmoothingService", "method": "GetJob"}],
+    "retryPolicy": {"maxAttempts": 4, "initialBackoff": "0.1s", "maxBackoff": "2s",
+                    "backoffMultiplier": 2, "retryableStatusCodes": ["UNAVAILABLE"]}
+  }],
+  "retryThrottling": {"maxTokens": 10, "tokenRatio": 0.1}
+})";
+
+/// A server alone is asked as it is: even while it drains it has answers, and reasons to refuse.
+bool names_a_fleet(const std::string& target) {
+  return std::ranges::any_of(std::array{"dns:", "ipv4:", "ipv6:"},
+                             [&](const char* scheme) { return target.starts_with(scheme); });
+}
+
 bool uses_tls(const Credentials& credentials) {
   return credentials.tls || !credentials.tls_ca.empty() || !credentials.tls_cert.empty() ||
          !credentials.tls_key.empty() || !credentials.tls_server_name.empty();
@@ -118,6 +141,11 @@ std::shared_ptr<grpc::Channel> open_channel(const std::string& target,
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 30'000);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 20'000);
   arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
+  if (names_a_fleet(target)) {
+    arguments.SetServiceConfigJSON(kFleetConfig);
+    // Names are looked up anew when a connection ends, and so often at most.
+    arguments.SetInt(GRPC_ARG_DNS_MIN_TIME_BETWEEN_RESOLUTIONS_MS, 2'000);
+  }
   if (!credentials.tls_server_name.empty()) {
     arguments.SetSslTargetNameOverride(credentials.tls_server_name);
   }

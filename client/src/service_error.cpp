@@ -34,12 +34,22 @@ bool never_connected(std::string_view message) {
                                 "empty address list"});
 }
 
-/// A connection that broke may come back; an address where nobody answers does not.
-std::optional<std::chrono::nanoseconds> foreign_retry_delay(const grpc::Status& status) {
-  if (status.error_code() != grpc::StatusCode::UNAVAILABLE ||
-      never_connected(status.error_message())) {
-    return std::nullopt;
-  }
+/// What a proxy makes of a server that died under a call: HAProxy 2.6 ends the stream without a
+/// status, or resets it.
+bool broken_off_by_proxy(const grpc::Status& status) {
+  return (status.error_code() == grpc::StatusCode::UNKNOWN &&
+          status.error_message() == "Stream removed") ||
+         (status.error_code() == grpc::StatusCode::CANCELLED &&
+          was_reset(status.error_message(), 8));
+}
+
+/// A connection that broke may come back, or another server be behind it; an address where nobody
+/// answers does not.
+std::optional<std::chrono::nanoseconds> foreign_retry_delay(const grpc::Status& status,
+                                                            const CallFacts& facts) {
+  const bool broke = status.error_code() == grpc::StatusCode::UNAVAILABLE &&
+                     !never_connected(status.error_message());
+  if (!broke && (facts.cancelled_by_caller || !broken_off_by_proxy(status))) return std::nullopt;
   return std::chrono::milliseconds(100);
 }
 
@@ -158,7 +168,7 @@ ServiceError to_service_error(const grpc::Status& status, const CallFacts& facts
             foreign_message(status, facts),
             {},
             foreign_hint(status, facts),
-            foreign_retry_delay(status)};
+            foreign_retry_delay(status, facts)};
   }
   std::string hint;
   if (details->retry_delay) {

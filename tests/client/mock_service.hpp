@@ -47,6 +47,10 @@ class MockServer {
     builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port_);
     builder.RegisterService(&service);
     server_ = builder.BuildAndStart();
+    // There is one where a real server has been in this process.
+    if (auto* const health = server_->GetHealthCheckService()) {
+      health->SetServingStatus(v1::SmoothingService::service_full_name(), true);
+    }
   }
   ~MockServer() { die(); }
 

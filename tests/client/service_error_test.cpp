@@ -81,5 +81,24 @@ TEST(ServiceError, TakesDetailsThatAreNoStatusForNone) {
   EXPECT_STREQ(error.what(), "host:1: broken");
 }
 
+// What ended by itself in between may do better elsewhere; what a caller ended does not.
+TEST(ServiceError, SaysWhichCallsThatBrokeOffAreWorthAnother) {
+  const auto is_retried = [](grpc::StatusCode code, const std::string& message,
+                             bool cancelled_by_caller = false) {
+    return to_service_error({code, message},
+                            {.server = "host:1", .cancelled_by_caller = cancelled_by_caller})
+        .retry_delay()
+        .has_value();
+  };
+  EXPECT_TRUE(is_retried(grpc::StatusCode::UNAVAILABLE, "Socket closed"));
+  EXPECT_TRUE(is_retried(grpc::StatusCode::UNKNOWN, "Stream removed"));
+  EXPECT_TRUE(is_retried(grpc::StatusCode::CANCELLED, "Received RST_STREAM with error code 8"));
+  EXPECT_FALSE(
+      is_retried(grpc::StatusCode::CANCELLED, "Received RST_STREAM with error code 8", true));
+  EXPECT_FALSE(is_retried(grpc::StatusCode::UNAVAILABLE, "failed to connect to all addresses"));
+  EXPECT_FALSE(is_retried(grpc::StatusCode::UNKNOWN, "an exception"));
+  EXPECT_FALSE(is_retried(grpc::StatusCode::INTERNAL, "Received RST_STREAM with error code 0"));
+}
+
 }  // namespace
 }  // namespace meshsmooth::client

@@ -174,11 +174,14 @@ class Session {
   std::unique_ptr<Impl> impl_;
 };
 
-/// A connection to one server. Thread-safe: calls may run at the same time.
-/// Every call throws `ServiceError`.
+/// A connection to one server, or to several that do the same. Thread-safe: calls may run at the
+/// same time. Every call throws `ServiceError`.
 class Client {
  public:
-  /// `target` is HOST:PORT or unix:PATH. Does not connect yet.
+  /// `target` is HOST:PORT or unix:PATH; or all servers that dns:///NAME:PORT resolves to, or
+  /// ipv4:A:PORT,B:PORT lists, in turn: those that drain or are gone are left out, and a job that
+  /// one of them had goes to another. Jobs by name are known to the server that has them only, so
+  /// ask that one. Does not connect yet.
   /// Throws InvalidOption (CREDENTIALS_UNUSABLE) when a file of theirs cannot be
   /// read, or a token would travel in clear.
   explicit Client(const std::string& target, const Credentials& credentials = {});
