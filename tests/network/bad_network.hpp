@@ -24,6 +24,8 @@
 #include <thread>
 #include <vector>
 
+#include "support/process.hpp"
+
 namespace meshsmooth::testing {
 
 /// What a network does to packets, each way.
@@ -74,8 +76,8 @@ class BadNetwork {
   /// Makes a network namespace for this thread and those that it will make, where that is
   /// allowed: before any other thread is there.
   static void enter_private_network() {
-    available_ = access("/dev/net/tun", R_OK | W_OK) == 0 && unshare(CLONE_NEWNET) == 0 &&
-                 std::system("ip link set lo up") == 0;
+    available_ = access("/dev/net/tun", R_OK | W_OK) == 0 && !find_program("ip").empty() &&
+                 unshare(CLONE_NEWNET) == 0 && std::system("ip link set lo up") == 0;
   }
   [[nodiscard]] static bool available() { return available_; }
 
@@ -172,7 +174,6 @@ class BadNetwork {
   Conditions conditions_;
   std::array<Line, 2> lines_;
   std::mt19937 random_{1};
-  int refused_ = 0;
   std::thread thread_;
 };
 

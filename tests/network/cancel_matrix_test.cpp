@@ -9,9 +9,9 @@
 
 #include "network/proxy.hpp"
 #include "server/conservation.hpp"
-#include "support/relay.hpp"
 #include "server/smooth_call.hpp"
 #include "support/in_process_server.hpp"
+#include "support/relay.hpp"
 
 namespace meshsmooth::testing {
 namespace {

@@ -3,9 +3,9 @@
 #include <grpcpp/create_channel.h>
 #include <gtest/gtest.h>
 
-#include "support/relay.hpp"
 #include "server/smooth_call.hpp"
 #include "support/in_process_server.hpp"
+#include "support/relay.hpp"
 
 namespace meshsmooth::testing {
 namespace {
