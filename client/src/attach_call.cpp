@@ -73,7 +73,7 @@ void AttachCall::handle(const v1::AttachJobResponse& response) {
       if (!result_.begun()) result_.begin(response.result());
       return;
     case v1::AttachJobResponse::kChunk:
-      return result_.add(response.chunk());
+      return result_.add(wire::ChunkView(response.chunk()));
     case v1::AttachJobResponse::kSummary:
       summary_ = response.summary();
       return;

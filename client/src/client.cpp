@@ -80,7 +80,7 @@ struct Client::Impl {
     for (;;) {
       attempt.timeout = retry.left();
       try {
-        return SmoothCall(*stub, name, mesh, options, attempt, topology).run();
+        return SmoothCall(channel, name, mesh, options, attempt, topology).run();
       } catch (const ServiceError& error) {
         // The server said itself that it cannot: a proxy may take another.
         if (!error.reason().empty()) topology.route.clear();

@@ -1,12 +1,10 @@
 #include "result_assembler.hpp"
 
-#include <cstring>
 #include <string>
 #include <type_traits>
 #include <utility>
 
 #include "service_error.hpp"
-#include "wire/crc32c.hpp"
 
 namespace meshsmooth::client {
 
@@ -23,47 +21,49 @@ void ResultAssembler::begin(const v1::ResultHeader& header) {
   }
   std::visit(
       [this](const auto& input) {
-        positions_ = std::remove_cvref_t<decltype(input)>(input.size());
+        auto& positions = positions_.emplace<std::remove_cvref_t<decltype(input)>>();
+        positions.reserve(input.size());
+        size_bytes_ = input.size() * sizeof(input[0]);
       },
       mesh_.positions);
   begun_ = true;
-  if (header.size_bytes() != static_cast<std::int64_t>(bytes().size())) {
+  if (header.size_bytes() != static_cast<std::int64_t>(size_bytes_)) {
     throw broken_answer("the server announced a result of " + std::to_string(header.size_bytes()) +
-                        " bytes, it must have " + std::to_string(bytes().size()));
+                        " bytes, it must have " + std::to_string(size_bytes_));
   }
 }
 
-void ResultAssembler::add(const v1::Chunk& chunk) {
-  const std::string& data = chunk.data();
-  if (!begun_ || chunk.array_id() != v1::ARRAY_ID_COORDINATES ||
-      chunk.offset_bytes() != static_cast<std::int64_t>(received_bytes_)) {
-    throw broken_answer("the server sent result bytes at " + std::to_string(chunk.offset_bytes()) +
+void ResultAssembler::add(const wire::ChunkView& chunk) {
+  if (!begun_ || chunk.array_id != v1::ARRAY_ID_COORDINATES ||
+      chunk.offset_bytes != static_cast<std::int64_t>(received_bytes_)) {
+    throw broken_answer("the server sent result bytes at " + std::to_string(chunk.offset_bytes) +
                         " where those at " + std::to_string(received_bytes_) + " were due");
   }
-  const std::span<std::byte> rest = bytes().subspan(received_bytes_);
-  if (data.size() > rest.size()) {
+  if (chunk.size_bytes > size_bytes_ - received_bytes_) {
     throw broken_answer("the server sent more result bytes than the " +
-                        std::to_string(bytes().size()) + " announced");
+                        std::to_string(size_bytes_) + " announced");
   }
-  if (chunk.has_crc32c() && chunk.crc32c() != wire::crc32c(std::as_bytes(std::span(data)))) {
+  if (!chunk.has_right_checksum()) {
     throw broken_answer("the checksum of the result bytes at " + std::to_string(received_bytes_) +
                         " is wrong");
   }
-  std::memcpy(rest.data(), data.data(), data.size());
-  received_bytes_ += data.size();
+  std::visit(
+      [&](auto& positions) {
+        // Only now: places that are made for all at once leave the caches before they are filled.
+        constexpr std::size_t kPlaceBytes = sizeof(positions[0]);
+        positions.resize((received_bytes_ + chunk.size_bytes + kPlaceBytes - 1) / kPlaceBytes);
+        chunk.copy_to(std::as_writable_bytes(std::span(positions)).data() + received_bytes_);
+      },
+      positions_);
+  received_bytes_ += chunk.size_bytes;
 }
 
 decltype(Mesh::positions) ResultAssembler::take() {
-  if (!begun_ || received_bytes_ != bytes().size()) {
+  if (!begun_ || received_bytes_ != size_bytes_) {
     throw broken_answer("the result is incomplete: " + std::to_string(received_bytes_) + " of " +
-                        std::to_string(bytes().size()) + " bytes arrived");
+                        std::to_string(size_bytes_) + " bytes arrived");
   }
   return std::move(positions_);
-}
-
-std::span<std::byte> ResultAssembler::bytes() {
-  return std::visit([](auto& positions) { return std::as_writable_bytes(std::span(positions)); },
-                    positions_);
 }
 
 }  // namespace meshsmooth::client

@@ -1,10 +1,10 @@
 #pragma once
 
 #include <cstddef>
-#include <span>
 
 #include "meshsmooth/mesh.hpp"
 #include "meshsmooth/v1/smoothing.pb.h"
+#include "wire/raw_message.hpp"
 
 namespace meshsmooth::client {
 
@@ -15,18 +15,17 @@ class ResultAssembler {
   explicit ResultAssembler(const Mesh& mesh) : mesh_(mesh) {}
 
   void begin(const v1::ResultHeader& header);
-  void add(const v1::Chunk& chunk);
+  void add(const wire::ChunkView& chunk);
   [[nodiscard]] bool begun() const { return begun_; }
   [[nodiscard]] std::size_t received_bytes() const { return received_bytes_; }
   /// The positions, in the mesh's precision; throws unless complete.
   [[nodiscard]] decltype(Mesh::positions) take();
 
  private:
-  [[nodiscard]] std::span<std::byte> bytes();
-
   const Mesh& mesh_;
-  decltype(Mesh::positions) positions_;
+  decltype(Mesh::positions) positions_;  // as far as they have come
   bool begun_ = false;
+  std::size_t size_bytes_ = 0;
   std::size_t received_bytes_ = 0;
 };
 

@@ -1,7 +1,6 @@
 #include "smooth_call.hpp"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cctype>
 #include <utility>
@@ -16,8 +15,13 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "arrays travel as they lie in memory");
 
-/// With generated messages larger chunks only leave the caches (measured).
-constexpr std::size_t kChunkBytes = 256 * 1024;
+/// Smaller ones cost more CPU, larger ones only leave the caches (measured).
+constexpr std::size_t kChunkBytes = 1 << 20;
+
+// What has happened on the stream.
+void* const kRead = reinterpret_cast<void*>(1);
+void* const kWritten = reinterpret_cast<void*>(2);
+void* const kFinished = reinterpret_cast<void*>(3);
 
 std::size_t size_bytes(const Mesh& mesh) {
   std::size_t bytes = mesh.fixed.size() + std::as_bytes(std::span(mesh.regions)).size();
@@ -66,42 +70,28 @@ JobProgress decode_progress(const v1::Progress& message) {
   return progress;
 }
 
-SmoothCall::SmoothCall(v1::SmoothingService::StubInterface& stub, std::string server, Mesh& mesh,
-                       const SmoothOptions& options, const RequestOptions& request,
+SmoothCall::SmoothCall(const std::shared_ptr<grpc::Channel>& channel, std::string server,
+                       Mesh& mesh, const SmoothOptions& options, const RequestOptions& request,
                        TopologyUse topology)
-    : stub_(stub),
-      server_(std::move(server)),
+    : server_(std::move(server)),
       mesh_(mesh),
       options_(options),
       request_(request),
       topology_(std::move(topology)),
       request_id_(request.request_id.empty() ? make_request_id() : request.request_id),
       timeout_(request.timeout.value_or(default_timeout(mesh, options))),
+      stub_(channel),
+      to_send_(parts_to_send()),
       result_(mesh) {}
 
 SmoothReport SmoothCall::run() {
-  const v1::JobSpec spec = make_spec();
+  v1::SmoothRequest first;
+  *first.mutable_spec() = make_spec();
   context_.set_deadline(std::chrono::system_clock::now() +
                         std::chrono::duration_cast<std::chrono::system_clock::duration>(timeout_));
   if (!topology_.route.empty()) context_.AddMetadata(kRouteKey, topology_.route);
   const std::stop_callback cancel_on_stop(request_.stop, [this] { context_.TryCancel(); });
-  stream_ = stub_.Smooth(&context_);
-
-  v1::SmoothRequest first;
-  *first.mutable_spec() = spec;
-  stream_->Write(first);  // when it fails, so does the first read
-  try {
-    converse();
-  } catch (...) {
-    context_.TryCancel();
-    for (v1::SmoothResponse dropped; stream_->Read(&dropped);) {
-    }
-    if (uploader_.joinable()) uploader_.join();
-    stream_->Finish();
-    throw;
-  }
-  if (uploader_.joinable()) uploader_.join();
-  const grpc::Status status = stream_->Finish();
+  const grpc::Status status = converse(first);
   if (!status.ok()) {
     const double seconds = std::chrono::duration<double>(timeout_).count();
     throw to_service_error(status, {.server = server_,
@@ -140,8 +130,54 @@ v1::JobSpec SmoothCall::make_spec() const {
   return spec;
 }
 
-void SmoothCall::converse() {
-  for (v1::SmoothResponse response; stream_->Read(&response);) handle(response);
+grpc::Status SmoothCall::converse(const v1::SmoothRequest& first) {
+  context_.set_initial_metadata_corked(true);  // it goes with the spec
+  stream_ = stub_.PrepareCall(&context_, "/meshsmooth.v1.SmoothingService/Smooth", &events_);
+  stream_->StartCall(nullptr);
+  stream_->Write(wire::encode(first), kWritten);  // when it fails, so does the first read
+  writing_ = true;
+  grpc::ByteBuffer response;
+  stream_->Read(&response, kRead);
+
+  grpc::Status status;
+  std::exception_ptr error;  // from here on only the end is waited for
+  void* event = nullptr;
+  for (bool ok = false; events_.Next(&event, &ok);) {
+    const bool answered = event == kRead && ok;
+    if (event == kWritten) {
+      writing_ = false;
+      half_closed_ |= !ok;  // the call has ended: a read will say so
+    } else if (event == kFinished) {
+      half_closed_ = true;
+      events_.Shutdown();  // `Next` ends when a write that is under way has
+    }
+    try {
+      if (answered && !error) handle(response);
+      response.Clear();
+      if (!error) write_next();
+    } catch (...) {
+      error = std::current_exception();
+      context_.TryCancel();
+    }
+    if (answered) {
+      stream_->Read(&response, kRead);
+    } else if (event == kRead) {
+      stream_->Finish(&status, kFinished);
+    }
+  }
+  if (error) std::rethrow_exception(error);
+  return status;
+}
+
+void SmoothCall::handle(grpc::ByteBuffer& response) {
+  if (const auto chunk = wire::find_chunk(response, v1::SmoothResponse::kChunkFieldNumber)) {
+    return result_.add(*chunk);
+  }
+  v1::SmoothResponse message;
+  if (!wire::parse(response, message)) {
+    throw broken_answer("the server sent bytes that are no answer");
+  }
+  handle(message);
 }
 
 void SmoothCall::handle(const v1::SmoothResponse& response) {
@@ -154,7 +190,7 @@ void SmoothCall::handle(const v1::SmoothResponse& response) {
     case v1::SmoothResponse::kResult:
       return result_.begin(response.result());
     case v1::SmoothResponse::kChunk:
-      return result_.add(response.chunk());
+      return result_.add(wire::ChunkView(response.chunk()));
     case v1::SmoothResponse::kSummary:
       summary_ = response.summary();
       return;
@@ -166,51 +202,58 @@ void SmoothCall::handle(const v1::SmoothResponse& response) {
 }
 
 void SmoothCall::accept(const v1::Accepted& accepted) {
-  if (uploader_.joinable()) throw broken_answer("the server accepted the job twice");
+  if (std::exchange(accepted_, true)) throw broken_answer("the server accepted the job twice");
   job_name_ = accepted.job().name();
-  if (!sending_stopped_) uploader_ = std::jthread([this] { upload(); });
 }
 
 void SmoothCall::stop_sending() {
-  if (sending_stopped_.exchange(true)) return;
-  if (!uploader_.joinable()) stream_->WritesDone();  // else the uploader says it
+  sending_stopped_ = true;
+  to_send_.clear();
 }
 
-void SmoothCall::upload() {
-  std::vector<std::span<const std::byte>> elements;
-  for (const ElementBlock& block : mesh_.blocks) {
-    elements.push_back(std::as_bytes(std::span(block.nodes)));
-  }
-  const std::array fixed = {std::as_bytes(std::span(mesh_.fixed))};
-  const std::array tags = {std::as_bytes(std::span(mesh_.regions))};
-  const std::array coordinates = {
-      std::visit([](const auto& positions) { return std::as_bytes(std::span(positions)); },
-                 std::as_const(mesh_.positions))};
-  const bool sends_topology = topology_.name.empty();
-  const bool connected = (!sends_topology || (upload_array(v1::ARRAY_ID_ELEMENTS, elements) &&
-                                              upload_array(v1::ARRAY_ID_FIXED_MASK, fixed) &&
-                                              upload_array(v1::ARRAY_ID_ELEMENT_TAGS, tags))) &&
-                         upload_array(v1::ARRAY_ID_COORDINATES, coordinates);
-  if (connected) stream_->WritesDone();
-}
-
-/// False when the call has ended; true also when the server wants no more.
-bool SmoothCall::upload_array(v1::ArrayId id, std::span<const std::span<const std::byte>> parts) {
-  v1::SmoothRequest request;
-  v1::Chunk& chunk = *request.mutable_chunk();
-  chunk.set_array_id(id);
-  std::int64_t offset = 0;
-  for (std::span<const std::byte> rest : parts) {
-    while (!rest.empty() && !sending_stopped_) {
-      const std::size_t size = std::min(rest.size(), kChunkBytes);
-      chunk.set_offset_bytes(offset);
-      chunk.set_data(rest.data(), size);
-      if (!stream_->Write(request)) return false;
-      offset += static_cast<std::int64_t>(size);
-      rest = rest.subspan(size);
+std::vector<SmoothCall::Part> SmoothCall::parts_to_send() const {
+  std::vector<Part> parts;
+  const auto add = [&](v1::ArrayId id, std::span<const std::byte> bytes,
+                       std::int64_t offset_bytes = 0) {
+    if (!bytes.empty()) parts.push_back({id, offset_bytes, bytes});
+  };
+  if (topology_.name.empty()) {
+    std::int64_t offset_bytes = 0;
+    for (const ElementBlock& block : mesh_.blocks) {
+      const auto bytes = std::as_bytes(std::span(block.nodes));
+      add(v1::ARRAY_ID_ELEMENTS, bytes, offset_bytes);
+      offset_bytes += static_cast<std::int64_t>(bytes.size());
     }
+    add(v1::ARRAY_ID_FIXED_MASK, std::as_bytes(std::span(mesh_.fixed)));
+    add(v1::ARRAY_ID_ELEMENT_TAGS, std::as_bytes(std::span(mesh_.regions)));
   }
-  return true;
+  std::visit(
+      [&](const auto& positions) {
+        add(v1::ARRAY_ID_COORDINATES, std::as_bytes(std::span(positions)));
+      },
+      std::as_const(mesh_.positions));
+  std::ranges::reverse(parts);
+  return parts;
+}
+
+/// The next chunk, or that there are no more, once the server wants them.
+void SmoothCall::write_next() {
+  if (writing_ || half_closed_ || (!accepted_ && !sending_stopped_)) return;
+  writing_ = true;
+  if (to_send_.empty()) {
+    half_closed_ = true;
+    return stream_->WritesDone(kWritten);
+  }
+  Part& part = to_send_.back();
+  const auto data = part.rest.first(std::min(part.rest.size(), kChunkBytes));
+  const grpc::ByteBuffer chunk =
+      wire::encode_chunk(v1::SmoothRequest::kChunkFieldNumber, part.id, part.offset_bytes, data);
+  part.offset_bytes += static_cast<std::int64_t>(data.size());
+  part.rest = part.rest.subspan(data.size());
+  if (part.rest.empty()) to_send_.pop_back();
+  if (!to_send_.empty()) return stream_->Write(chunk, kWritten);
+  half_closed_ = true;
+  stream_->WriteLast(chunk, {}, kWritten);
 }
 
 SmoothReport decode_report(const v1::Summary& summary, const std::string& job_name,

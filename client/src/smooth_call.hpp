@@ -1,15 +1,19 @@
 #pragma once
 
+#include <grpcpp/channel.h>
 #include <grpcpp/client_context.h>
+#include <grpcpp/completion_queue.h>
+#include <grpcpp/generic/generic_stub.h>
 
-#include <atomic>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
-#include <thread>
+#include <string>
+#include <vector>
 
 #include "meshsmooth/client.hpp"
-#include "meshsmooth/v1/smoothing.grpc.pb.h"
+#include "meshsmooth/v1/smoothing.pb.h"
 #include "result_assembler.hpp"
 
 namespace meshsmooth::client {
@@ -35,12 +39,12 @@ struct TopologyUse {
 /// The metadata's key.
 inline constexpr const char* kRouteKey = "meshsmooth-topology";
 
-/// One Smooth call from spec to status. Two threads: the caller's reads, its
-/// own uploads once the server has accepted, so that progress, StopSending and
-/// early failures are seen while data is still going out.
+/// One Smooth call from spec to status. All on the caller's thread: one read and one write are
+/// under way at a time, so that progress, StopSending and early failures are seen while data is
+/// still going out.
 class SmoothCall {
  public:
-  SmoothCall(v1::SmoothingService::StubInterface& stub, std::string server, Mesh& mesh,
+  SmoothCall(const std::shared_ptr<grpc::Channel>& channel, std::string server, Mesh& mesh,
              const SmoothOptions& options, const RequestOptions& request,
              TopologyUse topology = {});
 
@@ -48,29 +52,40 @@ class SmoothCall {
   SmoothReport run();
 
  private:
-  using Stream = grpc::ClientReaderWriterInterface<v1::SmoothRequest, v1::SmoothResponse>;
+  /// An array of the mesh, or the part of it that is still to be sent.
+  struct Part {
+    v1::ArrayId id;
+    std::int64_t offset_bytes;
+    std::span<const std::byte> rest;
+  };
 
   [[nodiscard]] v1::JobSpec make_spec() const;
-  void converse();
+  [[nodiscard]] std::vector<Part> parts_to_send() const;
+  grpc::Status converse(const v1::SmoothRequest& first);
+  void handle(grpc::ByteBuffer& response);
   void handle(const v1::SmoothResponse& response);
   void accept(const v1::Accepted& accepted);
   void stop_sending();
-  void upload();
-  bool upload_array(v1::ArrayId id, std::span<const std::span<const std::byte>> parts);
+  void write_next();
 
-  v1::SmoothingService::StubInterface& stub_;
-  std::string server_;
+  const std::string server_;
   Mesh& mesh_;
   const SmoothOptions& options_;
   const RequestOptions& request_;
   const TopologyUse topology_;
-  std::string request_id_;
-  std::chrono::nanoseconds timeout_;
+  const std::string request_id_;
+  const std::chrono::nanoseconds timeout_;
 
+  grpc::GenericStub stub_;
+  grpc::CompletionQueue events_;
   grpc::ClientContext context_;
-  std::unique_ptr<Stream> stream_;
-  std::jthread uploader_;
-  std::atomic<bool> sending_stopped_{false};
+  // Of messages as they travel: chunks go around protobuf.
+  std::unique_ptr<grpc::GenericClientAsyncReaderWriter> stream_;
+  bool writing_ = false;
+  bool accepted_ = false;
+  bool half_closed_ = false;
+  bool sending_stopped_ = false;
+  std::vector<Part> to_send_;  // the next one last
   std::string job_name_;
   ResultAssembler result_;
   std::optional<v1::Summary> summary_;

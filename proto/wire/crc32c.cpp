@@ -34,8 +34,8 @@ constexpr Tables kTables = make_tables();
 
 }  // namespace
 
-std::uint32_t crc32c(std::span<const std::byte> data) noexcept {
-  std::uint32_t crc = ~0U;
+std::uint32_t crc32c(std::span<const std::byte> data, std::uint32_t before) noexcept {
+  std::uint32_t crc = ~before;
   while (data.size() >= kSlices) {
     std::uint64_t word;
     std::memcpy(&word, data.data(), kSlices);

@@ -1,12 +1,10 @@
 #include "wire/mesh_assembler.hpp"
 
 #include <bit>
-#include <cstring>
 #include <string>
 #include <utility>
 
 #include "meshsmooth/error.hpp"
-#include "wire/crc32c.hpp"
 
 namespace meshsmooth::wire {
 namespace {
@@ -22,14 +20,14 @@ std::string array_name(v1::ArrayId id) {
   return name.empty() ? std::to_string(static_cast<int>(id)) : name;
 }
 
-ErrorDetails where(const v1::Chunk& chunk) {
-  return {{"array", array_name(chunk.array_id())},
-          {"offset_bytes", std::to_string(chunk.offset_bytes())}};
+ErrorDetails where(const ChunkView& chunk) {
+  return {{"array", array_name(chunk.array_id)},
+          {"offset_bytes", std::to_string(chunk.offset_bytes)}};
 }
 
-std::string describe(const v1::Chunk& chunk) {
-  return "chunk of " + array_name(chunk.array_id()) + " at byte " +
-         std::to_string(chunk.offset_bytes());
+std::string describe(const ChunkView& chunk) {
+  return "chunk of " + array_name(chunk.array_id) + " at byte " +
+         std::to_string(chunk.offset_bytes);
 }
 
 }  // namespace
@@ -93,11 +91,11 @@ void MeshAssembler::skip_complete_arrays() {
   }
 }
 
-void MeshAssembler::throw_unexpected(const v1::Chunk& chunk) const {
+void MeshAssembler::throw_unexpected(const ChunkView& chunk) const {
   for (std::size_t i = 0; i < current_; ++i) {
     const Array& array = arrays_[i];
-    if (array.id == chunk.array_id() && array.size_bytes > 0 &&
-        chunk.offset_bytes() == static_cast<std::int64_t>(array.size_bytes)) {
+    if (array.id == chunk.array_id && array.size_bytes > 0 &&
+        chunk.offset_bytes == static_cast<std::int64_t>(array.size_bytes)) {
       throw InvalidMesh("ARRAY_SIZE_MISMATCH",
                         describe(chunk) + ": the spec announced only " +
                             std::to_string(array.size_bytes) + " bytes of it",
@@ -110,32 +108,31 @@ void MeshAssembler::throw_unexpected(const v1::Chunk& chunk) const {
   throw InvalidMesh("CHUNK_OUT_OF_ORDER", describe(chunk) + ", expected " + expected, where(chunk));
 }
 
-void MeshAssembler::add(const v1::Chunk& chunk) {
+void MeshAssembler::add(const ChunkView& chunk) {
   if (complete()) throw_unexpected(chunk);
   Array& array = arrays_[current_];
-  if (chunk.array_id() != array.id ||
-      chunk.offset_bytes() != static_cast<std::int64_t>(array.received_bytes)) {
+  if (chunk.array_id != array.id ||
+      chunk.offset_bytes != static_cast<std::int64_t>(array.received_bytes)) {
     throw_unexpected(chunk);
   }
-  const std::string& data = chunk.data();
-  if (data.size() > array.size_bytes - array.received_bytes) {
+  if (chunk.size_bytes > array.size_bytes - array.received_bytes) {
     throw InvalidMesh("ARRAY_SIZE_MISMATCH",
-                      describe(chunk) + " has " + std::to_string(data.size()) + " bytes, only " +
+                      describe(chunk) + " has " + std::to_string(chunk.size_bytes) +
+                          " bytes, only " +
                           std::to_string(array.size_bytes - array.received_bytes) +
                           " are left of what the spec announced",
                       where(chunk));
   }
-  if (chunk.has_crc32c() &&
-      crc32c(std::as_bytes(std::span(data.data(), data.size()))) != chunk.crc32c()) {
+  if (!chunk.has_right_checksum()) {
     throw InvalidMesh("CHECKSUM_MISMATCH", describe(chunk) + ": its bytes changed on the way",
                       where(chunk));
   }
-  std::memcpy(array.data + array.received_bytes, data.data(), data.size());
+  chunk.copy_to(array.data + array.received_bytes);
   if (namer_ && array.id != v1::ARRAY_ID_COORDINATES) {
-    namer_->add({array.data + array.received_bytes, data.size()});
+    namer_->add({array.data + array.received_bytes, chunk.size_bytes});
   }
-  array.received_bytes += data.size();
-  received_bytes_ += static_cast<std::int64_t>(data.size());
+  array.received_bytes += chunk.size_bytes;
+  received_bytes_ += static_cast<std::int64_t>(chunk.size_bytes);
   skip_complete_arrays();
 }
 

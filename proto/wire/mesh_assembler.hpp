@@ -14,6 +14,7 @@
 #include "meshsmooth/v1/mesh.pb.h"
 #include "wire/byte_array.hpp"
 #include "wire/mesh_layout.hpp"
+#include "wire/raw_message.hpp"
 #include "wire/topology_name.hpp"
 
 namespace meshsmooth::wire {
@@ -65,7 +66,8 @@ class MeshAssembler {
   /// ARRAY_SIZE_MISMATCH (more bytes than announced), CHECKSUM_MISMATCH; with
   /// the details "array" and "offset_bytes". After a throw only destruction
   /// makes sense.
-  void add(const v1::Chunk& chunk);
+  void add(const ChunkView& chunk);
+  void add(const v1::Chunk& chunk) { add(ChunkView(chunk)); }
 
   /// Throws InvalidMesh (ARRAY_SIZE_MISMATCH) unless complete.
   void finish() const;
@@ -92,7 +94,7 @@ class MeshAssembler {
   };
 
   void skip_complete_arrays();
-  [[noreturn]] void throw_unexpected(const v1::Chunk& chunk) const;
+  [[noreturn]] void throw_unexpected(const ChunkView& chunk) const;
 
   MeshLayout layout_;
   std::shared_ptr<const TopologyArrays> topology_;

@@ -115,8 +115,8 @@ void visit_settings(Config& config, const Visit& visit) {
         "Memory of each device for all jobs, at most; 0: what is free at the start, less a margin",
         bytes);
   visit("idle-pinned-bytes", config.idle_pinned_bytes,
-        "Page-locked memory kept for the next jobs; 0: 1/16 of the host memory limit, at most "
-        "1 GiB",
+        "Memory of meshes kept for the next jobs, page-locked where a device computes; 0: 1/16 of "
+        "the host memory limit, at most 1 GiB",
         bytes);
   visit("max-job-bytes", config.max_job_bytes, "Memory for one job; 0: the host memory limit",
         bytes);

@@ -63,6 +63,7 @@ Engine::Engine(Equipment equipment, const std::function<void()>& on_lane_broken)
     : config_(std::move(equipment.config)),
       passed_over_(std::move(equipment.passed_over)),
       staging_(std::move(equipment.staging)),
+      resident_at_start_bytes_(equipment.resident_bytes),
       instance_(random_instance()),
       ledger_(std::move(equipment.limits)),
       topologies_(ledger_, config_.max_topology_bytes),
@@ -113,13 +114,18 @@ MemoryEstimate Engine::estimate(const JobRequest& request) const {
   return need;
 }
 
+std::int64_t Engine::memory_ceiling_bytes() const {
+  constexpr std::int64_t kConnectionsBytes = 64 << 20;
+  return resident_at_start_bytes_ + config_.host_memory_limit_bytes + config_.idle_pinned_bytes +
+         kKeptHeapBytes + kConnectionsBytes;
+}
+
 std::int64_t Engine::array_bytes(const wire::MeshLayout& layout) const {
   return array_bytes(layout.elements_bytes) + array_bytes(layout.fixed_mask_bytes) +
          array_bytes(layout.element_tags_bytes) + array_bytes(layout.coordinates_bytes);
 }
 
 std::int64_t Engine::array_bytes(std::int64_t bytes) const {
-  if (!staging_) return bytes;
   return static_cast<std::int64_t>(StagingMemory::block_bytes(static_cast<std::size_t>(bytes)));
 }
 
@@ -139,7 +145,7 @@ Attendance Engine::admit(JobRequest request, const Job::Observer& observer) {
     attendance.job = std::make_shared<Job>(
         "jobs/" + instance_ + "-" + std::to_string(sequence), sequence, request,
         std::move(reservation), array_bytes(request.layout.coordinates_bytes), std::move(place),
-        staging_ ? staging_.get() : host_memory(), [this](const Job& ended) { retire(ended); });
+        staging_.get(), [this](const Job& ended) { retire(ended); });
     attendance.watcher = attendance.job->watch(observer).value();
     if (!store_.add(attendance.job)) continue;
     // A drain that began meanwhile may have looked at the store before this job
@@ -213,7 +219,8 @@ void Engine::forget(Job& job) {
 }
 
 void Engine::submit(const std::shared_ptr<Job>& job) {
-  job->keep_topology(topologies_);
+  const wire::MeshLayout& layout = job->request().layout;
+  job->keep_topology(topologies_, array_bytes(layout) - array_bytes(layout.coordinates_bytes));
   job->queue();
   queue_.push(job, job->request().priority);
   // A stop that came before the push did not find the job in the queue.

@@ -96,6 +96,10 @@ class Engine {
   [[nodiscard]] const TopologyCache& topologies() const { return topologies_; }
   [[nodiscard]] const JobQueue& queue() const { return queue_; }
   [[nodiscard]] const Ledger& ledger() const { return ledger_; }
+  /// What the process takes at most of the host's memory: what it had when all lanes were there,
+  /// what may be promised to jobs and streams, what waits for the next jobs, and what the heap
+  /// keeps and connections take.
+  [[nodiscard]] std::int64_t memory_ceiling_bytes() const;
   [[nodiscard]] Metrics& metrics() { return metrics_; }
   [[nodiscard]] const Metrics& metrics() const { return metrics_; }
   [[nodiscard]] const std::vector<std::unique_ptr<Lane>>& lanes() const { return lanes_; }
@@ -133,7 +137,8 @@ class Engine {
 
   const ServerConfig config_;
   const std::string passed_over_;
-  const std::unique_ptr<StagingMemory> staging_;
+  const std::unique_ptr<StagingMemory> staging_;  // the arrays of meshes
+  const std::int64_t resident_at_start_bytes_;
   const std::string instance_;  // makes job names differ between runs
   Ledger ledger_;
   TopologyCache topologies_;

@@ -8,6 +8,7 @@
 #include "host_memory.hpp"
 #include "memory_limit.hpp"
 #include "meshsmooth/error.hpp"
+#include "process_stats.hpp"
 
 namespace meshsmooth::server {
 namespace {
@@ -146,6 +147,16 @@ void warm_up(Smoother& smoother) {
   }
 }
 
+// Blocks that come back stay for the next jobs, up to a bound: fresh pages cost a good part of an
+// upload. Where a device computes they are page-locked besides.
+std::unique_ptr<StagingMemory> make_job_memory(std::string_view backend,
+                                               std::size_t max_idle_bytes) {
+  if (auto staging = make_staging_memory(backend, max_idle_bytes, host_memory())) return staging;
+  return std::make_unique<StagingMemory>(
+      StagingMemory::PageLock{[](void*, std::size_t) { return true; }, [](void*) {}},
+      max_idle_bytes, host_memory());
+}
+
 }  // namespace
 
 Equipment equip(ServerConfig config, const SmootherFactory& factory) {
@@ -180,8 +191,8 @@ Equipment equip(ServerConfig config, const SmootherFactory& factory) {
   }
   const std::int64_t most = *std::ranges::max_element(result.limits.device_bytes);
   config.device_bytes = most == INT64_MAX ? 0 : most;
-  result.staging = make_staging_memory(backend, static_cast<std::size_t>(config.idle_pinned_bytes),
-                                       host_memory());
+  result.staging = make_job_memory(backend, static_cast<std::size_t>(config.idle_pinned_bytes));
+  result.resident_bytes = process_stats().resident_bytes;
   result.config = std::move(config);
   return result;
 }

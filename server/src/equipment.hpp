@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -24,7 +25,8 @@ struct Equipment {
   std::vector<Device> devices;
   MemoryBytes limits;                      // for all jobs
   std::string passed_over;                 // why backends that "auto" prefers do not run
-  std::unique_ptr<StagingMemory> staging;  // where the smoothers gain by it
+  std::unique_ptr<StagingMemory> staging;  // for the arrays of meshes
+  std::int64_t resident_bytes = 0;         // of the process, once all this is there
 };
 
 /// Builds and warms up the smoothers. `factory`: of every lane, instead of

@@ -45,7 +45,10 @@ std::pmr::memory_resource* host_memory() {
 
 void keep_heap_warm() {
   mallopt(M_MMAP_THRESHOLD, 32 << 20);  // the largest that glibc takes
-  mallopt(M_TRIM_THRESHOLD, 512 << 20);
+  // Each arena keeps so much of its own.
+  constexpr int kArenas = 4;
+  mallopt(M_ARENA_MAX, kArenas);
+  mallopt(M_TRIM_THRESHOLD, static_cast<int>(kKeptHeapBytes / kArenas));
   mallopt(M_TOP_PAD, 16 << 20);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory_resource>
 
 namespace meshsmooth::server {
@@ -9,6 +10,9 @@ namespace meshsmooth::server {
 /// arena of whichever thread freed them, beyond what the ledger counts.
 /// Thread-safe; lives for ever.
 [[nodiscard]] std::pmr::memory_resource* host_memory();
+
+/// What of the heap stays, free, when messages have gone.
+inline constexpr std::int64_t kKeptHeapBytes = 128 << 20;
 
 /// For a process that serves: messages and working memory stay warm in the heap
 /// instead of going back to the kernel with every job, up to 1.7 times the

@@ -122,13 +122,13 @@ std::shared_ptr<CachedTopology> Job::topology() const {
   return topology_;
 }
 
-void Job::keep_topology(TopologyCache& cache) {
+void Job::keep_topology(TopologyCache& cache, std::int64_t bytes) {
   if (!request_.topology_kept) return;
   Reservation reservation;
   const auto arrays = mesh_->topology_arrays();
   {
     const std::lock_guard lock(mutex_);
-    reservation = reservation_.split({arrays->size_bytes(), 0});
+    reservation = reservation_.split({bytes, 0});
   }
   auto topology = cache.add(std::make_shared<CachedTopology>(
       request_.identity, mesh_->topology_name(), request_.layout, arrays, std::move(reservation)));

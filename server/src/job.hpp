@@ -157,8 +157,8 @@ class Job {
   /// brings its own for itself alone.
   [[nodiscard]] std::shared_ptr<CachedTopology> topology() const;
   /// Offers the topology that has come to the cache, if that was asked for. Needs a
-  /// complete mesh; before `queue`.
-  void keep_topology(TopologyCache& cache);
+  /// complete mesh; before `queue`. `bytes` is what its arrays take of the memory.
+  void keep_topology(TopologyCache& cache, std::int64_t bytes);
   void note_topology_reused();
 
   // The walk. Each step needs the state before it.

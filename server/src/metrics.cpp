@@ -126,6 +126,10 @@ void read_equipment(const Engine& engine, std::vector<MetricFamily>& families) {
   }
   families.push_back(reserved_bytes.take());
   families.push_back(limit_bytes.take());
+  families.push_back(Reading("meshsmooth_memory_ceiling_bytes",
+                             "What the process takes at most of the host's memory")
+                         .add(static_cast<double>(engine.memory_ceiling_bytes()))
+                         .take());
 
   Reading busy("meshsmooth_lane_busy_seconds_total", "Time that the lane had a job",
                MetricType::Counter);
@@ -142,6 +146,21 @@ void read_equipment(const Engine& engine, std::vector<MetricFamily>& families) {
           .add(static_cast<double>(engine.lanes().size()) - broken, {{"state", "working"}})
           .add(broken, {{"state", "broken"}})
           .take());
+}
+
+void read_topologies(const TopologyCache& cache, std::vector<MetricFamily>& families) {
+  const auto add = [&](const char* name, const char* help, auto value, MetricType type) {
+    families.push_back(Reading(std::string("meshsmooth_topology_cache_") + name, help, type)
+                           .add(static_cast<double>(value))
+                           .take());
+  };
+  add("hits_total", "Jobs that named a topology which was there", cache.hit_count(),
+      MetricType::Counter);
+  add("misses_total", "Jobs that named one which was not", cache.miss_count(), MetricType::Counter);
+  add("evictions_total", "Topologies that went for want of room", cache.eviction_count(),
+      MetricType::Counter);
+  add("bytes", "Memory of the topologies that are there", cache.bytes(), MetricType::Gauge);
+  add("entries", "Topologies that are there", cache.size(), MetricType::Gauge);
 }
 
 }  // namespace
@@ -241,6 +260,7 @@ std::string expose_metrics(const Engine* engine) {
   if (engine != nullptr) {
     read_jobs(*engine, families);
     read_equipment(*engine, families);
+    read_topologies(engine->topologies(), families);
     std::ranges::move(engine->metrics().impl_->registry.Collect(), std::back_inserter(families));
   }
   std::ostringstream text;

@@ -40,6 +40,13 @@ std::shared_ptr<CachedTopology> TopologyCache::find(const std::string& identity,
   return *found->second;
 }
 
+std::shared_ptr<CachedTopology> TopologyCache::find_for_job(const std::string& identity,
+                                                            const std::string& name) {
+  auto topology = find(identity, name);
+  ++(topology ? hit_count_ : miss_count_);
+  return topology;
+}
+
 std::shared_ptr<CachedTopology> TopologyCache::add(std::shared_ptr<CachedTopology> topology) {
   if (auto present = find(topology->identity(), topology->name())) return present;
   if (!make_room(topology->resident_bytes())) return topology;
@@ -69,6 +76,7 @@ std::shared_ptr<CachedTopology> TopologyCache::take_idle() {
   std::shared_ptr<CachedTopology> taken = *idle;
   by_name_.erase({taken->identity(), taken->name()});
   by_use_.erase(idle);
+  ++eviction_count_;
   return taken;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <list>
 #include <map>
@@ -77,6 +78,9 @@ class TopologyCache {
   /// Nothing when unknown. O(log n).
   [[nodiscard]] std::shared_ptr<CachedTopology> find(const std::string& identity,
                                                      const std::string& name);
+  /// The same for a job: a hit or a miss.
+  [[nodiscard]] std::shared_ptr<CachedTopology> find_for_job(const std::string& identity,
+                                                             const std::string& name);
 
   /// The one that is there, or the new one; it stays only if there is room.
   [[nodiscard]] std::shared_ptr<CachedTopology> add(std::shared_ptr<CachedTopology> topology);
@@ -95,6 +99,10 @@ class TopologyCache {
 
   [[nodiscard]] std::int64_t bytes() const;
   [[nodiscard]] std::size_t size() const;
+  // Since the start: jobs that named a topology and got it, or not; what had to go.
+  [[nodiscard]] std::int64_t hit_count() const { return hit_count_; }
+  [[nodiscard]] std::int64_t miss_count() const { return miss_count_; }
+  [[nodiscard]] std::int64_t eviction_count() const { return eviction_count_; }
 
  private:
   using Key = std::pair<std::string, std::string>;             // identity, name
@@ -108,6 +116,7 @@ class TopologyCache {
   mutable std::mutex mutex_;
   Recency by_use_;
   std::map<Key, Recency::iterator> by_name_;
+  std::atomic<std::int64_t> hit_count_ = 0, miss_count_ = 0, eviction_count_ = 0;
 };
 
 }  // namespace meshsmooth::server

@@ -14,6 +14,7 @@ int main(int argc, char** argv) {
   meshsmooth::bench::Action action;
   meshsmooth::bench::add_server_command(app, action);
   meshsmooth::bench::add_steps_command(app, action);
+  meshsmooth::bench::add_transport_command(app, action);
   CLI11_PARSE(app, argc, argv);
   try {
     return action();

@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <iostream>
@@ -12,6 +13,7 @@
 #include <numeric>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "client_access.hpp"
@@ -73,22 +75,44 @@ SmoothOptions options_of(const Settings& settings) {
   return options;
 }
 
+/// Where the time of a step goes, as the server says.
+using Stage = std::pair<const char*, double (*)(const client::SmoothReport&)>;
+constexpr std::array<Stage, 7> kStages = {{
+    {"receive", [](const client::SmoothReport& r) { return r.receive_seconds; }},
+    {"neighbours",
+     [](const client::SmoothReport& r) { return r.summary.times.find_neighbours_seconds; }},
+    {"boundary",
+     [](const client::SmoothReport& r) { return r.summary.times.find_boundary_seconds; }},
+    {"iterate", [](const client::SmoothReport& r) { return r.summary.times.iterate_seconds; }},
+    {"judge", [](const client::SmoothReport& r) { return r.summary.times.judge_seconds; }},
+    {"download", [](const client::SmoothReport& r) { return r.summary.times.download_seconds; }},
+    {"send", [](const client::SmoothReport& r) { return r.send_seconds; }},
+}};
+
 struct Figures {
-  double median_ms = 0, total_seconds = 0, bytes_up_per_node = 0;
+  double median_ms = 0, total_seconds = 0;
+  std::array<double, kStages.size()> stage_ms{};  // medians
 };
 
 /// Runs `step(positions)` for all steps, the first not counted.
 template <class Step>
 Figures measure(const Settings& settings, const Mesh& mesh, const Step& step) {
   std::vector<double> times;
+  std::array<std::vector<double>, kStages.size()> stages;
   for (int i = 0; i <= settings.step_count; ++i) {
     std::vector<Vec3d> positions = positions_at(mesh, i);
     const auto start = Clock::now();
-    step(positions);
+    const client::SmoothReport report = step(positions);
     const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-    if (i > 0) times.push_back(seconds);
+    if (i == 0) continue;
+    times.push_back(seconds);
+    for (std::size_t s = 0; s < kStages.size(); ++s) {
+      stages[s].push_back(kStages[s].second(report));
+    }
   }
-  return {median(times) * 1e3, std::accumulate(times.begin(), times.end(), 0.0)};
+  Figures figures{median(times) * 1e3, std::accumulate(times.begin(), times.end(), 0.0)};
+  for (std::size_t s = 0; s < kStages.size(); ++s) figures.stage_ms[s] = median(stages[s]) * 1e3;
+  return figures;
 }
 
 void run(const Settings& settings) {
@@ -105,11 +129,11 @@ void run(const Settings& settings) {
   const auto whole = [&](client::Client& client, Mesh& sent) {
     return [&](std::vector<Vec3d>& positions) {
       sent.positions = std::move(positions);
-      client.smooth(sent, options);
+      return client.smooth(sent, options);
     };
   };
   const auto by_name = [&](client::Session& session) {
-    return [&](std::vector<Vec3d>& positions) { session.smooth(positions, options); };
+    return [&](std::vector<Vec3d>& positions) { return session.smooth(positions, options); };
   };
   client::Client client(address);
   Mesh sent = mesh;
@@ -151,6 +175,17 @@ void run(const Settings& settings) {
   add("mesh sent each time", sent_whole, whole_bytes);
   add("topology by name", named, named_bytes);
   table.print(std::cout);
+  std::vector<std::string> header = {"ms of a step, medians"};
+  for (const auto& [name, seconds] : kStages) header.emplace_back(name);
+  Table stages(header);
+  const auto add_stages = [&](const std::string& name, const Figures& f) {
+    std::vector<std::string> row = {name};
+    for (const double ms : f.stage_ms) row.push_back(number(ms));
+    stages.add(row);
+  };
+  add_stages("mesh sent each time", sent_whole);
+  add_stages("topology by name", named);
+  stages.print(std::cout);
   Json json;
   json.set("node_count", mesh.node_count());
   json.set("step_count", settings.step_count);

@@ -106,7 +106,7 @@ TEST(SmoothCall, KeepsFloat32) {
   EXPECT_EQ(std::get<std::vector<Vec3f>>(mesh.positions), std::vector<Vec3f>(7, Vec3f{0, 0, 0}));
 }
 
-TEST(SmoothCall, CutsLargeArraysIntoChunksOf256KiB) {
+TEST(SmoothCall, CutsLargeArraysIntoChunksOfOneMiB) {
   MockServer server;
   Mesh mesh = large_mesh();
   std::size_t chunk_count = 0;
@@ -124,7 +124,7 @@ TEST(SmoothCall, CutsLargeArraysIntoChunksOf256KiB) {
   Client(server.address()).smooth(mesh, {});
 
   EXPECT_EQ(mesh.positions, before.positions);
-  EXPECT_EQ(chunk_count, 1 + (24'000'000 + (1 << 18) - 1) / (1 << 18));
+  EXPECT_EQ(chunk_count, 1 + (24'000'000 + (1 << 20) - 1) / (1 << 20));
 }
 
 TEST(SmoothCall, SendsNoDataUntilAccepted) {

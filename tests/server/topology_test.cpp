@@ -4,6 +4,7 @@
 #include <thread>
 
 #include "server/smooth_call.hpp"
+#include "support/http.hpp"
 #include "support/in_process_server.hpp"
 #include "wire/topology_name.hpp"
 
@@ -238,10 +239,43 @@ class LittleMemory : public Topologies {
   static server::ServerConfig config(std::int64_t topology_bytes) {
     server::ServerConfig config = quiet_config();
     config.max_topology_bytes = topology_bytes;
+    config.admin_listen = "127.0.0.1:0";
     return config;
   }
   LittleMemory() : Topologies(config(80)) {}  // two of 37 bytes
 };
+
+TEST_F(LittleMemory, IsCountedForPrometheus) {
+  const auto count = [&](const std::string& what) {
+    const int port = server_.server().admin_port();
+    return parse_metrics(http_get(port, "/metrics").text).at("meshsmooth_topology_cache_" + what);
+  };
+  const std::string first = keep(mesh_);
+  for (int i = 0; i < 3; ++i) {
+    SmoothCall call(stub_);
+    call.send(named_spec(first));
+    send_coordinates(call);
+    EXPECT_TRUE(call.finish().ok());
+  }
+  EXPECT_TRUE(is_kept(first));  // which is no job's doing
+  SmoothCall call(stub_);
+  call.send(named_spec("topologies/sha256-0"));
+  EXPECT_EQ(call.finish().error_code(), StatusCode::NOT_FOUND);
+  EXPECT_EQ(count("entries"), 1);
+  EXPECT_EQ(count("bytes"), 37);
+  EXPECT_EQ(count("evictions_total"), 0);
+  keep(mesh_, true);
+
+  TwoTetrahedra other = mesh_;
+  other.elements = bytes_of<std::int32_t>({0, 1, 2, 3, 2, 1, 3, 4});
+  keep(other);
+
+  EXPECT_EQ(count("hits_total"), 3);
+  EXPECT_EQ(count("misses_total"), 1);
+  EXPECT_EQ(count("evictions_total"), 1);
+  EXPECT_EQ(count("entries"), 2);
+  EXPECT_EQ(count("bytes"), 74);
+}
 
 TEST_F(LittleMemory, GivesUpTheLeastRecentlyUsed) {
   TwoTetrahedra other = mesh_;

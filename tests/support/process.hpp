@@ -9,6 +9,7 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <optional>
 #include <string>
@@ -47,6 +48,7 @@ inline std::string text_of(const std::filesystem::path& path) {
 struct Surroundings {
   std::vector<std::string> environment = {};  // NAME=VALUE, beside this process's own
   int inherited_file = -1;                    // stays open there under its number
+  std::function<void()> prepare = {};         // runs there before the program
 };
 
 /// Another program, killed at the latest when the test ends. Its output goes into a file.
@@ -70,6 +72,7 @@ class Process {
       dup2(output, STDOUT_FILENO);
       dup2(output, STDERR_FILENO);
       if (surroundings.inherited_file >= 0) fcntl(surroundings.inherited_file, F_SETFD, 0);
+      if (surroundings.prepare) surroundings.prepare();
       execve(arguments[0], arguments.data(), environment.data());
       _exit(127);
     }

@@ -118,23 +118,29 @@ MESHSMOOTH_HD inline ElementMeasure measure_tetrahedron(const Vec3d* p) {
 }
 
 /// What `measure_tetrahedron` says of validity and volume, with its bits, and of shape the cube
-/// of the mean ratio to some rounding: enough to know which elements need the whole measure.
+/// of the mean ratio as a fraction, to some rounding: enough to know which elements need the whole
+/// measure, without its roots and divisions.
 struct TetrahedronSketch {
   double volume;
   bool inverted, degenerate;
-  double mean_ratio_cubed;
+  double cube_numerator, cube_denominator;
 };
 inline TetrahedronSketch sketch_tetrahedron(const Vec3d* p) {
   const Vec3d a = p[1] - p[0], b = p[2] - p[0], c = p[3] - p[0];
   const double aa = dot(a, a), bb = dot(b, b), cc = dot(c, c);
   const double determinant = dot(a, cross(b, c));
-  const double bound = kSignBound * std::sqrt(aa * bb * cc);
+  const double product = aa * bb * cc;
   const Vec3d ab = b - a, ac = c - a, bc = c - b;
   const double edges = aa + bb + cc + dot(ab, ab) + dot(ac, ac) + dot(bc, bc);
-  const double size = edges * edges * edges;
-  const bool inverted = determinant < -bound;
-  return {determinant / 6, inverted, !inverted && !(determinant > bound),
-          size > 0 ? 432 * determinant * std::abs(determinant) / size : 0.0};
+  TetrahedronSketch sketch{determinant / 6, determinant < 0, false,
+                           432 * determinant * std::abs(determinant), edges * edges * edges};
+  // Twice the bound: on this side of it rounding makes no difference.
+  if (!(determinant * determinant > 4 * kSignBound * kSignBound * product)) {
+    const double bound = kSignBound * std::sqrt(product);
+    sketch.inverted = determinant < -bound;
+    sketch.degenerate = !sketch.inverted && !(determinant > bound);
+  }
+  return sketch;
 }
 
 /// `corners` are the positions of the element's nodes in VTK order.

@@ -104,7 +104,7 @@ struct Tally {
     sums.enclosed_volume += sketch.volume;
     if (worst.size() < kWorstCount) return true;
     const double bar = worst.front().mean_ratio;
-    return !(sketch.mean_ratio_cubed > bar * bar * bar + 1e-9);
+    return !(sketch.cube_numerator > (bar * bar * bar + 1e-9) * sketch.cube_denominator);
   }
   void add_briefly(const ElementMeasure& measure, ElementType type, std::int64_t element,
                    ChunkSums& sums) {

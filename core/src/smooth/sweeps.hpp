@@ -66,8 +66,8 @@ typename E::template Buffer<Vec3<Real>> places_of(E& executor, const Vec3<Real>*
 /// Ends, because a sweep all taken back is acceptable. Returns how many nodes
 /// were held.
 ///
-/// cost   a score per element and round, for smart one per ball entry; few
-///        rounds, in which only what has changed is looked at; 3 B a node, for
+/// cost   a score per element in the first round, for smart one per ball entry; few
+///        more rounds, in which only what has changed is looked at; 3 B a node, for
 ///        smart 11 B
 /// order  deterministic
 template <Executor E, class Real>
@@ -101,16 +101,25 @@ std::int64_t limit_moves(E& executor, const Surroundings& around, Acceptance acc
     }
     return false;
   };
-  for (;;) {
-    if (acceptance.guard) {
+  const auto mark_if_spoilt = [=] MESHSMOOTH_HD(std::size_t e) {
+    if (score_of(around, new_x, e) > 0 || !(score_of(around, old_x, e) > 0)) return;
+    const ElementView element = around.elements[e];
+    for (int n = 0; n < element.shape->node_count; ++n) {
+      E::store(mark[element.nodes[n]], std::uint8_t{1});
+    }
+  };
+  constexpr std::size_t kFew = 16;  // then each of their elements once more costs less than all
+  for (bool few_changed = false;;) {
+    if (acceptance.guard && few_changed) {
+      executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) {
+        if (changed[node] == 0) return;
+        for (const ElementId* e = around.balls.begin(node); e != around.balls.end(node); ++e) {
+          mark_if_spoilt(*e);
+        }
+      });
+    } else if (acceptance.guard) {
       executor.for_each(around.elements.count, [=] MESHSMOOTH_HD(std::size_t e) {
-        if (!touched(e) || score_of(around, new_x, e) > 0 || !(score_of(around, old_x, e) > 0)) {
-          return;
-        }
-        const ElementView element = around.elements[e];
-        for (int n = 0; n < element.shape->node_count; ++n) {
-          E::store(mark[element.nodes[n]], std::uint8_t{1});
-        }
+        if (touched(e)) mark_if_spoilt(e);
       });
     }
     if (acceptance.facets) {
@@ -152,6 +161,7 @@ std::int64_t limit_moves(E& executor, const Surroundings& around, Acceptance acc
         },
         add);
     if (cut == 0) break;
+    few_changed = static_cast<std::size_t>(cut) < node_count / kFew;
   }
   return executor.reduce(
       node_count, std::int64_t{0},

@@ -59,7 +59,7 @@ struct ServerConfig {
 
   int early_data_bytes = 64 * 1024;
   int max_chunk_bytes = 2 * 1024 * 1024;
-  int result_chunk_bytes = 256 * 1024;
+  int result_chunk_bytes = 1 << 20;
   int max_receive_message_bytes = 4 * 1024 * 1024;
   /// HTTP/2 flow-control window of a stream; 0: gRPC adapts it to the network.
   /// A fixed window bounds the memory of many uploads (64 uploads of 32 MiB:

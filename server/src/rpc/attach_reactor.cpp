@@ -172,8 +172,12 @@ bool AttachReactor::prepare_write(const JobSnapshot& job, Clock::time_point now)
       *response_.mutable_summary() = encode_job_summary(*job_, job);
       output_ = Output::done;
     } else {
-      sent_bytes_ += fill_result_chunk(*result_, sent_bytes_, engine_.config().result_chunk_bytes,
-                                       *response_.mutable_chunk());
+      const auto bytes = result_chunk(*result_, sent_bytes_, engine_.config().result_chunk_bytes);
+      v1::Chunk* const chunk = response_.mutable_chunk();
+      chunk->set_array_id(v1::ARRAY_ID_COORDINATES);
+      chunk->set_offset_bytes(sent_bytes_);
+      chunk->set_data(bytes.data(), bytes.size());
+      sent_bytes_ += static_cast<std::int64_t>(bytes.size());
     }
     return true;
   }

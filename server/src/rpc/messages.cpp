@@ -138,6 +138,11 @@ Judgement decode_quality_detail(v1::QualityDetail detail) {
   }
 }
 
+[[noreturn]] void throw_topology_not_found(const std::string& name) {
+  throw Error("TOPOLOGY_NOT_FOUND", "no topology of this name is here (any more); send it inline",
+              {{"name", name}});
+}
+
 void decode_topology(const v1::JobSpec& spec, Engine& engine, JobRequest& job) {
   switch (spec.topology_case()) {
     case v1::JobSpec::kInlineTopology:
@@ -146,7 +151,8 @@ void decode_topology(const v1::JobSpec& spec, Engine& engine, JobRequest& job) {
       job.topology_kept = spec.topology_kept();
       return;
     case v1::JobSpec::kTopologyName:
-      job.topology = find_topology(engine, job.identity, spec.topology_name());
+      job.topology = engine.topologies().find_for_job(job.identity, spec.topology_name());
+      if (!job.topology) throw_topology_not_found(spec.topology_name());
       job.layout =
           job.topology->layout().coordinates_only(wire::decode_float64(spec.coordinate_type()));
       return;
@@ -161,8 +167,7 @@ void decode_topology(const v1::JobSpec& spec, Engine& engine, JobRequest& job) {
 std::shared_ptr<CachedTopology> find_topology(Engine& engine, const std::string& identity,
                                               const std::string& name) {
   if (auto topology = engine.topologies().find(identity, name)) return topology;
-  throw Error("TOPOLOGY_NOT_FOUND", "no topology of this name is here (any more); send it inline",
-              {{"name", name}});
+  throw_topology_not_found(name);
 }
 
 v1::Topology encode_topology(const CachedTopology& topology) {
@@ -288,14 +293,10 @@ v1::ResultHeader encode_result_header(const Job& job, const JobSnapshot& now) {
   return header;
 }
 
-std::int64_t fill_result_chunk(const JobResult& result, std::int64_t offset, int max_bytes,
-                               v1::Chunk& chunk) {
+std::span<const std::byte> result_chunk(const JobResult& result, std::int64_t offset,
+                                        int max_bytes) {
   const auto rest = result.coordinates.bytes().subspan(static_cast<std::size_t>(offset));
-  const std::size_t count = std::min(rest.size(), static_cast<std::size_t>(max_bytes));
-  chunk.set_array_id(v1::ARRAY_ID_COORDINATES);
-  chunk.set_offset_bytes(offset);
-  chunk.mutable_data()->assign(reinterpret_cast<const char*>(rest.data()), count);
-  return static_cast<std::int64_t>(count);
+  return rest.first(std::min(rest.size(), static_cast<std::size_t>(max_bytes)));
 }
 
 v1::Summary encode_job_summary(const Job& job, const JobSnapshot& now) {

@@ -28,6 +28,12 @@ std::optional<Clock::time_point> call_deadline(const grpc::CallbackServerContext
   return Clock::now() + left;
 }
 
+v1::SmoothResponse stop_sending_message() {
+  v1::SmoothResponse message;
+  message.mutable_stop_sending();
+  return message;
+}
+
 // The states in which it is for a call to end the job.
 bool is_our_turn(JobState state) {
   return state == JobState::receiving || state == JobState::sending;
@@ -86,21 +92,33 @@ void SmoothReactor::OnReadDone(bool ok) {
 }
 
 void SmoothReactor::ingest() {
-  switch (request_.message_case()) {
+  if (const auto chunk = wire::find_chunk(request_, v1::SmoothRequest::kChunkFieldNumber)) {
+    ingest_chunk(*chunk);
+    request_.Clear();  // at once: gRPC's blocks are larger than what is in them
+    return;
+  }
+  v1::SmoothRequest message;
+  if (!wire::parse(request_, message)) {
+    throw NotSupported("OPTION_NOT_SUPPORTED", "bytes that are no SmoothRequest");
+  }
+  switch (message.message_case()) {
     case v1::SmoothRequest::kSpec:
-      return ingest_spec(request_.spec());
+      return ingest_spec(message.spec());
     case v1::SmoothRequest::kChunk:
-      if (!job_) throw InvalidOption("SPEC_MISSING", "a chunk came before the spec");
-      if (attendance_.joined) return;  // the job has its mesh from another call
-      if (mesh_complete_) {
-        throw InvalidMesh("ARRAY_SIZE_MISMATCH", "a chunk came after the last announced byte");
-      }
-      job_->mesh().add(request_.chunk());
-      engine_.metrics().received(static_cast<std::int64_t>(request_.chunk().data().size()));
-      break;
+      return ingest_chunk(wire::ChunkView(message.chunk()));
     case v1::SmoothRequest::MESSAGE_NOT_SET:
       throw NotSupported("OPTION_NOT_SUPPORTED", "a message that this server does not know");
   }
+}
+
+void SmoothReactor::ingest_chunk(const wire::ChunkView& chunk) {
+  if (!job_) throw InvalidOption("SPEC_MISSING", "a chunk came before the spec");
+  if (attendance_.joined) return;  // the job has its mesh from another call
+  if (mesh_complete_) {
+    throw InvalidMesh("ARRAY_SIZE_MISMATCH", "a chunk came after the last announced byte");
+  }
+  job_->mesh().add(chunk);
+  engine_.metrics().received(static_cast<std::int64_t>(chunk.size_bytes));
   if (job_->mesh().complete()) {
     const std::lock_guard lock(mutex_);
     mesh_complete_ = true;
@@ -137,9 +155,9 @@ void SmoothReactor::OnWriteDone(bool ok) {
   {
     const std::lock_guard lock(mutex_);
     writing_ = false;
-    if (ok && response_.has_chunk()) {
-      engine_.metrics().sent(static_cast<std::int64_t>(response_.chunk().data().size()));
-    }
+    if (ok) engine_.metrics().sent(written_positions_);
+    written_positions_ = 0;
+    response_.Clear();
     if (!ok && !client_gone_) {
       client_gone_ = true;
       fail(std::make_exception_ptr(Cancelled("CANCELLED_BY_CLIENT", "the client is gone")));
@@ -294,7 +312,7 @@ SmoothReactor::Step SmoothReactor::next_step_of_failure(Clock::time_point now) {
   }
   if (!writing_) {
     if (!half_closed_ && !stop_sending_written_) {
-      response_.mutable_stop_sending();
+      response_ = wire::encode(stop_sending_message());
       stop_sending_written_ = true;
       drop_until_ = now + to_duration(engine_.config().drop_timeout_seconds);
       write_began_ = now;
@@ -368,25 +386,28 @@ void SmoothReactor::notice_idle_client(Clock::time_point now) {
 }
 
 bool SmoothReactor::prepare_write(const JobSnapshot& job, Clock::time_point now) {
+  v1::SmoothResponse message;
   switch (output_) {
     case Output::accepted:
-      prepare_accepted();
+      response_ = wire::encode(accepted_message());
       output_ = attendance_.joined ? Output::stop_sending : Output::progress;
       return true;
     case Output::stop_sending:
-      response_.mutable_stop_sending();
+      response_ = wire::encode(stop_sending_message());
       output_ = Output::progress;
       return true;
     case Output::progress:
       if (!result_) return prepare_progress(job, now);
-      *response_.mutable_result() = encode_result_header(*job_, job);
+      *message.mutable_result() = encode_result_header(*job_, job);
+      response_ = wire::encode(message);
       output_ = Output::chunks;
       return true;
     case Output::chunks:
       prepare_chunk();
       return true;
     case Output::summary:
-      *response_.mutable_summary() = encode_job_summary(*job_, job);
+      *message.mutable_summary() = encode_job_summary(*job_, job);
+      response_ = wire::encode(message);
       output_ = Output::done;
       return true;
     case Output::nothing:
@@ -396,8 +417,9 @@ bool SmoothReactor::prepare_write(const JobSnapshot& job, Clock::time_point now)
   __builtin_unreachable();
 }
 
-void SmoothReactor::prepare_accepted() {
-  v1::Accepted* accepted = response_.mutable_accepted();
+v1::SmoothResponse SmoothReactor::accepted_message() {
+  v1::SmoothResponse message;
+  v1::Accepted* accepted = message.mutable_accepted();
   if (job_) {
     *accepted->mutable_job() = encode_job(*job_, engine_);
     estimate_ = job_->reserved_bytes();
@@ -406,6 +428,7 @@ void SmoothReactor::prepare_accepted() {
   if (job_) accepted->set_topology_name(job_->snapshot().topology_name);
   accepted->set_host_reserved_bytes(estimate_.host_bytes);
   accepted->set_device_reserved_bytes(estimate_.device_bytes);
+  return message;
 }
 
 bool SmoothReactor::prepare_progress(const JobSnapshot& job, Clock::time_point now) {
@@ -421,7 +444,9 @@ bool SmoothReactor::prepare_progress(const JobSnapshot& job, Clock::time_point n
     wake_at(next_progress_);
     return false;
   }
-  *response_.mutable_progress() = encode_progress(job, position);
+  v1::SmoothResponse message;
+  *message.mutable_progress() = encode_progress(job, position);
+  response_ = wire::encode(message);
   seen_state_ = job.state;
   seen_progress_count_ = job.progress_count;
   seen_position_ = position;
@@ -431,8 +456,11 @@ bool SmoothReactor::prepare_progress(const JobSnapshot& job, Clock::time_point n
 }
 
 void SmoothReactor::prepare_chunk() {
-  sent_bytes_ += fill_result_chunk(*result_, sent_bytes_, call_.result_chunk_bytes,
-                                   *response_.mutable_chunk());
+  const auto chunk = result_chunk(*result_, sent_bytes_, call_.result_chunk_bytes);
+  response_ = wire::encode_chunk(v1::SmoothResponse::kChunkFieldNumber, v1::ARRAY_ID_COORDINATES,
+                                 sent_bytes_, chunk);
+  written_positions_ = static_cast<std::int64_t>(chunk.size());
+  sent_bytes_ += written_positions_;
 }
 
 void SmoothReactor::wake_at(Clock::time_point time) {

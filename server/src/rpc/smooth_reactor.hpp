@@ -2,6 +2,7 @@
 
 #include <grpcpp/alarm.h>
 #include <grpcpp/server_context.h>
+#include <grpcpp/support/byte_buffer.h>
 #include <grpcpp/support/server_callback.h>
 
 #include <cstdint>
@@ -15,6 +16,7 @@
 #include "meshsmooth/v1/smoothing.pb.h"
 #include "rpc/gate.hpp"
 #include "rpc/messages.hpp"
+#include "wire/raw_message.hpp"
 
 namespace meshsmooth::server {
 
@@ -25,8 +27,9 @@ namespace meshsmooth::server {
 /// state and says what to do next; `pump` does it. One thread pumps at a time,
 /// so there is at most one read and one write outstanding, and nothing is
 /// started after `Finish`. No lock is held over a call into gRPC or engine:
-/// both may come back by an event on the same thread.
-class SmoothReactor final : public grpc::ServerBidiReactor<v1::SmoothRequest, v1::SmoothResponse>,
+/// both may come back by an event on the same thread. Messages are parsed and written here:
+/// chunks go around protobuf (wire/raw_message.hpp).
+class SmoothReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>,
                             public std::enable_shared_from_this<SmoothReactor> {
  public:
   /// The reactor of a new call; owns itself until gRPC is done with it.
@@ -62,6 +65,7 @@ class SmoothReactor final : public grpc::ServerBidiReactor<v1::SmoothRequest, v1
 
   // Without the lock: one message that was read.
   void ingest();
+  void ingest_chunk(const wire::ChunkView& chunk);
   void ingest_spec(const v1::JobSpec& spec);
 
   // With the lock.
@@ -72,7 +76,7 @@ class SmoothReactor final : public grpc::ServerBidiReactor<v1::SmoothRequest, v1
   void notice_idle_client(Clock::time_point now);
   bool prepare_write(const JobSnapshot& job, Clock::time_point now);
   bool prepare_progress(const JobSnapshot& job, Clock::time_point now);
-  void prepare_accepted();
+  [[nodiscard]] v1::SmoothResponse accepted_message();
   void prepare_chunk();
   void wake_at(Clock::time_point time);
   void fail(std::exception_ptr error);
@@ -82,8 +86,9 @@ class SmoothReactor final : public grpc::ServerBidiReactor<v1::SmoothRequest, v1
   grpc::CallbackServerContext* const context_;
   const Caller caller_;
   std::shared_ptr<SmoothReactor> self_;
-  v1::SmoothRequest request_;    // gRPC's while reading_
-  v1::SmoothResponse response_;  // gRPC's while writing_
+  grpc::ByteBuffer request_;            // gRPC's while reading_
+  grpc::ByteBuffer response_;           // gRPC's while writing_
+  std::int64_t written_positions_ = 0;  // bytes of the result in response_
 
   std::mutex mutex_;
   bool pumping_ = false;

@@ -62,7 +62,7 @@ std::shared_ptr<Job> SmoothingService::find_job(const Caller& caller,
   return job;
 }
 
-grpc::ServerBidiReactor<v1::SmoothRequest, v1::SmoothResponse>* SmoothingService::Smooth(
+grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* SmoothingService::Smooth(
     grpc::CallbackServerContext* context) {
   return SmoothReactor::start(engine_, context, gate_.enter(*context));
 }

@@ -6,14 +6,26 @@
 
 namespace meshsmooth::server {
 
+/// v1::SmoothingService::CallbackService, but that Smooth is given messages as they came.
+using SmoothingServiceBase = v1::SmoothingService::WithRawCallbackMethod_Smooth<
+    v1::SmoothingService::WithCallbackMethod_GetTopology<
+        v1::SmoothingService::WithCallbackMethod_DeleteTopology<
+            v1::SmoothingService::WithCallbackMethod_GetJob<
+                v1::SmoothingService::WithCallbackMethod_ListJobs<
+                    v1::SmoothingService::WithCallbackMethod_CancelJob<
+                        v1::SmoothingService::WithCallbackMethod_AttachJob<
+                            v1::SmoothingService::WithCallbackMethod_DeleteJob<
+                                v1::SmoothingService::WithCallbackMethod_GetServerInfo<
+                                    v1::SmoothingService::Service>>>>>>>>>;
+
 /// The calls of meshsmooth.v1; has no state of its own. Calls that are not
 /// overridden answer UNIMPLEMENTED.
-class SmoothingService final : public v1::SmoothingService::CallbackService {
+class SmoothingService final : public SmoothingServiceBase {
  public:
   /// `engine` and `gate` must outlive it.
   SmoothingService(Engine& engine, const Gate& gate) : engine_(engine), gate_(gate) {}
 
-  grpc::ServerBidiReactor<v1::SmoothRequest, v1::SmoothResponse>* Smooth(
+  grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* Smooth(
       grpc::CallbackServerContext* context) override;
   grpc::ServerUnaryReactor* GetTopology(grpc::CallbackServerContext* context,
                                         const v1::GetTopologyRequest* request,

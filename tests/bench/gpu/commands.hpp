@@ -15,5 +15,6 @@ void add_paper_command(CLI::App& app, Action& action);
 void add_pipeline_command(CLI::App& app, Action& action);
 void add_server_command(CLI::App& app, Action& action);
 void add_steps_command(CLI::App& app, Action& action);
+void add_transport_command(CLI::App& app, Action& action);
 
 }  // namespace meshsmooth::bench

@@ -1,0 +1,400 @@
+// What the service costs beside the work itself: a mesh through gRPC, over one raw TCP connection
+// and to a smoother in this process, turn by turn. The server is a process of its own.
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <ctime>
+#include <iostream>
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "gpu/commands.hpp"
+#include "gpu/report.hpp"
+#include "host_memory.hpp"
+#include "meshsmooth/client.hpp"
+#include "meshsmooth/server.hpp"
+#include "support/meshes.hpp"
+
+namespace meshsmooth::bench {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+struct Settings {
+  std::vector<double> megabytes = {1.4, 14, 200};
+  int round_count = 15;
+  bool smooths = false;
+  std::string json;
+};
+
+/// Leaves every mesh as it is: what remains is the service's own.
+class IdleSmoother final : public Smoother {
+ public:
+  [[nodiscard]] std::string_view backend() const override { return "cpu"; }
+  [[nodiscard]] MemoryEstimate estimate(const MeshSize&, const SmoothOptions&) const override {
+    return {};
+  }
+  using Smoother::smooth;
+  SmoothSummary smooth(const TopologyView& topology, PositionsSpan, const SmoothOptions&,
+                       const JobControl&) override {
+    SmoothSummary summary;
+    summary.backend = "cpu";
+    summary.nodes.total = static_cast<std::int64_t>(topology.node_count);
+    return summary;
+  }
+};
+
+std::unique_ptr<Smoother> make(const Settings& settings) {
+  if (settings.smooths) return make_smoother("cpu");
+  return std::make_unique<IdleSmoother>();
+}
+
+[[noreturn]] void fail(const std::string& what) { throw std::runtime_error(what); }
+
+/// All of them, whatever the kernel does at a time.
+void write_all(int socket, std::span<const std::byte> bytes) {
+  constexpr std::size_t kPiece = 1 << 20;
+  while (!bytes.empty()) {
+    const ssize_t n = send(socket, bytes.data(), std::min(bytes.size(), kPiece), MSG_NOSIGNAL);
+    if (n <= 0) fail("raw TCP: cannot send");
+    bytes = bytes.subspan(static_cast<std::size_t>(n));
+  }
+}
+bool read_all(int socket, std::span<std::byte> bytes) {
+  constexpr std::size_t kPiece = 1 << 20;
+  while (!bytes.empty()) {
+    const ssize_t n = recv(socket, bytes.data(), std::min(bytes.size(), kPiece), 0);
+    if (n <= 0) return false;
+    bytes = bytes.subspan(static_cast<std::size_t>(n));
+  }
+  return true;
+}
+
+/// How many bytes go up, and then down.
+using Transfer = std::array<std::uint64_t, 2>;
+
+sockaddr_in loopback(int port) {
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(port));
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  return address;
+}
+
+/// Takes transfers of one connection into memory that stays warm.
+void serve_raw(int listener) {
+  const int socket = accept(listener, nullptr, nullptr);
+  const int on = 1;
+  setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+  std::vector<std::byte> memory;
+  for (Transfer transfer; read_all(socket, std::as_writable_bytes(std::span(transfer)));) {
+    memory.resize(std::max<std::size_t>({memory.size(), transfer[0], transfer[1]}));
+    if (!read_all(socket, std::span(memory).first(transfer[0]))) break;
+    write_all(socket, std::span(memory).first(1));  // it has come
+    write_all(socket, std::span(memory).first(transfer[1]));
+  }
+  close(socket);
+}
+
+/// The other side of the one raw connection.
+class RawClient {
+ public:
+  explicit RawClient(int port) : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    const sockaddr_in address = loopback(port);
+    const int on = 1;
+    setsockopt(socket_, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+    if (connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+      fail("raw TCP: cannot connect");
+    }
+  }
+  ~RawClient() { close(socket_); }
+  RawClient(const RawClient&) = delete;
+  RawClient& operator=(const RawClient&) = delete;
+
+  struct Seconds {
+    double up, down;
+  };
+  Seconds move(std::size_t up, std::size_t down) {
+    memory_.resize(std::max({memory_.size(), up, down}));
+    const Transfer transfer{up, down};
+    const auto begin = Clock::now();
+    write_all(socket_, std::as_bytes(std::span(transfer)));
+    write_all(socket_, std::span(memory_).first(up));
+    if (!read_all(socket_, std::span(memory_).first(1))) fail("raw TCP: the peer is gone");
+    const auto middle = Clock::now();
+    if (!read_all(socket_, std::span(memory_).first(down))) fail("raw TCP: the peer is gone");
+    return {std::chrono::duration<double>(middle - begin).count(),
+            std::chrono::duration<double>(Clock::now() - middle).count()};
+  }
+
+ private:
+  const int socket_;
+  std::vector<std::byte> memory_;
+};
+
+/// The server and the raw receiver in a process of their own; needs to be made before any thread.
+class Peer {
+ public:
+  explicit Peer(const Settings& settings) {
+    std::array<int, 2> down{}, up{};
+    if (pipe(down.data()) != 0 || pipe(up.data()) != 0) fail("no pipe");
+    process_ = fork();
+    if (process_ < 0) fail("cannot fork");
+    if (process_ == 0) {
+      close(up[0]);
+      close(down[1]);
+      run(settings, up[1], down[0]);
+    }
+    close(up[1]);
+    close(down[0]);
+    stop_ = down[1];
+    const bool told = read(up[0], ports_.data(), sizeof ports_) == sizeof ports_;
+    close(up[0]);
+    if (!told || clock_getcpuclockid(process_, &cpu_) != 0) fail("the server did not start");
+  }
+  ~Peer() {
+    close(stop_);
+    waitpid(process_, nullptr, 0);
+  }
+  Peer(const Peer&) = delete;
+  Peer& operator=(const Peer&) = delete;
+
+  [[nodiscard]] int server_port() const { return ports_[0]; }
+  [[nodiscard]] int raw_port() const { return ports_[1]; }
+  /// Of all its threads.
+  [[nodiscard]] double cpu_seconds() const {
+    timespec time{};
+    clock_gettime(cpu_, &time);
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+  }
+
+ private:
+  [[noreturn]] static void run(const Settings& settings, int tell, int stop) {
+    int code = 1;
+    try {
+      server::Server server(
+          {.listen = "127.0.0.1:0", .lanes = 1, .lame_duck_seconds = 0, .log_level = "off"},
+          [&] { return make(settings); });
+      server.start();
+      const int listener = socket(AF_INET, SOCK_STREAM, 0);
+      sockaddr_in address = loopback(0);
+      socklen_t size = sizeof address;
+      if (bind(listener, reinterpret_cast<sockaddr*>(&address), size) != 0 ||
+          listen(listener, 1) != 0 ||
+          getsockname(listener, reinterpret_cast<sockaddr*>(&address), &size) != 0) {
+        fail("raw TCP: cannot listen");
+      }
+      std::thread(serve_raw, listener).detach();
+      const std::array ports = {server.port(), static_cast<int>(ntohs(address.sin_port))};
+      char end = 0;
+      if (write(tell, ports.data(), sizeof ports) == sizeof ports && read(stop, &end, 1) == 0) {
+        code = 0;
+      }
+    } catch (const std::exception& error) {
+      std::cerr << "the server's process: " << error.what() << std::endl;
+    }
+    _exit(code);
+  }
+
+  pid_t process_;
+  int stop_ = -1;
+  clockid_t cpu_{};
+  std::array<int, 2> ports_{};
+};
+
+/// What was measured of one size, in seconds.
+struct Times {
+  std::vector<double> raw_up{}, raw_down{};
+  std::vector<double> call{}, call_up{}, call_down{};  // through the service
+  std::vector<double> alone{};                         // in this process
+  double server_cpu = 0;
+};
+struct Samples {
+  Mesh mesh;
+  std::size_t up_bytes = 0, down_bytes = 0;
+  Times times{};
+};
+
+/// A jittered cube of tetrahedra of about so many bytes.
+Mesh make_mesh(double megabytes) {
+  constexpr double kBytesPerNode = 114;  // of a large lattice: 24 of coordinates, the rest elements
+  const double nodes = megabytes * 1e6 / kBytesPerNode;
+  const int cells = std::max(1, static_cast<int>(std::lround(std::cbrt(nodes))));
+  return test::noisy(test::lattice(ElementType::tetrahedron, cells), 0.15, 1);
+}
+
+SmoothOptions one_sweep() {
+  SmoothOptions options;
+  options.method = Laplacian{};
+  options.guard = false;
+  options.max_iterations = 1;
+  options.judgement = Judgement::brief;
+  return options;
+}
+
+double seconds_of(const auto& body) {
+  const auto begin = Clock::now();
+  body();
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+void measure_raw(Samples& samples, RawClient& raw) {
+  const RawClient::Seconds seconds = raw.move(samples.up_bytes, samples.down_bytes);
+  samples.times.raw_up.push_back(seconds.up);
+  samples.times.raw_down.push_back(seconds.down);
+}
+
+void measure_alone(Samples& samples, Smoother& smoother, const SmoothOptions& options) {
+  samples.times.alone.push_back(seconds_of([&] { smoother.smooth(samples.mesh, options); }));
+}
+
+void measure_call(Samples& samples, client::Client& client, const Peer& peer,
+                  const SmoothOptions& options) {
+  const double cpu_before = peer.cpu_seconds();
+  client::SmoothReport report;
+  const double call = seconds_of([&] { report = client.smooth(samples.mesh, options); });
+  samples.times.server_cpu += peer.cpu_seconds() - cpu_before;
+  samples.times.call.push_back(call);
+  // Each of the two has what is neither: spec, acceptance, summary and status.
+  samples.times.call_up.push_back(call - report.send_seconds);
+  samples.times.call_down.push_back(call - report.receive_seconds);
+}
+
+struct Figures {
+  double megabytes, raw_up, raw_down, up, down;  // GB/s
+  double call_ms, alone_ms, raw_ms;              // medians
+  double cpu_seconds_per_gib;                    // of the server
+
+  [[nodiscard]] double cost_ms() const { return call_ms - alone_ms; }
+};
+
+Figures figures_of(const Samples& samples) {
+  const auto up = static_cast<double>(samples.up_bytes);
+  const auto down = static_cast<double>(samples.down_bytes);
+  const double gib =
+      (up + down) * static_cast<double>(samples.times.call.size()) / static_cast<double>(1 << 30);
+  return {.megabytes = up * 1e-6,
+          .raw_up = up * 1e-9 / median(samples.times.raw_up),
+          .raw_down = down * 1e-9 / median(samples.times.raw_down),
+          .up = up * 1e-9 / median(samples.times.call_up),
+          .down = down * 1e-9 / median(samples.times.call_down),
+          .call_ms = 1e3 * median(samples.times.call),
+          .alone_ms = 1e3 * median(samples.times.alone),
+          .raw_ms = 1e3 * (median(samples.times.raw_up) + median(samples.times.raw_down)),
+          .cpu_seconds_per_gib = samples.times.server_cpu / gib};
+}
+
+void print(std::ostream& out, const Settings& settings, const std::vector<Figures>& all) {
+  out << "A mesh there and its positions back, " << settings.round_count
+      << " rounds of raw TCP, the smoother alone and the service; medians. The smoother "
+      << (settings.smooths ? "makes one sweep" : "does nothing") << ".\n";
+  Table table({"MB up", "TCP up GB/s", "down", "service up GB/s", "down", "of TCP up", "down",
+               "TCP ms", "service ms", "alone ms", "costs ms", "server CPU s/GiB"});
+  for (const Figures& f : all) {
+    table.add({number(f.megabytes), number(f.raw_up), number(f.raw_down), number(f.up),
+               number(f.down), number(f.up / f.raw_up), number(f.down / f.raw_down),
+               number(f.raw_ms), number(f.call_ms), number(f.alone_ms), number(f.cost_ms()),
+               number(f.cpu_seconds_per_gib)});
+  }
+  table.print(out);
+}
+
+Json to_json(const Settings& settings, const std::vector<Figures>& all) {
+  Json json;
+  json.set("round_count", settings.round_count);
+  json.set("smooths", settings.smooths);
+  Json sizes;
+  for (const Figures& f : all) {
+    Json one;
+    one.set("megabytes_up", f.megabytes);
+    one.set("raw_up_gigabytes_per_second", f.raw_up);
+    one.set("raw_down_gigabytes_per_second", f.raw_down);
+    one.set("service_up_gigabytes_per_second", f.up);
+    one.set("service_down_gigabytes_per_second", f.down);
+    one.set("raw_milliseconds", f.raw_ms);
+    one.set("service_milliseconds", f.call_ms);
+    one.set("alone_milliseconds", f.alone_ms);
+    one.set("cost_milliseconds", f.cost_ms());
+    one.set("server_cpu_seconds_per_gibibyte", f.cpu_seconds_per_gib);
+    sizes.push(std::move(one));
+  }
+  json.set("sizes", std::move(sizes));
+  return json;
+}
+
+void run(const Settings& settings) {
+  const Peer peer(settings);
+  RawClient raw(peer.raw_port());
+  client::Client client("127.0.0.1:" + std::to_string(peer.server_port()));
+  const std::unique_ptr<Smoother> alone = make(settings);
+  const SmoothOptions options = one_sweep();
+  std::vector<Samples> sizes;
+  for (const double megabytes : settings.megabytes) {
+    Samples samples;
+    samples.mesh = make_mesh(megabytes);
+    for (const ElementBlock& block : samples.mesh.blocks) {
+      samples.up_bytes += block.nodes.size() * sizeof(NodeId);
+    }
+    samples.down_bytes = samples.mesh.node_count() * sizeof(Vec3d);
+    samples.up_bytes += samples.down_bytes;
+    sizes.push_back(std::move(samples));
+  }
+  for (int round = -1; round < settings.round_count; ++round) {
+    for (Samples& samples : sizes) {
+      // Small ones more often: about as long in all.
+      const int repeats =
+          static_cast<int>(std::clamp<std::size_t>(14'000'000 / samples.up_bytes, 1, 10));
+      for (int i = 0; i < repeats; ++i) {
+        measure_raw(samples, raw);
+        measure_alone(samples, *alone, options);
+        measure_call(samples, client, peer, options);
+      }
+      if (round < 0) samples.times = {};  // that was to warm up
+    }
+  }
+  std::vector<Figures> all;
+  for (const Samples& samples : sizes) all.push_back(figures_of(samples));
+  print(std::cout, settings, all);
+  write_json(settings.json, to_json(settings, all));
+}
+
+}  // namespace
+
+void add_transport_command(CLI::App& app, Action& action) {
+  const auto settings = std::make_shared<Settings>();
+  CLI::App* const sub = app.add_subcommand(
+      "transport", "What the service adds to the work: beside raw TCP and a smoother in-process");
+  sub->add_option("--megabytes", settings->megabytes, "Sizes of the meshes, about")
+      ->delimiter(',')
+      ->check(CLI::Range(0.01, 4000.0))
+      ->capture_default_str();
+  sub->add_option("--rounds", settings->round_count, "Of all that is compared")
+      ->check(CLI::Range(1, 100'000))
+      ->capture_default_str();
+  sub->add_flag("--smooth", settings->smooths, "One real sweep, instead of none at all");
+  sub->add_option("--json", settings->json, "Write the figures to this file too");
+  sub->callback([&action, settings] {
+    action = [settings] {
+      server::keep_heap_warm();
+      run(*settings);
+      return 0;
+    };
+  });
+}
+
+}  // namespace meshsmooth::bench
