@@ -73,7 +73,7 @@ struct Client::Impl {
 
   /// A job, as often as it takes.
   SmoothReport smooth(Mesh& mesh, const SmoothOptions& options, const RequestOptions& request,
-                      const TopologyUse& topology) {
+                      TopologyUse topology) {
     RequestOptions attempt = request;
     if (attempt.request_id.empty()) attempt.request_id = make_request_id();
     Retry retry(attempt, request.timeout.value_or(default_timeout(mesh, options)));
@@ -82,6 +82,8 @@ struct Client::Impl {
       try {
         return SmoothCall(channel, name, mesh, options, attempt, topology).run();
       } catch (const ServiceError& error) {
+        // The server said itself that it cannot: a proxy may take another.
+        if (!error.reason().empty()) topology.route.clear();
         retry.wait(error);
       }
     }
@@ -97,7 +99,8 @@ struct Session::Impl {
       : client(its_client),
         mesh(its_mesh),
         node_count(mesh.node_count()),
-        topology_name(wire::topology_name(MeshTopology(mesh).view())) {}
+        topology_name(wire::topology_name(MeshTopology(mesh).view())),
+        route(topology_name.substr(topology_name.rfind('-') + 1)) {}
 
   template <class Real>
   SmoothReport smooth(std::span<Vec3<Real>> positions, const SmoothOptions& options,
@@ -111,10 +114,10 @@ struct Session::Impl {
     auto& own = mesh.positions.emplace<std::vector<Vec3<Real>>>(positions.begin(), positions.end());
     SmoothReport report;
     try {
-      report = client.smooth(mesh, options, request, {topology_name, false});
+      report = client.smooth(mesh, options, request, {topology_name, false, route});
     } catch (const ServiceError& error) {
       if (error.reason() != "TOPOLOGY_NOT_FOUND") throw;
-      report = client.smooth(mesh, options, request, {{}, true});
+      report = client.smooth(mesh, options, request, {{}, true, route});
     }
     std::copy(own.begin(), own.end(), positions.begin());
     return report;
@@ -124,6 +127,7 @@ struct Session::Impl {
   Mesh mesh;  // its positions are those of the last job
   const std::size_t node_count;
   std::string topology_name;
+  std::string route;
 };
 
 Session::Session(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

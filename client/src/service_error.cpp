@@ -78,8 +78,14 @@ std::string tls_hint(std::string_view message, const std::string& server) {
 }
 
 std::string unavailable_hint(std::string_view message, const std::string& server) {
-  if (contains_any(message, {"http2 header with status: 50"})) {
-    return "a proxy answers at " + server + ", but no server behind it does";
+  if (contains_any(message, {"http2 header with status: 50", "no server behind this proxy"})) {
+    return "a proxy answers at " + server +
+           ", but no server behind it does, or the two do not speak HTTP/2 with each other";
+  }
+  if (contains_any(message, {"http1.x server"})) {
+    return "what answers at " + server +
+           " does not speak HTTP/2: is it a proxy that needs to be told (nginx: listen … http2; "
+           "HAProxy: proto h2, or alpn h2 with TLS)?";
   }
   if (std::string hint = tls_hint(message, server); !hint.empty()) return hint;
   if (never_connected(message)) {
@@ -106,6 +112,11 @@ std::string foreign_hint(const grpc::Status& status, const CallFacts& facts) {
     case grpc::StatusCode::UNAVAILABLE:
       return unavailable_hint(message, facts.server);
     case grpc::StatusCode::DEADLINE_EXCEEDED:
+      if (!facts.answered) {
+        return "not a word came from the server; a proxy in between may keep the request to itself "
+               "(nginx: grpc_pass, not proxy_pass)" +
+               std::string(kUnchanged);
+      }
       return "allow more time, or set a compute budget to get the best result reached in it" +
              std::string(kUnchanged);
     case grpc::StatusCode::CANCELLED:
@@ -120,6 +131,12 @@ std::string foreign_hint(const grpc::Status& status, const CallFacts& facts) {
       if (was_reset(message, 1)) {
         return "a proxy gave up waiting: raise its timeouts (nginx: grpc_read_timeout, "
                "client_body_timeout)";
+      }
+      if (was_reset(message, 2)) {
+        return "a proxy ended the call: lift its body limit (nginx: client_max_body_size 0) and "
+               "raise its timeouts (nginx: grpc_read_timeout, client_body_timeout), unless the "
+               "server behind it is gone" +
+               std::string(kUnchanged);
       }
       return "something between here and the server failed" + std::string(kUnchanged);
     case grpc::StatusCode::UNIMPLEMENTED:

@@ -13,6 +13,7 @@ struct CallFacts {
   std::string server;  // as the user named it
   bool cancelled_by_caller = false;
   double timeout_seconds = 0;
+  bool answered = true;  // by a first word of the server, at least
 };
 
 /// The exception for a status that is not OK.

@@ -89,13 +89,15 @@ SmoothReport SmoothCall::run() {
   v1::SmoothRequest first;
   *first.mutable_spec() = make_spec();
   context_.set_deadline(time_after<std::chrono::system_clock>(timeout_));
+  if (!topology_.route.empty()) context_.AddMetadata(kRouteKey, topology_.route);
   const std::stop_callback cancel_on_stop(request_.stop, [this] { context_.TryCancel(); });
   const grpc::Status status = converse(first);
   if (!status.ok()) {
     const double seconds = std::chrono::duration<double>(timeout_).count();
     throw to_service_error(status, {.server = server_,
                                     .cancelled_by_caller = request_.stop.stop_requested(),
-                                    .timeout_seconds = seconds});
+                                    .timeout_seconds = seconds,
+                                    .answered = !job_name_.empty()});
   }
   if (!summary_) throw broken_answer("the server ended the call without a summary");
   SmoothReport report = decode_report(*summary_, job_name_, request_id_);

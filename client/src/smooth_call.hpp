@@ -32,7 +32,12 @@ namespace meshsmooth::client {
 struct TopologyUse {
   std::string name;   // not empty: by this name alone
   bool kept = false;  // inline, and kept under its name
+  // For proxies, as metadata: calls of one topology belong to one server. Empty: to any.
+  std::string route;
 };
+
+/// The metadata's key.
+inline constexpr const char* kRouteKey = "meshsmooth-topology";
 
 /// One Smooth call from spec to status. All on the caller's thread: one read and one write are
 /// under way at a time, so that progress, StopSending and early failures are seen while data is

@@ -86,7 +86,7 @@ void Lane::run_job(Job& job) {
   try {
     job.finish(smooth(job, control));
   } catch (const DeviceError& error) {
-    broken_ = error.fatal();
+    if (error.fatal()) broken_ = true;  // never back: see `watch`
     job.end(std::current_exception());
   } catch (...) {
     job.end(std::current_exception());

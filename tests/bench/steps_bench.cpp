@@ -22,8 +22,8 @@
 #include "host_memory.hpp"
 #include "meshsmooth/client.hpp"
 #include "meshsmooth/server.hpp"
-#include "server/relay.hpp"
 #include "support/meshes.hpp"
+#include "support/relay.hpp"
 
 namespace meshsmooth::bench {
 namespace {

@@ -34,6 +34,15 @@ INSTANTIATE_TEST_SUITE_P(
                 "client_max_body_size"},
         Foreign{"ProxyPause", grpc::StatusCode::INTERNAL, "Received RST_STREAM with error code 1",
                 "grpc_read_timeout"},
+        Foreign{"ProxyEnd", grpc::StatusCode::INTERNAL, "Received RST_STREAM with error code 2",
+                "client_max_body_size"},
+        Foreign{"HaProxyTimeout", grpc::StatusCode::UNKNOWN, "Stream removed", "timeout server"},
+        Foreign{"Http1", grpc::StatusCode::UNAVAILABLE,
+                "failed to connect to all addresses; last error: INTERNAL: ipv4:127.0.0.1:5: "
+                "Trying to connect an http1.x server",
+                "HTTP/2"},
+        Foreign{"NoServerReady", grpc::StatusCode::UNAVAILABLE,
+                "no server behind this proxy is ready", "a proxy answers at host:1"},
         Foreign{"HaProxy", grpc::StatusCode::CANCELLED, "Received RST_STREAM with error code 8",
                 "HAProxy"},
         Foreign{"NoBackend", grpc::StatusCode::UNAVAILABLE,
@@ -53,6 +62,14 @@ TEST(ServiceError, HasNoHintWhenTheCallerCancelled) {
 
   EXPECT_STREQ(error.what(), "cancelled");
   EXPECT_EQ(error.hint(), "");
+}
+
+TEST(ServiceError, TellsADeadlineThatNobodyAnsweredFromASlowJob) {
+  const grpc::Status status(grpc::StatusCode::DEADLINE_EXCEEDED, "Deadline Exceeded");
+
+  EXPECT_THAT(to_service_error(status, {.server = "host:1"}).hint(), HasSubstr("more time"));
+  EXPECT_THAT(to_service_error(status, {.server = "host:1", .answered = false}).hint(),
+              HasSubstr("grpc_pass"));
 }
 
 TEST(ServiceError, TakesDetailsThatAreNoStatusForNone) {

@@ -44,6 +44,36 @@ TEST(Session, RefusesAnotherNumberOfPositions) {
   EXPECT_THROW(session.smooth(positions, {}), ServiceError);
 }
 
+std::string route_of(const grpc::ServerContext& context) {
+  const auto found = context.client_metadata().find("meshsmooth-topology");
+  return found == context.client_metadata().end()
+             ? ""
+             : std::string(found->second.data(), found->second.size());
+}
+
+// A proxy sends the steps of one mesh to one server, until that one says that it cannot.
+TEST(Session, TellsProxiesItsTopologyUntilTheServerRefuses) {
+  MockServer server;
+  std::vector<std::string> routes;
+  server.service.on_smooth = [&](grpc::ServerContext& context, ServerStream& stream) {
+    routes.push_back(route_of(context));
+    testing::read_spec(stream);
+    testing::stop_sending(stream);
+    testing::read_upload(stream);
+    if (routes.size() % 2 == 0) return testing::refusal(grpc::StatusCode::INTERNAL, "WHY", "");
+    return testing::refusal(grpc::StatusCode::UNAVAILABLE, "DRAINING", "", {},
+                            std::chrono::nanoseconds(0));
+  };
+  Client client(server.address());
+  Session session = client.open(test::tet_ball());
+  std::vector<Vec3d> positions(7);
+  for (int step = 0; step < 2; ++step) EXPECT_THROW(session.smooth(positions, {}), ServiceError);
+
+  const std::string hash = session.topology_name().substr(sizeof "topologies/sha256");
+  EXPECT_EQ(hash.size(), 64U);
+  EXPECT_EQ(routes, (std::vector<std::string>{hash, "", hash, ""}));
+}
+
 // A server that starts anew, evicts or never had it: the mesh goes once more.
 TEST(Session, SendsTheTopologyOnceToWhoeverDoesNotHaveIt) {
   MockServer server;

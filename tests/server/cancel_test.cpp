@@ -3,10 +3,10 @@
 #include <grpcpp/create_channel.h>
 #include <gtest/gtest.h>
 
-#include "server/relay.hpp"
 #include "server/smooth_call.hpp"
 #include "support/growing_time.hpp"
 #include "support/in_process_server.hpp"
+#include "support/relay.hpp"
 
 namespace meshsmooth::testing {
 namespace {

@@ -16,9 +16,9 @@
 
 #include "client_access.hpp"
 #include "meshsmooth/client.hpp"
-#include "server/server_program.hpp"
 #include "support/http.hpp"
 #include "support/meshes.hpp"
+#include "support/server_program.hpp"
 
 namespace meshsmooth::testing {
 namespace {
@@ -51,10 +51,11 @@ class Crowd : public ::testing::Test {
                 }) {
     ceiling_ = static_cast<std::int64_t>(metric("meshsmooth_memory_ceiling_bytes"));
     // What it says, and address space that malloc and stacks take without using it.
-    const auto limit = static_cast<rlim_t>(memory_of(server_.process(), "VmSize") + ceiling_ -
-                                           memory_of(server_.process(), "VmRSS") + (512 << 20));
+    const auto limit =
+        static_cast<rlim_t>(memory_of(server_.process().id(), "VmSize") + ceiling_ -
+                            memory_of(server_.process().id(), "VmRSS") + (512 << 20));
     const rlimit address_space{limit, limit};
-    EXPECT_EQ(prlimit(server_.process(), RLIMIT_AS, &address_space, nullptr), 0);
+    EXPECT_EQ(prlimit(server_.process().id(), RLIMIT_AS, &address_space, nullptr), 0);
   }
 
   double metric(const std::string& name) const {
@@ -134,7 +135,7 @@ TEST_F(Crowd, IsServedOrRefusedHonestlyWithinTheMemoryThatWasPublished) {
   EXPECT_GT(refused_["HOST_MEMORY_BUSY"], 0);
   EXPECT_GT(refused_["QUEUE_FULL"], 0);
   EXPECT_EQ(refused_.size(), 2U);
-  const std::int64_t peak = memory_of(server_.process(), "VmHWM");
+  const std::int64_t peak = memory_of(server_.process().id(), "VmHWM");
   EXPECT_LE(peak, ceiling_);
   std::cout << kConnections << " connections, " << kUploads << " uploads at a time, "
             << refused_["HOST_MEMORY_BUSY"] << " refused for memory, " << refused_["QUEUE_FULL"]

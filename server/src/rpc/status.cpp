@@ -34,6 +34,7 @@ constexpr std::array kReasonCodes = {
     ReasonCode{"UPLOAD_LOST", StatusCode::UNAVAILABLE},
     ReasonCode{"DRAINING", StatusCode::UNAVAILABLE},
     ReasonCode{"DEVICE_LOST", StatusCode::UNAVAILABLE},
+    ReasonCode{"DEVICE_REFUSED", StatusCode::UNAVAILABLE},
 };
 
 // Refusals that pass, but for `Busy`: when to come back.
@@ -44,7 +45,7 @@ struct RetryDelay {
 constexpr std::array kRetryDelays = {
     RetryDelay{"QUOTA_EXCEEDED", 1s}, RetryDelay{"HOST_MEMORY_BUSY", 1s},
     RetryDelay{"DRAINING", 0s},       RetryDelay{"DEVICE_LOST", 0s},
-    RetryDelay{"UPLOAD_LOST", 0s},
+    RetryDelay{"DEVICE_REFUSED", 0s}, RetryDelay{"UPLOAD_LOST", 0s},
 };
 
 wire::StatusDetails details_of(const Error& error, StatusCode code) {

@@ -1,16 +1,18 @@
-// Every way to end a job in every state that it can be in.
+// Every way to end a job in every state that it can be in, directly and behind proxies.
 #include <grpcpp/create_channel.h>
 #include <gtest/gtest.h>
 
 #include <iostream>
 #include <map>
+#include <memory>
 #include <optional>
 
+#include "network/proxy.hpp"
 #include "server/conservation.hpp"
-#include "server/relay.hpp"
 #include "server/smooth_call.hpp"
 #include "support/growing_time.hpp"
 #include "support/in_process_server.hpp"
+#include "support/relay.hpp"
 
 namespace meshsmooth::testing {
 namespace {
@@ -23,6 +25,7 @@ enum class Way { client, deadline, job_call, lost_client, drain };
 struct Case {
   v1::State state;
   Way way;
+  std::optional<ProxyKind> proxy;
 };
 
 std::string name_of(const ::testing::TestParamInfo<Case>& info) {
@@ -31,7 +34,8 @@ std::string name_of(const ::testing::TestParamInfo<Case>& info) {
                                                    {Way::job_call, "JobCall"},
                                                    {Way::lost_client, "LostClient"},
                                                    {Way::drain, "Drain"}};
-  return v1::State_Name(info.param.state).substr(6) + "_by_" + kWays.at(info.param.way);
+  return v1::State_Name(info.param.state).substr(6) + "_by_" + kWays.at(info.param.way) +
+         (info.param.proxy ? "_behind_" + name_of(*info.param.proxy) : "");
 }
 
 class CancelMatrix : public ::testing::TestWithParam<Case> {
@@ -85,8 +89,17 @@ class CancelMatrix : public ::testing::TestWithParam<Case> {
 };
 
 TEST_P(CancelMatrix, EndsTheJobAndGivesAllBack) {
-  const auto [state, way] = GetParam();
-  Relay relay(server_.server().port());
+  const auto [state, way, proxy_kind] = GetParam();
+  std::unique_ptr<Proxy> proxy;
+  int port = server_.server().port();
+  if (proxy_kind) {
+    if (find_program(name_of(*proxy_kind)).empty()) {
+      GTEST_SKIP() << "WARNING: SKIPPED, for " << name_of(*proxy_kind) << " is not installed";
+    }
+    proxy = std::make_unique<Proxy>(*proxy_kind, std::vector<Proxy::Backend>{{port}});
+    port = proxy->port();
+  }
+  Relay relay(port);
   Stub far_stub(grpc::CreateChannel(relay.target(), grpc::InsecureChannelCredentials()));
   server_info(far_stub);  // connected
   Conservation conservation(stub_);
@@ -163,7 +176,9 @@ std::vector<Case> all_cases() {
        {v1::STATE_RECEIVING, v1::STATE_QUEUED, v1::STATE_RUNNING, v1::STATE_SENDING}) {
     for (const Way way :
          {Way::client, Way::deadline, Way::job_call, Way::lost_client, Way::drain}) {
-      cases.push_back({state, way});
+      cases.push_back({state, way, {}});
+      cases.push_back({state, way, ProxyKind::haproxy});
+      cases.push_back({state, way, ProxyKind::nginx});
     }
   }
   return cases;
