@@ -153,7 +153,7 @@ grpc::Status SmoothCall::converse(const v1::SmoothRequest& first) {
     }
     try {
       if (answered && !error) handle(response);
-      response.Clear();
+      if (answered) response.Clear();  // not before: it may be gRPC's, with an answer in it
       if (!error) write_next();
     } catch (...) {
       error = std::current_exception();
