@@ -25,6 +25,8 @@ test_packages=(
   libgtest-dev libgmock-dev libeigen3-dev libbenchmark-dev
   clang-format clang-tidy shellcheck python3 prometheus haproxy nginx iproute2
 )
+# What scripts/fuzz needs beside both.
+fuzz_packages=(clang libclang-rt-14-dev)
 # What scripts/bundle needs beside the first.
 bundle_packages=(libgtest-dev libgmock-dev libeigen3-dev libbenchmark-dev binutils zstd)
 # What checks manifests by the schemas of Kubernetes: 23 MB from PyPI, into build/python.

@@ -18,5 +18,6 @@ void add_info_command(CLI::App& app, Action& action);
 void add_jobs_command(CLI::App& app, Action& action);
 void add_cancel_command(CLI::App& app, Action& action);
 void add_health_command(CLI::App& app, Action& action);
+void add_bench_command(CLI::App& app, Action& action);
 
 }  // namespace meshsmooth::cli

@@ -33,6 +33,7 @@ int main(int argc, char** argv) {
   add_jobs_command(app, action);
   add_cancel_command(app, action);
   add_health_command(app, action);
+  add_bench_command(app, action);
 
   try {
     app.parse(argc, argv);

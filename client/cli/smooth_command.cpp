@@ -136,8 +136,7 @@ client::SmoothReport call_server(formats::MeshFile& file, const SmoothCommand& c
   request.backend = !command.server.address.empty() ? command.backend : "auto";
   request.stop = interrupt.token();
   if (command.timeout_seconds) {
-    request.timeout = std::chrono::duration_cast<std::chrono::nanoseconds>(
-        std::chrono::duration<double>(*command.timeout_seconds));
+    request.timeout = to_duration("--timeout", *command.timeout_seconds);
   }
   if (!command.quiet) {
     request.on_progress = [&](const client::JobProgress& progress) { display.show(progress); };

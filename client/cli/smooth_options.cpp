@@ -4,6 +4,7 @@
 #include <CLI/Validators.hpp>
 #include <charconv>
 #include <map>
+#include <sstream>
 #include <system_error>
 #include <vector>
 
@@ -114,6 +115,18 @@ MovementLimit to_movement_limit(const std::string& text) {
 
 }  // namespace
 
+std::chrono::nanoseconds to_duration(const std::string& flag, double seconds) {
+  if (!(seconds > 0)) {
+    std::ostringstream message;
+    message << flag << " is " << seconds << ", it must be above 0 seconds";
+    throw InvalidOption("OPTION_OUT_OF_RANGE", message.str(), {{"field", flag}});
+  }
+  constexpr auto kLongest = std::chrono::nanoseconds::max();
+  const std::chrono::duration<double> duration(seconds);
+  if (duration >= kLongest) return kLongest;
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(duration);
+}
+
 void add_smooth_flags(CLI::App& command, SmoothFlags& flags) {
   command
       .add_option("--method", flags.method,
@@ -204,8 +217,7 @@ SmoothOptions to_smooth_options(const SmoothFlags& flags) {
   options.guard = flags.guard == "on";
   options.tangled = flags.tangled == "refuse" ? TangledPolicy::refuse : TangledPolicy::repair;
   if (flags.compute_budget_seconds) {
-    options.compute_budget = std::chrono::duration_cast<std::chrono::nanoseconds>(
-        std::chrono::duration<double>(*flags.compute_budget_seconds));
+    options.compute_budget = to_duration("--compute-budget", *flags.compute_budget_seconds);
   }
   validate(options);
   return options;

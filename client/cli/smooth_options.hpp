@@ -1,6 +1,7 @@
 #pragma once
 
 #include <CLI/App.hpp>
+#include <chrono>
 #include <optional>
 #include <string>
 
@@ -34,6 +35,10 @@ struct SmoothFlags {
 
 /// Adds the flags to a command; `flags` must outlive it.
 void add_smooth_flags(CLI::App& command, SmoothFlags& flags);
+
+/// Of the seconds that a flag says. Throws `InvalidOption` (OPTION_OUT_OF_RANGE) unless they
+/// are above 0; more than 292 years are cut.
+[[nodiscard]] std::chrono::nanoseconds to_duration(const std::string& flag, double seconds);
 
 /// Throws `InvalidOption` (OPTION_MISPLACED, OPTION_OUT_OF_RANGE) or
 /// `NotSupported` (OPTION_NOT_SUPPORTED).

@@ -48,6 +48,7 @@ class Passengers {
 /// One block per type, in the order in which the types come up.
 class Blocks {
  public:
+  /// Nodes that do not exist are for core's `validate`, as long as they fit a NodeId.
   void add(ElementType type, const Cell& cell, std::int64_t place_of_cell) {
     std::size_t& place = places_[static_cast<std::size_t>(type)];
     if (place == kNowhere) {
@@ -100,12 +101,21 @@ MeshFile make_mesh_file(const std::filesystem::path& path, FileContent content) 
   const auto id_of = [&](std::int64_t id) {
     return content.cell_ids.empty() ? id : content.cell_ids[static_cast<std::size_t>(id)];
   };
+  const auto check_nodes = [&](const Cell& of, std::int64_t id) {
+    for (const std::int64_t node : of.nodes) {
+      if (node == static_cast<NodeId>(node)) continue;
+      fail("FORMAT_ERROR", path,
+           "element " + std::to_string(id_of(id)) + " uses node " + std::to_string(node) +
+               ", there are only " + std::to_string(node_count));
+    }
+  };
   Cell cell;
   std::vector<std::int8_t> dimensions(static_cast<std::size_t>(cell_count));
   for (std::int64_t id = 0; id < cell_count; ++id) {
     dataset.get_cell(id, cell);
     dimensions[static_cast<std::size_t>(id)] =
         static_cast<std::int8_t>(dimension_of(path, dataset, cell, id_of(id)));
+    check_nodes(cell, id);
   }
   const auto highest = std::max_element(dimensions.begin(), dimensions.end());
   if (highest == dimensions.end() || *highest < 2) {

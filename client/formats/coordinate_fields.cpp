@@ -42,7 +42,7 @@ double parse_coordinate(std::string_view word, NumberStyle style, const Scanner&
     return copy_bits<double>(bytes);
   }
   if (style == NumberStyle::fortran) {
-    std::string text(word);
+    std::string text(word.substr(std::min(word.find_first_not_of(' '), word.size())));
     std::replace_if(
         text.begin(), text.end(), [](char c) { return c == 'D' || c == 'd'; }, 'E');
     return scanner.parse<double>(text);
@@ -83,10 +83,10 @@ std::string format_coordinate(double value, NumberStyle style, std::size_t width
     return {text.data(), width};
   }
   if (style == NumberStyle::fortran) {
-    const int length =
-        std::snprintf(text.data(), text.size(), "%*.16E", static_cast<int>(width), value);
+    const int length = std::snprintf(text.data(), text.size(), "%.16E", value);
     std::replace(text.begin(), text.end(), 'E', 'D');
-    return {text.data(), static_cast<std::size_t>(length)};
+    const std::string number(text.data(), static_cast<std::size_t>(length));
+    return std::string(std::max(width, number.size()) - number.size(), ' ') + number;
   }
   if (style == NumberStyle::nastran) return format_nastran(value, width);
   const auto [end, error] = std::to_chars(text.data(), text.data() + text.size(), value);

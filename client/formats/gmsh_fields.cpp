@@ -167,6 +167,22 @@ CoordinateFields find_in_mesh(const path& file, std::string_view text) {
   return found;
 }
 
+/// With the blanks before each number, but for one, so that there is room for a sign in its
+/// columns.
+Words with_blanks(std::string_view text, Words words) {
+  constexpr std::size_t kColumns = 25;
+  for (std::string_view& word : words) {
+    auto begin = static_cast<std::size_t>(word.data() - text.data());
+    const std::size_t end = begin + word.size();
+    while (begin > 1 && end - begin < kColumns && text[begin - 1] == ' ' &&
+           text[begin - 2] == ' ') {
+      --begin;
+    }
+    word = text.substr(begin, end - begin);
+  }
+  return words;
+}
+
 /// UNV: data set 2411, "label … …" and three numbers of 25 columns.
 CoordinateFields find_in_unv(const path& file, std::string_view text) {
   CoordinateFields found;
@@ -185,7 +201,7 @@ CoordinateFields find_in_unv(const path& file, std::string_view text) {
       scanner.line();
       if (number != "2411" && number != "781") continue;
       const auto id = scanner.parse<std::int64_t>(first);
-      found.add(id, next_words(scanner), scanner);
+      found.add(id, with_blanks(text, next_words(scanner)), scanner);
       scanner.line();
     }
     scanner.line();

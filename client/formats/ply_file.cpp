@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstring>
+#include <limits>
 #include <map>
 #include <string>
 #include <vector>
@@ -60,6 +62,7 @@ Type read_type(Scanner& scanner) {
 
 Header read_header(Scanner& scanner) {
   Header header;
+  bool has_vertices = false;
   if (const auto word = scanner.token(); word != "ply") scanner.refuse("ply", word);
   scanner.line();
   for (auto word = scanner.token(); word != "end_header"; word = scanner.token()) {
@@ -72,6 +75,8 @@ Header read_header(Scanner& scanner) {
       }
     } else if (word == "element") {
       std::string name(scanner.token());
+      if (name == "vertex" && has_vertices) scanner.refuse("one list of vertices", name);
+      has_vertices = has_vertices || name == "vertex";
       header.sections.push_back({std::move(name), scanner.count(), {}});
     } else if (word == "property") {
       if (header.sections.empty()) scanner.refuse("element", word);
@@ -225,12 +230,20 @@ class PlyReader {
                              (property.name == "vertex_indices" || property.name == "vertex_index");
         face.clear();
         for (std::size_t value = 0; value < count; ++value) {
-          const double number = read_value(property.type).number;
-          if (is_face) face.push_back(static_cast<std::int64_t>(number));
+          const Value number = read_value(property.type);
+          if (is_face) face.push_back(node_of(number));
         }
         if (is_face) insert_face(face);
       }
     }
+  }
+
+  std::int64_t node_of(const Value& value) const {
+    constexpr double kMost = std::numeric_limits<NodeId>::max();
+    if (!(std::abs(value.number) <= kMost) || std::trunc(value.number) != value.number) {
+      scanner_.refuse("the number of a vertex", std::to_string(value.number));
+    }
+    return static_cast<std::int64_t>(value.number);
   }
 
   void insert_face(const std::vector<std::int64_t>& face) {

@@ -67,7 +67,10 @@ std::vector<std::int64_t> read_tetrahedra(const path& file, FileContent& content
   std::unordered_map<std::int64_t, std::int64_t> nodes;
   nodes.reserve(content.node_ids.size());
   for (const std::int64_t id : content.node_ids) {
-    nodes.emplace(id, static_cast<std::int64_t>(nodes.size()));
+    if (!nodes.emplace(id, static_cast<std::int64_t>(nodes.size())).second) {
+      fail("FORMAT_ERROR", with_extension(file, ".node"),
+           "two nodes have the number " + std::to_string(id));
+    }
   }
 
   std::vector<std::int64_t> ids;

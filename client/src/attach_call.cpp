@@ -40,8 +40,7 @@ SmoothReport AttachCall::run() {
 
 void AttachCall::attempt(std::chrono::nanoseconds timeout) {
   grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() +
-                       std::chrono::duration_cast<std::chrono::system_clock::duration>(timeout));
+  context.set_deadline(time_after<std::chrono::system_clock>(timeout));
   const std::stop_callback cancel_on_stop(request_.stop, [&context] { context.TryCancel(); });
   v1::AttachJobRequest message;
   message.set_name(job_name_);

@@ -141,6 +141,8 @@ std::shared_ptr<grpc::Channel> open_channel(const std::string& target,
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 30'000);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 20'000);
   arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
+  // As many connections as clients: else gRPC has all of a process share one.
+  arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   if (names_a_fleet(target)) {
     arguments.SetServiceConfigJSON(kFleetConfig);
     // Names are looked up anew when a connection ends, and so often at most.

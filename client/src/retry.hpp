@@ -7,11 +7,18 @@
 
 namespace meshsmooth::client {
 
+/// That time from now, or the clock's last: "for ever" must not become the past.
+template <class Clock>
+[[nodiscard]] typename Clock::time_point time_after(std::chrono::nanoseconds wait) {
+  const auto now = Clock::now();
+  return wait < Clock::time_point::max() - now ? now + wait : Clock::time_point::max();
+}
+
 /// The attempts at one request: as many, and as long, as it allows.
 class Retry {
  public:
   Retry(const RequestOptions& request, std::chrono::nanoseconds timeout)
-      : request_(request), deadline_(Clock::now() + timeout) {}
+      : request_(request), deadline_(time_after<Clock>(timeout)) {}
 
   [[nodiscard]] std::chrono::nanoseconds left() const { return deadline_ - Clock::now(); }
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "request_id.hpp"
+#include "retry.hpp"
 #include "service_error.hpp"
 #include "wire/codec.hpp"
 #include "wire/mesh_layout.hpp"
@@ -87,8 +88,7 @@ SmoothCall::SmoothCall(const std::shared_ptr<grpc::Channel>& channel, std::strin
 SmoothReport SmoothCall::run() {
   v1::SmoothRequest first;
   *first.mutable_spec() = make_spec();
-  context_.set_deadline(std::chrono::system_clock::now() +
-                        std::chrono::duration_cast<std::chrono::system_clock::duration>(timeout_));
+  context_.set_deadline(time_after<std::chrono::system_clock>(timeout_));
   if (!topology_.route.empty()) context_.AddMetadata(kRouteKey, topology_.route);
   const std::stop_callback cancel_on_stop(request_.stop, [this] { context_.TryCancel(); });
   const grpc::Status status = converse(first);
@@ -261,6 +261,7 @@ SmoothReport decode_report(const v1::Summary& summary, const std::string& job_na
   SmoothReport report;
   try {
     report.summary = wire::decode_summary(summary);
+    report.json = wire::to_json(summary);
   } catch (const Error& error) {
     throw broken_answer("the summary cannot be understood: " + std::string(error.what()));
   }
@@ -271,7 +272,6 @@ SmoothReport decode_report(const v1::Summary& summary, const std::string& job_na
   report.send_seconds = wire::decode_seconds(summary.timings().send());
   report.topology_reused = summary.execution().topology_reused();
   report.server_version = summary.execution().server_version();
-  report.json = wire::to_json(summary);
   return report;
 }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <limits>
@@ -23,6 +24,19 @@ struct Bytes {};
 
 CLI::Validator text_that(const std::string& what, bool (*fits)(std::string_view)) {
   return {[=](std::string& text) { return fits(text) ? std::string() : "it is not " + what; }, ""};
+}
+
+/// CLI11's own lets "nan" through, which is in no range.
+CLI::Validator seconds_range() {
+  const CLI::Range range(0.0, 1e6);
+  return {[range](std::string& text) {
+            double value = 0;
+            if (CLI::detail::lexical_cast(text, value) && std::isnan(value)) {
+              return text + " is no number";
+            }
+            return range(text);
+          },
+          range.get_description()};
 }
 
 bool is_printable(std::string_view text) {
@@ -73,7 +87,7 @@ void visit_settings(Config& config, const Visit& visit) {
   const Bytes bytes;
   const CLI::Validator none;
   const auto text = text_that("printable", is_printable);
-  const auto seconds = CLI::Range(0.0, 1e6);
+  const auto seconds = seconds_range();
   const auto message_bytes = CLI::Range(4096, 1 << 30);
   const auto counts = CLI::Range(std::int64_t{1}, std::int64_t{INT32_MAX});
 
@@ -214,6 +228,7 @@ std::string environment(const std::string& name) {
 
 void apply(ServerConfig& config, const GivenSetting& given) {
   CLI::App app;
+  app.set_help_flag();  // which is no setting
   add_options(app, config);
   const std::string flag = "--" + given.key;
   if (app.get_option_no_throw(flag) == nullptr) {

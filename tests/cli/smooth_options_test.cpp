@@ -139,6 +139,11 @@ TEST(SmoothOptions, TakeAMovementLimitAsALengthOrAShare) {
   }
 }
 
+TEST(SmoothOptions, TakeABudgetOfAnyLength) {
+  EXPECT_EQ(parse({"--compute-budget", "1e300"}).compute_budget, std::chrono::nanoseconds::max());
+  EXPECT_EQ(parse({"--compute-budget", "inf"}).compute_budget, std::chrono::nanoseconds::max());
+}
+
 TEST(SmoothOptions, RefuseUnknownWordsAndValuesOutOfRange) {
   EXPECT_EQ(exit_code({"--method", "magic"}), ExitCode::usage);
   EXPECT_EQ(exit_code({"--form", "magic"}), ExitCode::usage);
@@ -149,6 +154,7 @@ TEST(SmoothOptions, RefuseUnknownWordsAndValuesOutOfRange) {
   EXPECT_EQ(exit_code({"--tolerance", "nan"}), ExitCode::usage);
   EXPECT_EQ(exit_code({"--method", "laplacian", "--relaxation", "1.5"}), ExitCode::usage);
   EXPECT_EQ(exit_code({"--compute-budget", "0"}), ExitCode::usage);
+  EXPECT_EQ(exit_code({"--compute-budget", "nan"}), ExitCode::usage);
   EXPECT_EQ(exit_code({"--target-quality", "1"}), ExitCode::usage);
   EXPECT_EQ(exit_code({"--goal", "best"}), ExitCode::usage);
   EXPECT_EQ(exit_code({"--tolerance", "1", "--absolute-tolerance", "1"}), ExitCode::usage);

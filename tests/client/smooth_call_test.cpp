@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 
 #include <cstring>
+#include <future>
 #include <set>
 #include <thread>
 
@@ -152,18 +153,23 @@ TEST(SmoothCall, StopsItsUploadWhenToldAndReadsTheStatus) {
   MockServer server;
   Mesh mesh = large_mesh();
   std::size_t dropped_bytes = 0;
+  std::promise<void> told;
+  RequestOptions request;
+  request.on_progress = [&](const JobProgress&) { told.set_value(); };
   server.service.on_smooth = [&](grpc::ServerContext&, ServerStream& stream) {
     read_spec(stream);
     accept(stream);
     v1::SmoothRequest first;
     stream.Read(&first);
     stop_sending(stream);
+    progress(stream, 1);  // once the client has it, it has been told to stop
+    told.get_future().wait();
     dropped_bytes = read_upload(stream).size_bytes();
     return refusal(grpc::StatusCode::INVALID_ARGUMENT, "INDEX_OUT_OF_RANGE",
                    "element 3: node 9 >= node count 7", {{"element", "3"}, {"node", "9"}});
   };
 
-  const ServiceError error = smooth_error(server, mesh);
+  const ServiceError error = smooth_error(server, mesh, request);
 
   EXPECT_LT(dropped_bytes, 20'000'000);
   EXPECT_EQ(error.code(), StatusCode::invalid_argument);
@@ -294,6 +300,20 @@ TEST(SmoothCall, EndsAtItsDeadline) {
   EXPECT_THAT(error.hint(), HasSubstr("compute budget"));
 }
 
+TEST(SmoothCall, MayLastForEver) {
+  MockServer server;
+  Mesh mesh = test::tet_ball();
+  server.service.on_smooth = after_upload([](ServerStream& stream, const Upload& upload) {
+    send_header(stream, 7, v1::SCALAR_TYPE_FLOAT64, 7 * 24);
+    send_chunk(stream, 0, upload.coordinates);
+    send_summary(stream);
+  });
+  RequestOptions request;
+  request.timeout = std::chrono::nanoseconds::max();
+
+  EXPECT_NO_THROW(Client(server.address()).smooth(mesh, {}, request));
+}
+
 TEST(SmoothCall, AlwaysHasADeadline) {
   MockServer server;
   Mesh mesh = test::tet_ball();
@@ -419,6 +439,17 @@ INSTANTIATE_TEST_SUITE_P(
                      "100 of 168 bytes"},
         BrokenAnswer{"NoResult", [](ServerStream& stream, const Upload&) { send_summary(stream); },
                      "incomplete"},
+        BrokenAnswer{"NoDuration",
+                     [](ServerStream& stream, const Upload&) {
+                       good_header(stream);
+                       send_chunk(stream, 0, std::string(168, 'x'));
+                       v1::SmoothResponse response;
+                       response.mutable_summary()->set_stop_reason(v1::STOP_REASON_CONVERGED);
+                       response.mutable_summary()->mutable_timings()->mutable_send()->set_seconds(
+                           INT64_MAX);
+                       stream.Write(response);
+                     },
+                     "the summary cannot be understood"},
         BrokenAnswer{"NoSummary",
                      [](ServerStream& stream, const Upload&) {
                        good_header(stream);

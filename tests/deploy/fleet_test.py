@@ -1,6 +1,7 @@
 """A fleet: three workers behind HAProxy, with the configuration of deploy/haproxy, and Prometheus
 with the rules of deploy/prometheus. 200 jobs come; in the middle one worker is killed and another
-one drains. Every job is answered, with the bits of a worker alone.
+one drains. Every job is answered, with the bits of a worker alone. The steps of a mesh go to the
+worker that knows it.
 
     fleet_test.py bench    CPU seconds a job of 1, 2 and 3 workers behind HAProxy
     fleet_test.py compose  the same test with the containers of docker/compose.yaml; MESHSMOOTH_IMAGE,
@@ -183,6 +184,16 @@ class FleetTest(CliTest):
         served = self.query(metrics, 'count(max_over_time(meshsmooth_jobs_total'
                                      '{outcome="succeeded"}[1h]) > 0)')
         self.assertEqual(served, "3")
+
+    @needs(HAPROXY, "haproxy")
+    def test_sends_the_steps_of_a_mesh_to_the_worker_that_knows_it(self):
+        fleet = Fleet(self, 3)
+        load, lines, _ = self.start_load("--reference", fleet.workers[0].address, "--server",
+                                         fleet.address, "--jobs", JOBS, "--callers", 4)
+        self.assertEqual(load.wait(timeout=300), 0, lines)
+        figures = self.figures(lines)
+        print(figures, file=sys.stderr)
+        self.assertGreaterEqual(figures["reused"], 0.95 * figures["repeated"])
 
     def start_prometheus(self, workers):
         shutil.copy(ROOT / "deploy/prometheus/meshsmooth.rules.yml", self.folder)

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "generate.hpp"
 #include "meshsmooth/quality.hpp"
 #include "scratch.hpp"
@@ -16,6 +18,7 @@ using test::fixture;
 using test::move_nodes;
 using test::Scratch;
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 
 MeshFile write_and_read(const std::filesystem::path& path, const MeshFile& file) {
   write_mesh_file(path, file);
@@ -94,6 +97,39 @@ TEST(Nastran, KeepsAsManyDigitsAsTheColumnsHold) {
   EXPECT_NEAR(read[1].x, nodes[1].x, 1);
   EXPECT_EQ(read[4].x, nodes[4].x);
   EXPECT_NE(bytes_of(out).find("MAT1    1       2.1+11"), std::string::npos);
+}
+
+// Readers of UNV go by columns: a sign must not push the next number out of its own.
+TEST(Unv, KeepsTheColumnsOfItsNumbers) {
+  const Scratch scratch;
+  MeshFile file = read_mesh_file(fixture("box.unv"));
+  auto& nodes = std::get<std::vector<Vec3d>>(file.mesh.positions);
+  for (Vec3d& node : nodes) node = {-1.5, -2.5e-100, -3.5};
+
+  write_mesh_file(scratch.path("a.unv"), file);
+
+  const std::string before = bytes_of(fixture("box.unv"));
+  const std::string after = bytes_of(scratch.path("a.unv"));
+  EXPECT_EQ(after.size(), before.size());
+  EXPECT_EQ(std::ranges::count(after, '\n'), std::ranges::count(before, '\n'));
+  EXPECT_THAT(after, HasSubstr("  -1.5000000000000000D+00 -2.5000000000000000D-100  "
+                               "-3.5000000000000000D+00\n"));
+}
+
+// A number of any length is replaced.
+TEST(Unv, TakesNumbersOfAnyLength) {
+  const Scratch scratch;
+  std::string text = bytes_of(fixture("box.unv"));
+  const std::string first = "D+00";
+  const auto place = text.find(first, text.find("2411"));
+  text.insert(place, std::string(100, '0'));
+  test::put_bytes(scratch.path("a.unv"), text);
+  MeshFile file = read_mesh_file(scratch.path("a.unv"));
+  move_nodes(file.mesh);
+
+  write_mesh_file(scratch.path("b.unv"), file);
+
+  EXPECT_TRUE(read_mesh_file(scratch.path("b.unv")).mesh.positions == file.mesh.positions);
 }
 
 TEST(Gmsh, GivesNodesInTheFilesOrderWithIdsAndIsolatedOnes) {

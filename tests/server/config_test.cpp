@@ -121,6 +121,7 @@ TEST_F(Config, NamesFieldValueAndSourceOfAWrongValue) {
                     HasSubstr("0 to 1024")));
   EXPECT_THAT(error_of({"--lame-duck-seconds", "soon"}),
               AllOf(HasSubstr("lame-duck-seconds: "), HasSubstr("\"soon\"")));
+  EXPECT_THAT(error_of({"--lame-duck-seconds", "nan"}), HasSubstr("nan is no number"));
   EXPECT_THAT(error_of({"--max-job-bytes", "lots"}), HasSubstr("\"lots\" (flag --max-job-bytes)"));
   for (const char* wrong : {"0,0", "-1", "1,", ",1", "a", "0 1"}) {
     EXPECT_THAT(error_of({"--devices", wrong}), HasSubstr("devices: ")) << wrong;
@@ -147,6 +148,7 @@ TEST_F(Config, SaysWhatIsWrongWithAFile) {
   EXPECT_THAT(error_of_file("lane = 4"),
               AllOf(HasSubstr("lane: there is no such setting"), HasSubstr("line 1")));
   EXPECT_THAT(error_of_file("config = \"x\""), HasSubstr("there is no such setting"));
+  EXPECT_THAT(error_of_file("help = true"), HasSubstr("there is no such setting"));
   EXPECT_THAT(error_of_file("lanes = 4\nlanes = 4"), HasSubstr("said twice"));
   EXPECT_THAT(error_of_file("[server]"), HasSubstr("no value"));
   EXPECT_THAT(error_of_file("lanes = [4]"), HasSubstr("neither a number"));

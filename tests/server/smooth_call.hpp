@@ -116,6 +116,13 @@ class SmoothCall {
     return response ? response->accepted().job().name() : "";
   }
 
+  /// The same where the deadline may come first: nothing then.
+  std::optional<std::string> try_read_accepted() {
+    const auto response = read();
+    if (!response || !response->has_accepted()) return std::nullopt;
+    return response->accepted().job().name();
+  }
+
   /// Reads to the end and takes the status; half-closes when told to stop.
   const grpc::Status& finish() {
     while (!finished_) {
@@ -187,6 +194,15 @@ inline v1::Job wait_for_state(Stub& stub, const std::string& name, v1::State sta
   for (;;) {
     v1::Job job = get_job(stub, name);
     if (job.state() == state) return job;
+    std::this_thread::yield();
+  }
+}
+
+/// The same of a job that may end before: then as it ended.
+inline v1::Job wait_for_state_or_end(Stub& stub, const std::string& name, v1::State state) {
+  for (;;) {
+    v1::Job job = get_job(stub, name);
+    if (job.state() == state || job.state() >= v1::STATE_SUCCEEDED) return job;
     std::this_thread::yield();
   }
 }

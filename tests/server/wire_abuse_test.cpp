@@ -122,7 +122,7 @@ class WireAbuse : public ::testing::Test {
     conservation_.check();
     expect_healthy_service(stub_);  // others are served as ever
     // What the peer had the server hold goes with it.
-    const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+    const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(20);
     while (grown_bytes() >= 64 << 20 && std::chrono::steady_clock::now() < limit) {
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
     }

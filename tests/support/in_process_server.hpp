@@ -22,6 +22,9 @@ inline server::ServerConfig quiet_config() {
   config.listen = "";
   config.log_level = "off";
   config.host_memory_limit_bytes = 1 << 30;
+  // Tests speak both sides of a call, so a client reads only after it has sent; and the
+  // machine may be busy.
+  config.drop_timeout_seconds = 10;
   config.lame_duck_seconds = 0;
   config.drain_grace_seconds = 0;
   return config;

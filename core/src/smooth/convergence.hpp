@@ -23,7 +23,7 @@ class ConvergenceWatch {
       : options_(options), control_(control), free_count_(free_count) {
     state_.bounding_box_diagonal = diagonal;
     state_.tolerance = converges_by_energy(options) ? 0 : in_mesh_unit(options.tolerance);
-    if (options.compute_budget) budget_end_ = Clock::now() + *options.compute_budget;
+    if (options.compute_budget) budget_end_ = end_of(*options.compute_budget);
   }
 
   /// Before any sweep: true when there is nothing to do.
@@ -114,6 +114,12 @@ class ConvergenceWatch {
 
  private:
   using Clock = std::chrono::steady_clock;
+
+  /// A budget of centuries must not end in the past.
+  [[nodiscard]] static Clock::time_point end_of(std::chrono::nanoseconds budget) {
+    const auto now = Clock::now();
+    return budget < Clock::time_point::max() - now ? now + budget : Clock::time_point::max();
+  }
 
   /// The root mean square of the moves has found no new low for many sweeps:
   /// they only go to and fro (the end of a method under the guard, or of the
