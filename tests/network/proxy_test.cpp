@@ -320,7 +320,7 @@ TEST_P(BeforeSeveralServers, OneThatDrainsIsLeftOutAndNoCallFails) {
   server::ServerConfig config = is_haproxy() ? watched_config() : tcp_config();
   config.lame_duck_seconds = is_haproxy() ? 1000 : 0;
   config.drain_grace_seconds = 1000;
-  start(2, config);
+  start(is_haproxy() ? 2 : 4, config);
   InProcessServer& leaving = *servers_.front();
   client::Client client(proxy_->target());
   leaving.fake().hold();
