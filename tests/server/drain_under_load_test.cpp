@@ -126,7 +126,7 @@ TEST(DrainUnderLoad, LosesNoJobThatItAccepted) {
 
 TEST(DrainUnderLoad, ASecondSignalHurries) {
   ServerProgram server(0, flags(1000));
-  const Row row(200'000);  // that never converges
+  const Row row(500'000);  // goes on for much longer than the grace
   Stub stub(server.connect());
   SmoothCall call(stub);
   call.send(row.spec(100'000'000));
@@ -148,7 +148,7 @@ TEST(DrainUnderLoad, ASecondSignalHurries) {
 
 TEST(DrainUnderLoad, AfterTheGraceItEndsAndSaysWhy) {
   ServerProgram server(0, flags(1));
-  const Row row(200'000);  // that never converges
+  const Row row(500'000);  // goes on for much longer than the grace
   Stub stub(server.connect());
   SmoothCall call(stub);
   call.send(row.spec(100'000'000));

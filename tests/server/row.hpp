@@ -26,7 +26,9 @@ class Row {
     }
   }
 
-  /// So many sweeps, whatever they do.
+  /// So many sweeps; but after 1,300 it stagnates, which takes 25 us an element on two cores. (Its
+  /// ends creep inwards, as t^-1/4. Small steps would stagnate after 50: none is much smaller than
+  /// the one before.)
   [[nodiscard]] v1::JobSpec spec(int sweeps, const std::string& request_id = "") const {
     v1::JobSpec spec;
     spec.set_request_id(request_id);
@@ -37,7 +39,7 @@ class Row {
         static_cast<std::int64_t>(elements_.size() / 4));
     spec.set_coordinate_type(v1::SCALAR_TYPE_FLOAT64);
     v1::SmoothingOptions* options = spec.mutable_options();
-    options->mutable_laplacian()->set_relaxation_factor(1e-6);
+    options->mutable_laplacian()->set_relaxation_factor(0.5);
     options->set_guard(false);
     options->set_boundary_policy(v1::BOUNDARY_POLICY_FREE);
     options->set_max_iteration_count(sweeps);
