@@ -43,6 +43,7 @@ class CancelMatrix : public ::testing::TestWithParam<Case> {
   static server::ServerConfig config() {
     server::ServerConfig config = quiet_config();
     config.listen = "127.0.0.1:0";
+    config.drop_timeout_seconds = 1;  // nobody reads while the server drains
     return config;
   }
 

@@ -1,5 +1,6 @@
 // The tests in a network namespace of their own, where the rights suffice, and the client that
 // some of them need in a process of its own.
+#include <grpc/grpc.h>
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -40,5 +41,6 @@ int main(int argc, char** argv) {
   }
   ::testing::InitGoogleTest(&argc, argv);
   BadNetwork::enter_private_network();
+  grpc_init();  // for good: whenever its last user goes, gRPC may wait 10 s for a poller
   return RUN_ALL_TESTS();
 }

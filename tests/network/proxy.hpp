@@ -52,13 +52,14 @@ class Proxy {
   }
   ~Proxy() {
     if (process_->ended() || ::testing::Test::HasFailure()) {
-      ADD_FAILURE() << name_of(kind_) << " says:\n" << text_of(folder_.path("log"));
+      ADD_FAILURE() << name_of(kind_) << " says:\n" << log();
     }
   }
   Proxy(const Proxy&) = delete;
   Proxy& operator=(const Proxy&) = delete;
 
   [[nodiscard]] int port() const { return port_; }
+  [[nodiscard]] std::string log() const { return text_of(folder_.path("log")); }
   [[nodiscard]] std::string target() const { return "127.0.0.1:" + std::to_string(port_); }
 
  private:
