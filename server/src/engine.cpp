@@ -211,9 +211,14 @@ void Engine::leave(Attendance& attendance, const std::exception_ptr& cause) {
 }
 
 void Engine::forget(Job& job) {
-  if (!store_.forget(job)) {
-    throw Error("JOB_NOT_FINISHED", job.name() + " has not ended; cancel it first",
-                {{"name", job.name()}});
+  while (!store_.forget(job)) {
+    if (!has_ended(job.state())) {
+      throw Error("JOB_NOT_FINISHED", job.name() + " has not ended; cancel it first",
+                  {{"name", job.name()}});
+    }
+    // Another call was faster; or the store is just being told that the job has ended.
+    if (!store_.find(job.request().identity, job.name())) break;
+    std::this_thread::yield();
   }
   results_.drop(job);
 }
