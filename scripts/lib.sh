@@ -137,6 +137,7 @@ prepare_test_wheels() {
   say "Installing ${test_wheels[*]} into build/python (from PyPI; log: ${log#"$root"/})"
   python3 -m pip --version >/dev/null 2>&1 || install_packages python3-pip
   rm -rf -- "$folder"
+  mkdir -p "$root/build"  # a clean checkout has none yet
   python3 -m pip install --disable-pip-version-check --only-binary :all: --target "$folder" \
     "${test_wheels[@]}" >"$log" 2>&1 || {
     tail -n 5 "$log" >&2
