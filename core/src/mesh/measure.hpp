@@ -117,32 +117,6 @@ MESHSMOOTH_HD inline ElementMeasure measure_tetrahedron(const Vec3d* p) {
   return m;
 }
 
-/// What `measure_tetrahedron` says of validity and volume, with its bits, and of shape the cube
-/// of the mean ratio as a fraction, to some rounding: enough to know which elements need the whole
-/// measure, without its roots and divisions.
-struct TetrahedronSketch {
-  double volume;
-  bool inverted, degenerate;
-  double cube_numerator, cube_denominator;
-};
-inline TetrahedronSketch sketch_tetrahedron(const Vec3d* p) {
-  const Vec3d a = p[1] - p[0], b = p[2] - p[0], c = p[3] - p[0];
-  const double aa = dot(a, a), bb = dot(b, b), cc = dot(c, c);
-  const double determinant = dot(a, cross(b, c));
-  const double product = aa * bb * cc;
-  const Vec3d ab = b - a, ac = c - a, bc = c - b;
-  const double edges = aa + bb + cc + dot(ab, ab) + dot(ac, ac) + dot(bc, bc);
-  TetrahedronSketch sketch{determinant / 6, determinant < 0, false,
-                           432 * determinant * std::abs(determinant), edges * edges * edges};
-  // Twice the bound: on this side of it rounding makes no difference.
-  if (!(determinant * determinant > 4 * kSignBound * kSignBound * product)) {
-    const double bound = kSignBound * std::sqrt(product);
-    sketch.inverted = determinant < -bound;
-    sketch.degenerate = !sketch.inverted && !(determinant > bound);
-  }
-  return sketch;
-}
-
 /// `corners` are the positions of the element's nodes in VTK order.
 MESHSMOOTH_HD inline ElementMeasure measure_element(const ElementShape& shape, const Vec3d* corners,
                                                     Vec3d reference) {

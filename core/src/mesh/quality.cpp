@@ -10,6 +10,7 @@
 
 #include "mesh/measure.hpp"
 #include "mesh/tally.hpp"
+#include "mesh/tetrahedron_batch.hpp"
 
 namespace meshsmooth {
 namespace {
@@ -29,13 +30,13 @@ struct ElementRun {
   std::size_t first_id;    // of the block
   const Vec3<Real>* positions;
   const std::uint32_t* names;  // of all elements, or null
+  std::size_t width = static_cast<std::size_t>(element_shape(type).node_count);
 
   [[nodiscard]] std::int64_t id_of(std::size_t element) const {
     const std::size_t place = first_id + element;
     return names == nullptr ? static_cast<std::int64_t>(place) : names[place];
   }
   [[nodiscard]] std::span<const NodeId> nodes_of(std::size_t element) const {
-    const auto width = static_cast<std::size_t>(element_shape(type).node_count);
     return {nodes + element * width, width};
   }
 };
@@ -69,12 +70,28 @@ void tally_run(const ElementRun<Real>& run, const SurfaceOrientation& orientatio
 template <class Real>
 void tally_briefly(const ElementRun<Real>& run, const SurfaceOrientation& orientation, Tally& tally,
                    ChunkSums& sums) {
-  for (std::size_t e = run.begin; e < run.end; ++e) {
-    if (run.type != ElementType::tetrahedron) {
+  if (run.type != ElementType::tetrahedron) {
+    for (std::size_t e = run.begin; e < run.end; ++e) {
       tally.add_briefly(measure_in(run, e, orientation), run.type, run.id_of(e), sums);
-    } else if (tally.add(sketch_tetrahedron(corners_of(run, e).data()), sums)) {
-      tally.keep_if_worst(
-          Tally::quality_of(measure_in(run, e, orientation), run.type, run.id_of(e)));
+    }
+    return;
+  }
+  TetrahedronBatch batch;
+  for (std::size_t first = run.begin; first < run.end; first += TetrahedronBatch::kSize) {
+    const int count =
+        static_cast<int>(std::min<std::size_t>(TetrahedronBatch::kSize, run.end - first));
+    for (int t = 0; t < count; ++t) {
+      batch.set(t, run.positions, run.nodes_of(first + static_cast<std::size_t>(t)).data());
+    }
+    batch.compute(tally.cube_below_which_kept());
+    for (int t = 0; t < count; ++t) {
+      if (batch.clear(t)) {
+        sums.volume += batch.volume(t);
+        sums.enclosed_volume += batch.volume(t);
+      } else {
+        const std::size_t e = first + static_cast<std::size_t>(t);
+        tally.add_briefly(measure_in(run, e, orientation), run.type, run.id_of(e), sums);
+      }
     }
   }
 }

@@ -96,16 +96,14 @@ struct Tally {
     keep_if_worst(quality_of(measure, type, element));
   }
 
-  /// What is said in brief; true when the element may be among the worst: `keep_if_worst` it.
-  [[nodiscard]] bool add(const TetrahedronSketch& sketch, ChunkSums& sums) {
-    inverted += sketch.inverted ? 1 : 0;
-    degenerate += sketch.degenerate ? 1 : 0;
-    sums.volume += std::abs(sketch.volume);
-    sums.enclosed_volume += sketch.volume;
-    if (worst.size() < kWorstCount) return true;
+  /// An element of which the cube of the mean ratio is above this, whatever its rounding, is not
+  /// among the worst.
+  [[nodiscard]] double cube_below_which_kept() const {
+    if (worst.size() < kWorstCount) return std::numeric_limits<double>::infinity();
     const double bar = worst.front().mean_ratio;
-    return !(sketch.cube_numerator > (bar * bar * bar + 1e-9) * sketch.cube_denominator);
+    return bar * bar * bar + 1e-9;
   }
+  /// What is said in brief.
   void add_briefly(const ElementMeasure& measure, ElementType type, std::int64_t element,
                    ChunkSums& sums) {
     inverted += measure.inverted ? 1 : 0;

@@ -1,8 +1,11 @@
 #include "smooth/cpu/cpu_smoother.hpp"
 
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_reduce.h>
 #include <oneapi/tbb/task_arena.h>
 
 #include <fstream>
+#include <functional>
 #include <string>
 #include <thread>
 
@@ -72,14 +75,21 @@ class CpuJudge {
     const Vec3<Real>* const places = job.places.data();
     Vec3<Real>* const out = positions.data();
     executor_.check();  // the last chance to end without a result
-    std::int64_t moved = 0;
-    for (std::size_t node = 0; node < node_count; ++node) {
-      Vec3<Real>& target = out[caller_of[node]];
-      if (fixed[node] != 0 || places[node] == target) continue;
-      target = places[node];
-      ++moved;
-    }
-    return moved;
+    return executor_.arena().execute([&] {
+      constexpr std::size_t kGrain = 8192;
+      return tbb::parallel_reduce(
+          tbb::blocked_range<std::size_t>(0, node_count, kGrain), std::int64_t{0},
+          [=](const tbb::blocked_range<std::size_t>& range, std::int64_t moved) {
+            for (std::size_t node = range.begin(); node != range.end(); ++node) {
+              Vec3<Real>& target = out[caller_of[node]];
+              if (fixed[node] != 0 || places[node] == target) continue;
+              target = places[node];
+              ++moved;
+            }
+            return moved;
+          },
+          std::plus<>());
+    });
   }
 
  private:
