@@ -118,10 +118,10 @@ void visit_settings(Config& config, const Visit& visit) {
         "GPUs: all, or by number, as in 0,2; empty: the one of --backend",
         text_that("all, or numbers of GPUs as in 0,2, each once", is_device_list));
   visit("lanes", config.lanes,
-        "Jobs that run at the same time on each device; 0: 4 on CUDA, 1 on the CPU",
+        "Jobs that run at the same time on each device; 0: 4 on CUDA, 2 to 8 on the CPU",
         CLI::Range(0, 1024));
-  visit("threads-per-lane", config.threads_per_lane, "0: all cores shared by the lanes",
-        CLI::Range(0, 4096));
+  visit("threads-per-lane", config.threads_per_lane,
+        "Of a job at most; 0: all cores, which jobs at the same time share", CLI::Range(0, 4096));
 
   visit("host-memory-limit-bytes", config.host_memory_limit_bytes,
         "Memory for all jobs, 8GiB is understood; 0: 80 % of what machine and cgroup allow", bytes);

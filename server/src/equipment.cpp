@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <sstream>
-#include <thread>
 #include <utility>
 
 #include "host_memory.hpp"
-#include "memory_limit.hpp"
+#include "machine_limits.hpp"
 #include "meshsmooth/error.hpp"
 #include "process_stats.hpp"
 
@@ -22,19 +21,22 @@ constexpr int kCudaLanes = 4;
 
 bool is_cuda(std::string_view backend) { return backend.starts_with("cuda"); }
 
+// On the CPU: a job alone has all cores, and what it leaves idle, between its sweeps and where it
+// is serial, a second one uses. Small meshes do not fill many cores.
 int lane_count(const ServerConfig& config, std::string_view backend) {
   if (config.lanes != 0) return config.lanes;
-  return is_cuda(backend) ? kCudaLanes : 1;
+  if (is_cuda(backend)) return kCudaLanes;
+  const int cores = available_cores();
+  return std::min(cores, std::clamp(cores / 4, 2, 8));
 }
 
-int threads_per_lane(const ServerConfig& config, std::string_view backend) {
-  if (config.threads_per_lane != 0) return config.threads_per_lane;
-  const int cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  return std::max(1, cores / lane_count(config, backend));
+// The lanes' workers are of one pool, which has no more than the cores.
+int threads_per_lane(const ServerConfig& config) {
+  return config.threads_per_lane != 0 ? config.threads_per_lane : available_cores();
 }
 
 std::unique_ptr<Smoother> make(const ServerConfig& config, const std::string& backend) {
-  return make_smoother(backend, threads_per_lane(config, backend));
+  return make_smoother(backend, threads_per_lane(config));
 }
 
 Device device_with(std::unique_ptr<Smoother> smoother) {
@@ -172,7 +174,7 @@ Equipment equip(ServerConfig config, const SmootherFactory& factory) {
     }
   }
   const std::string backend = result.devices.front().backend;
-  config.threads_per_lane = threads_per_lane(config, backend);
+  config.threads_per_lane = threads_per_lane(config);
   config.lanes = lane_count(config, backend);
   for (Device& device : result.devices) {
     while (device.smoothers.size() < static_cast<std::size_t>(config.lanes)) {

@@ -23,8 +23,12 @@ struct ServerConfig {
 
   std::string backend = "auto";
   std::string devices = "";  // GPUs: "all", or by number, "0,2"; empty: the one of `backend`
-  int lanes = 0;  // jobs that run at the same time on each device; 0: 4 on CUDA, 1 on the CPU
-  int threads_per_lane = 0;  // 0: all cores shared by the lanes
+  /// Jobs that run at the same time on each device; 0: 4 on CUDA; on the CPU a quarter of the
+  /// cores, at least 2 (if there are 2) and at most 8.
+  int lanes = 0;
+  /// Of a job at most. 0: all cores that affinity and control group allow; jobs that run at the
+  /// same time share them.
+  int threads_per_lane = 0;
 
   std::int64_t host_memory_limit_bytes = 0;  // 0: 80 % of what machine and cgroup allow
   std::int64_t device_bytes = 0;  // of each device, for all jobs; 0: what is free, less a margin
