@@ -174,7 +174,7 @@ ExitCode run(const SmoothCommand& command) {
 
   const client::SmoothReport report = call_server(file, command, options, interrupt);
   formats::write_mesh_file(command.output, file);
-  if (command.report) write_text_file(*command.report, report.json);
+  if (command.report) write_text_file(*command.report, report.to_json());
   if (!command.quiet) {
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
     std::cout << describe_verdict(report, options, elapsed.count(),

@@ -33,7 +33,7 @@ SmoothReport AttachCall::run() {
     }
   }
   if (!summary_) throw broken_answer("the server ended the call without a summary");
-  SmoothReport report = decode_report(*summary_, job_name_, {});
+  SmoothReport report = decode_report(std::move(*summary_), job_name_, {});
   mesh_.positions = result_.take();
   return report;
 }

@@ -1,15 +1,19 @@
 #include "request_id.hpp"
 
+#include <unistd.h>
+
 #include <array>
+#include <cerrno>
 #include <cstdint>
-#include <random>
+#include <system_error>
 
 namespace meshsmooth::client {
 
 std::string make_request_id() {
-  std::random_device entropy;
   std::array<std::uint8_t, 16> bytes;
-  for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(entropy());
+  if (getentropy(bytes.data(), bytes.size()) != 0) {
+    throw std::system_error(errno, std::generic_category(), "no entropy for a request id");
+  }
   bytes[6] = static_cast<std::uint8_t>((bytes[6] & 0x0F) | 0x40);
   bytes[8] = static_cast<std::uint8_t>((bytes[8] & 0x3F) | 0x80);
 

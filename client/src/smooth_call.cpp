@@ -19,6 +19,10 @@ static_assert(std::endian::native == std::endian::little, "arrays travel as they
 /// Smaller ones cost more CPU, larger ones only leave the caches (measured).
 constexpr std::size_t kChunkBytes = 1 << 20;
 
+/// What is sent before the server has accepted the job: a small mesh does not wait for that, of a
+/// large one little is sent in vain. The servers' advice unless set otherwise.
+constexpr std::size_t kEarlyBytes = 64 << 10;
+
 // What has happened on the stream.
 void* const kRead = reinterpret_cast<void*>(1);
 void* const kWritten = reinterpret_cast<void*>(2);
@@ -83,6 +87,7 @@ SmoothCall::SmoothCall(const std::shared_ptr<grpc::Channel>& channel, std::strin
       timeout_(request.timeout.value_or(default_timeout(mesh, options))),
       stub_(channel),
       to_send_(parts_to_send()),
+      early_bytes_(kEarlyBytes),
       result_(mesh) {}
 
 SmoothReport SmoothCall::run() {
@@ -100,7 +105,7 @@ SmoothReport SmoothCall::run() {
                                     .answered = !job_name_.empty()});
   }
   if (!summary_) throw broken_answer("the server ended the call without a summary");
-  SmoothReport report = decode_report(*summary_, job_name_, request_id_);
+  SmoothReport report = decode_report(std::move(*summary_), job_name_, request_id_);
   mesh_.positions = result_.take();
   return report;
 }
@@ -134,7 +139,8 @@ grpc::Status SmoothCall::converse(const v1::SmoothRequest& first) {
   context_.set_initial_metadata_corked(true);  // it goes with the spec
   stream_ = stub_.PrepareCall(&context_, "/meshsmooth.v1.SmoothingService/Smooth", &events_);
   stream_->StartCall(nullptr);
-  stream_->Write(wire::encode(first), kWritten);  // when it fails, so does the first read
+  // It goes with the first chunk. When it fails, so does the first read.
+  stream_->Write(wire::encode(first), grpc::WriteOptions().set_buffer_hint(), kWritten);
   writing_ = true;
   grpc::ByteBuffer response;
   stream_->Read(&response, kRead);
@@ -236,16 +242,19 @@ std::vector<SmoothCall::Part> SmoothCall::parts_to_send() const {
   return parts;
 }
 
-/// The next chunk, or that there are no more, once the server wants them.
+/// The next chunk, or that there are no more; beyond the first bytes once the server wants them.
 void SmoothCall::write_next() {
-  if (writing_ || half_closed_ || (!accepted_ && !sending_stopped_)) return;
+  const bool answered = accepted_ || sending_stopped_;
+  if (writing_ || half_closed_ || (!answered && early_bytes_ == 0)) return;
   writing_ = true;
   if (to_send_.empty()) {
     half_closed_ = true;
     return stream_->WritesDone(kWritten);
   }
   Part& part = to_send_.back();
-  const auto data = part.rest.first(std::min(part.rest.size(), kChunkBytes));
+  const std::size_t most = answered ? kChunkBytes : early_bytes_;
+  const auto data = part.rest.first(std::min(part.rest.size(), most));
+  early_bytes_ -= std::min(early_bytes_, data.size());
   const grpc::ByteBuffer chunk =
       wire::encode_chunk(v1::SmoothRequest::kChunkFieldNumber, part.id, part.offset_bytes, data);
   part.offset_bytes += static_cast<std::int64_t>(data.size());
@@ -256,15 +265,29 @@ void SmoothCall::write_next() {
   stream_->WriteLast(chunk, {}, kWritten);
 }
 
-SmoothReport decode_report(const v1::Summary& summary, const std::string& job_name,
-                           const std::string& request_id) {
-  SmoothReport report;
+namespace {
+
+/// What `body` makes of a summary; its errors are the server's.
+auto of_summary(const auto& body) {
   try {
-    report.summary = wire::decode_summary(summary);
-    report.json = wire::to_json(summary);
+    return body();
   } catch (const Error& error) {
     throw broken_answer("the summary cannot be understood: " + std::string(error.what()));
   }
+}
+
+}  // namespace
+
+std::string SmoothReport::to_json() const {
+  return of_summary([&] { return message ? wire::to_json(*message) : std::string("{}"); });
+}
+
+SmoothReport decode_report(v1::Summary summary_message, const std::string& job_name,
+                           const std::string& request_id) {
+  SmoothReport report;
+  report.message = std::make_shared<const v1::Summary>(std::move(summary_message));
+  const v1::Summary& summary = *report.message;
+  report.summary = of_summary([&] { return wire::decode_summary(summary); });
   report.job_name = job_name;
   report.request_id = request_id;
   report.queue_seconds = wire::decode_seconds(summary.timings().queue());

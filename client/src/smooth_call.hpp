@@ -21,7 +21,7 @@ namespace meshsmooth::client {
 [[nodiscard]] JobProgress decode_progress(const v1::Progress& message);
 
 /// Throws `ServiceError` when the summary cannot be understood.
-[[nodiscard]] SmoothReport decode_report(const v1::Summary& summary, const std::string& job_name,
+[[nodiscard]] SmoothReport decode_report(v1::Summary summary, const std::string& job_name,
                                          const std::string& request_id);
 
 /// See RequestOptions::timeout.
@@ -86,6 +86,7 @@ class SmoothCall {
   bool half_closed_ = false;
   bool sending_stopped_ = false;
   std::vector<Part> to_send_;  // the next one last
+  std::size_t early_bytes_;    // that may still be sent before the server has answered
   std::string job_name_;
   ResultAssembler result_;
   std::optional<v1::Summary> summary_;

@@ -230,11 +230,15 @@ struct Samples {
   Times times{};
 };
 
-/// A jittered cube of tetrahedra of about so many bytes.
+/// A jittered cube of tetrahedra, of all such the one of most nearly so many bytes.
 Mesh make_mesh(double megabytes) {
-  constexpr double kBytesPerNode = 114;  // of a large lattice: 24 of coordinates, the rest elements
-  const double nodes = megabytes * 1e6 / kBytesPerNode;
-  const int cells = std::max(1, static_cast<int>(std::lround(std::cbrt(nodes))));
+  const auto excess = [=](int cells) {
+    const double nodes = std::pow(cells + 1, 3), tetrahedra = 6 * std::pow(cells, 3);
+    return nodes * sizeof(Vec3d) + tetrahedra * 4 * sizeof(NodeId) - megabytes * 1e6;
+  };
+  int cells = 1;
+  while (excess(cells + 1) < 0) ++cells;
+  if (excess(cells + 1) < -excess(cells)) ++cells;
   return test::noisy(test::lattice(ElementType::tetrahedron, cells), 0.15, 1);
 }
 

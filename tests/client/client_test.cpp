@@ -32,7 +32,7 @@ TEST(Client, SmoothsThroughTheRealServer) {
   EXPECT_EQ(report.summary.stop_reason, StopReason::converged);
   EXPECT_EQ(report.summary.nodes.moved, 6);
   EXPECT_THAT(report.job_name, HasSubstr("jobs/"));
-  EXPECT_THAT(report.json, HasSubstr("\"stop_reason\": \"STOP_REASON_CONVERGED\""));
+  EXPECT_THAT(report.to_json(), HasSubstr("\"stop_reason\": \"STOP_REASON_CONVERGED\""));
 }
 
 TEST(Client, SendsRegions) {

@@ -83,7 +83,7 @@ TEST(SmoothCall, SendsTheWholeMeshAndPutsTheResultIntoIt) {
   EXPECT_EQ(mesh.fixed, before.fixed);
   EXPECT_EQ(report.job_name, "jobs/mock");
   EXPECT_EQ(report.summary.convergence.iteration_count, 7);
-  EXPECT_THAT(report.json, HasSubstr("\"iteration_count\": 7"));
+  EXPECT_THAT(report.to_json(), HasSubstr("\"iteration_count\": 7"));
 }
 
 TEST(SmoothCall, KeepsFloat32) {

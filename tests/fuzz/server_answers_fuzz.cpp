@@ -86,7 +86,7 @@ void take_answers(const Mesh& mesh, Choices& choices) {
           v1::Summary summary;
           summary.set_stop_reason(v1::STOP_REASON_CONVERGED);
           fill_message(summary, choices);
-          require(!client::decode_report(summary, "jobs/1", "").json.empty(),
+          require(!client::decode_report(summary, "jobs/1", "").to_json().empty(),
                   "a report has its JSON");
         }
       }

@@ -15,6 +15,10 @@
 #include "meshsmooth/options.hpp"
 #include "meshsmooth/summary.hpp"
 
+namespace meshsmooth::v1 {
+class Summary;
+}
+
 namespace meshsmooth::client {
 
 /// The gRPC status codes a caller can act on.
@@ -110,8 +114,11 @@ struct SmoothReport {
   double send_seconds = 0;
   bool topology_reused = false;  // the server had prepared it for an earlier job
   std::string server_version;
-  /// meshsmooth.v1.Summary as proto3 JSON with original field names.
-  std::string json;
+  std::shared_ptr<const v1::Summary> message;  // as it came
+
+  /// meshsmooth.v1.Summary as proto3 JSON with original field names. Made at each call, which may
+  /// take longer than a small job. Throws `ServiceError` when the message has no JSON.
+  [[nodiscard]] std::string to_json() const;
 };
 
 struct ServerInfo {

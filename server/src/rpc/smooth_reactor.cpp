@@ -223,7 +223,9 @@ void SmoothReactor::perform(Step step) {
     case Step::read:
       return StartRead(&request_);
     case Step::write:
-      return StartWrite(&response_);
+      return StartWrite(&response_, write_options_);
+    case Step::write_last:
+      return StartWriteAndFinish(&response_, {}, grpc::Status::OK);
     case Step::submit_job:
       return engine_.submit(job_);
     case Step::leave_job:
@@ -259,9 +261,9 @@ void SmoothReactor::perform(Step step) {
 }
 
 SmoothReactor::Step SmoothReactor::next_step() {
-  if (finished_) return Step::none;
   const auto now = Clock::now();
   wake_.reset();
+  if (finished_) return ending_ ? next_step_of_end(now) : Step::none;
   JobSnapshot job;
   if (job_) {
     job = job_->snapshot();
@@ -293,7 +295,9 @@ SmoothReactor::Step SmoothReactor::next_step() {
     if (prepare_write(job, now)) {
       write_began_ = now;
       writing_ = true;
-      return Step::write;
+      if (output_ != Output::done) return Step::write;
+      ending_ = finished_ = true;
+      return Step::write_last;
     }
   }
   if (job_ && job.state == JobState::queued && job_->request().queue_timeout) {
@@ -313,6 +317,7 @@ SmoothReactor::Step SmoothReactor::next_step_of_failure(Clock::time_point now) {
   if (!writing_) {
     if (!half_closed_ && !stop_sending_written_) {
       response_ = wire::encode(stop_sending_message());
+      write_options_ = {};
       stop_sending_written_ = true;
       drop_until_ = now + to_duration(engine_.config().drop_timeout_seconds);
       write_began_ = now;
@@ -329,11 +334,27 @@ SmoothReactor::Step SmoothReactor::next_step_of_failure(Clock::time_point now) {
   return next_step_of_waiting();
 }
 
+// The last message waits like any other for a client that does not read.
+SmoothReactor::Step SmoothReactor::next_step_of_end(Clock::time_point now) {
+  if (client_gone_ || aborted_) return Step::none;
+  const auto stalled_at = write_began_ + to_duration(engine_.config().stream_idle_timeout_seconds);
+  if (now >= stalled_at) {
+    aborted_ = true;
+    return Step::abort;
+  }
+  wake_at(stalled_at);
+  return set_timer();
+}
+
 SmoothReactor::Step SmoothReactor::next_step_of_waiting() {
   if (!reading_ && !half_closed_) {
     reading_ = true;
     return Step::read;
   }
+  return set_timer();
+}
+
+SmoothReactor::Step SmoothReactor::set_timer() {
   if (wake_ && (!alarm_at_ || *wake_ + 1ms < *alarm_at_)) {
     alarm_at_ = wake_;
     ++alarm_generation_;
@@ -387,6 +408,7 @@ void SmoothReactor::notice_idle_client(Clock::time_point now) {
 
 bool SmoothReactor::prepare_write(const JobSnapshot& job, Clock::time_point now) {
   v1::SmoothResponse message;
+  write_options_ = {};
   switch (output_) {
     case Output::accepted:
       response_ = wire::encode(accepted_message());
@@ -400,6 +422,7 @@ bool SmoothReactor::prepare_write(const JobSnapshot& job, Clock::time_point now)
       if (!result_) return prepare_progress(job, now);
       *message.mutable_result() = encode_result_header(*job_, job);
       response_ = wire::encode(message);
+      write_options_.set_buffer_hint();  // it goes with the first chunk
       output_ = Output::chunks;
       return true;
     case Output::chunks:

@@ -44,6 +44,7 @@ class SmoothReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grp
     leave_job,    // by error_
     expire_job,   // waited too long in the queue
     succeed_job,  // all positions are sent
+    write_last,   // with the status
     arm_timer,
     abort,  // the client does not read
     finish,
@@ -71,7 +72,9 @@ class SmoothReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grp
   // With the lock.
   Step next_step();
   Step next_step_of_failure(Clock::time_point now);
+  Step next_step_of_end(Clock::time_point now);
   Step next_step_of_waiting();
+  Step set_timer();
   void notice_job(const JobSnapshot& job);
   void notice_idle_client(Clock::time_point now);
   bool prepare_write(const JobSnapshot& job, Clock::time_point now);
@@ -88,6 +91,7 @@ class SmoothReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grp
   std::shared_ptr<SmoothReactor> self_;
   grpc::ByteBuffer request_;            // gRPC's while reading_
   grpc::ByteBuffer response_;           // gRPC's while writing_
+  grpc::WriteOptions write_options_;    // of response_
   std::int64_t written_positions_ = 0;  // bytes of the result in response_
 
   std::mutex mutex_;
@@ -99,7 +103,8 @@ class SmoothReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grp
   bool client_gone_ = false;
   bool client_stalled_ = false;
   bool aborted_ = false;
-  bool finished_ = false;
+  bool finished_ = false;     // nothing more is read or written
+  bool ending_ = false;       // its last message is on the way
   std::exception_ptr error_;  // the first; the call ends by it
 
   std::shared_ptr<Job> job_;
