@@ -287,12 +287,14 @@ SmoothReport decode_report(v1::Summary summary_message, const std::string& job_n
   SmoothReport report;
   report.message = std::make_shared<const v1::Summary>(std::move(summary_message));
   const v1::Summary& summary = *report.message;
-  report.summary = of_summary([&] { return wire::decode_summary(summary); });
+  of_summary([&] {
+    report.summary = wire::decode_summary(summary);
+    report.queue_seconds = wire::decode_seconds(summary.timings().queue());
+    report.receive_seconds = wire::decode_seconds(summary.timings().receive());
+    report.send_seconds = wire::decode_seconds(summary.timings().send());
+  });
   report.job_name = job_name;
   report.request_id = request_id;
-  report.queue_seconds = wire::decode_seconds(summary.timings().queue());
-  report.receive_seconds = wire::decode_seconds(summary.timings().receive());
-  report.send_seconds = wire::decode_seconds(summary.timings().send());
   report.topology_reused = summary.execution().topology_reused();
   report.server_version = summary.execution().server_version();
   return report;

@@ -330,7 +330,19 @@ google::protobuf::Duration encode_seconds(double seconds) {
   return google::protobuf::util::TimeUtil::NanosecondsToDuration(std::llround(seconds * 1e9));
 }
 
+bool is_duration(const google::protobuf::Duration& message) {
+  constexpr std::int64_t kMaxSeconds = 315'576'000'000;
+  constexpr std::int32_t kMaxNanos = 999'999'999;
+  const bool one_sign = message.seconds() == 0 || message.nanos() == 0 ||
+                        (message.seconds() < 0) == (message.nanos() < 0);
+  return message.seconds() >= -kMaxSeconds && message.seconds() <= kMaxSeconds &&
+         message.nanos() >= -kMaxNanos && message.nanos() <= kMaxNanos && one_sign;
+}
+
 double decode_seconds(const google::protobuf::Duration& message) {
+  if (!is_duration(message)) {
+    throw InvalidOption("OPTION_OUT_OF_RANGE", "a number of seconds that is no duration");
+  }
   return static_cast<double>(message.seconds()) + message.nanos() * 1e-9;
 }
 

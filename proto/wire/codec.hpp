@@ -44,6 +44,9 @@ namespace meshsmooth::wire {
                                                        const std::string& field);
 [[nodiscard]] google::protobuf::Duration encode_duration(std::chrono::nanoseconds duration);
 [[nodiscard]] google::protobuf::Duration encode_seconds(double seconds);
+/// Whether protobuf takes it for a duration: some 10,000 years at most, of one sign.
+[[nodiscard]] bool is_duration(const google::protobuf::Duration& message);
+/// Throws `InvalidOption` when it is none.
 [[nodiscard]] double decode_seconds(const google::protobuf::Duration& message);
 
 /// Proto3 JSON with original field names, indented; fields without presence

@@ -84,7 +84,7 @@ std::optional<StatusDetails> decode_status_details(std::string_view bytes) {
       details.metadata.assign(sorted.begin(), sorted.end());
     } else if (any.type_url() == kRetryInfoUrl) {
       v1::RetryInfo retry;
-      if (!retry.ParseFromString(any.value())) continue;
+      if (!retry.ParseFromString(any.value()) || !is_duration(retry.retry_delay())) continue;
       details.retry_delay = std::chrono::nanoseconds(static_cast<std::int64_t>(
           std::clamp(decode_seconds(retry.retry_delay()), 0.0, 1e6) * 1e9));
     }
