@@ -143,12 +143,21 @@ class Load {
       auto due = begin_;
       while (!stop_.stop_requested() && may_send()) {
         due += std::chrono::duration_cast<Clock::duration>(Seconds(gap(random)));
-        std::this_thread::sleep_until(std::min(due, begin_ + to_duration(command_.max_seconds)));
+        if (!wait_until(std::min(due, begin_ + to_duration(command_.max_seconds)))) break;
         if (Clock::now() < due) break;  // its time would come after the end
         arrive({due, draw()});
       }
       ++idle_callers_;
     });
+  }
+
+  /// False when the load is stopped before.
+  bool wait_until(Clock::time_point time) {
+    std::mutex mutex;
+    std::condition_variable_any stopped;
+    std::unique_lock lock(mutex);
+    stopped.wait_until(lock, stop_.get_token(), time, [] { return false; });
+    return !stop_.stop_requested();
   }
 
   void arrive(const Due& due) {

@@ -173,8 +173,9 @@ ExitCode run(const SmoothCommand& command) {
   interrupt.check();
 
   const client::SmoothReport report = call_server(file, command, options, interrupt);
+  const std::string json = command.report ? report.to_json() : "";  // first, should it have none
   formats::write_mesh_file(command.output, file);
-  if (command.report) write_text_file(*command.report, report.to_json());
+  if (command.report) write_text_file(*command.report, json);
   if (!command.quiet) {
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
     std::cout << describe_verdict(report, options, elapsed.count(),

@@ -78,9 +78,8 @@ struct Client::Impl {
     if (attempt.request_id.empty()) attempt.request_id = make_request_id();
     Retry retry(attempt, request.timeout.value_or(default_timeout(mesh, options)));
     for (;;) {
-      attempt.timeout = retry.left();
       try {
-        return SmoothCall(channel, name, mesh, options, attempt, topology).run();
+        return SmoothCall(channel, name, mesh, options, attempt, retry.left(), topology).run();
       } catch (const ServiceError& error) {
         // The server said itself that it cannot: a proxy may take another.
         if (!error.reason().empty()) topology.route.clear();
@@ -113,11 +112,14 @@ struct Session::Impl {
     }
     auto& own = mesh.positions.emplace<std::vector<Vec3<Real>>>(positions.begin(), positions.end());
     SmoothReport report;
+    const auto begin = std::chrono::steady_clock::now();
     try {
       report = client.smooth(mesh, options, request, {topology_name, false, route});
     } catch (const ServiceError& error) {
       if (error.reason() != "TOPOLOGY_NOT_FOUND") throw;
-      report = client.smooth(mesh, options, request, {{}, true, route});
+      RequestOptions rest = request;
+      if (rest.timeout) *rest.timeout -= std::chrono::steady_clock::now() - begin;
+      report = client.smooth(mesh, options, rest, {{}, true, route});
     }
     std::copy(own.begin(), own.end(), positions.begin());
     return report;

@@ -14,8 +14,10 @@ namespace meshsmooth::client {
 namespace {
 
 /// Memory that is filled for the first time comes in large pages where the system gives any: small
-/// ones cost a good part of a fast transfer. Only advice.
+/// ones cost a good part of a fast transfer. Only advice. Smaller blocks are malloc's to use again.
 void advise_large_pages(void* data, std::size_t bytes) {
+  constexpr std::size_t kLeast = 4 << 20;
+  if (bytes < kLeast) return;
   const auto page = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
   const auto begin = (reinterpret_cast<std::uintptr_t>(data) + page - 1) / page * page;
   const auto end = (reinterpret_cast<std::uintptr_t>(data) + bytes) / page * page;

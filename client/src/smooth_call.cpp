@@ -77,14 +77,14 @@ JobProgress decode_progress(const v1::Progress& message) {
 
 SmoothCall::SmoothCall(const std::shared_ptr<grpc::Channel>& channel, std::string server,
                        Mesh& mesh, const SmoothOptions& options, const RequestOptions& request,
-                       TopologyUse topology)
+                       std::chrono::nanoseconds left, TopologyUse topology)
     : server_(std::move(server)),
       mesh_(mesh),
       options_(options),
       request_(request),
       topology_(std::move(topology)),
       request_id_(request.request_id.empty() ? make_request_id() : request.request_id),
-      timeout_(request.timeout.value_or(default_timeout(mesh, options))),
+      left_(left),
       stub_(channel),
       to_send_(parts_to_send()),
       early_bytes_(kEarlyBytes),
@@ -93,12 +93,13 @@ SmoothCall::SmoothCall(const std::shared_ptr<grpc::Channel>& channel, std::strin
 SmoothReport SmoothCall::run() {
   v1::SmoothRequest first;
   *first.mutable_spec() = make_spec();
-  context_.set_deadline(time_after<std::chrono::system_clock>(timeout_));
+  context_.set_deadline(time_after<std::chrono::system_clock>(left_));
   if (!topology_.route.empty()) context_.AddMetadata(kRouteKey, topology_.route);
   const std::stop_callback cancel_on_stop(request_.stop, [this] { context_.TryCancel(); });
   const grpc::Status status = converse(first);
   if (!status.ok()) {
-    const double seconds = std::chrono::duration<double>(timeout_).count();
+    const auto timeout = request_.timeout.value_or(default_timeout(mesh_, options_));
+    const double seconds = std::chrono::duration<double>(timeout).count();
     throw to_service_error(status, {.server = server_,
                                     .cancelled_by_caller = request_.stop.stop_requested(),
                                     .timeout_seconds = seconds,
@@ -139,7 +140,7 @@ grpc::Status SmoothCall::converse(const v1::SmoothRequest& first) {
   context_.set_initial_metadata_corked(true);  // it goes with the spec
   stream_ = stub_.PrepareCall(&context_, "/meshsmooth.v1.SmoothingService/Smooth", &events_);
   stream_->StartCall(nullptr);
-  // It goes with the first chunk. When it fails, so does the first read.
+  // It need not go before the first chunk. When it fails, so does the first read.
   stream_->Write(wire::encode(first), grpc::WriteOptions().set_buffer_hint(), kWritten);
   writing_ = true;
   grpc::ByteBuffer response;
@@ -265,34 +266,21 @@ void SmoothCall::write_next() {
   stream_->WriteLast(chunk, {}, kWritten);
 }
 
-namespace {
-
-/// What `body` makes of a summary; its errors are the server's.
-auto of_summary(const auto& body) {
-  try {
-    return body();
-  } catch (const Error& error) {
-    throw broken_answer("the summary cannot be understood: " + std::string(error.what()));
-  }
-}
-
-}  // namespace
-
-std::string SmoothReport::to_json() const {
-  return of_summary([&] { return message ? wire::to_json(*message) : std::string("{}"); });
-}
+std::string SmoothReport::to_json() const { return message ? wire::to_json(*message) : "{}"; }
 
 SmoothReport decode_report(v1::Summary summary_message, const std::string& job_name,
                            const std::string& request_id) {
   SmoothReport report;
   report.message = std::make_shared<const v1::Summary>(std::move(summary_message));
   const v1::Summary& summary = *report.message;
-  of_summary([&] {
+  try {
     report.summary = wire::decode_summary(summary);
     report.queue_seconds = wire::decode_seconds(summary.timings().queue());
     report.receive_seconds = wire::decode_seconds(summary.timings().receive());
     report.send_seconds = wire::decode_seconds(summary.timings().send());
-  });
+  } catch (const Error& error) {
+    throw broken_answer("the summary cannot be understood: " + std::string(error.what()));
+  }
   report.job_name = job_name;
   report.request_id = request_id;
   report.topology_reused = summary.execution().topology_reused();

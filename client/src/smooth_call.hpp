@@ -44,9 +44,10 @@ inline constexpr const char* kRouteKey = "meshsmooth-topology";
 /// still going out.
 class SmoothCall {
  public:
+  /// `left` of the request's timeout is for this attempt.
   SmoothCall(const std::shared_ptr<grpc::Channel>& channel, std::string server, Mesh& mesh,
              const SmoothOptions& options, const RequestOptions& request,
-             TopologyUse topology = {});
+             std::chrono::nanoseconds left, TopologyUse topology = {});
 
   /// Needs to be called once. Throws `ServiceError`, and what on_progress throws.
   SmoothReport run();
@@ -74,7 +75,7 @@ class SmoothCall {
   const RequestOptions& request_;
   const TopologyUse topology_;
   const std::string request_id_;
-  const std::chrono::nanoseconds timeout_;
+  const std::chrono::nanoseconds left_;
 
   grpc::GenericStub stub_;
   grpc::CompletionQueue events_;

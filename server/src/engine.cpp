@@ -62,6 +62,7 @@ Engine::Engine(ServerConfig config, const SmootherFactory& factory,
 Engine::Engine(Equipment equipment, const std::function<void()>& on_lane_broken)
     : config_(std::move(equipment.config)),
       passed_over_(std::move(equipment.passed_over)),
+      threads_(std::move(equipment.threads)),
       staging_(std::move(equipment.staging)),
       resident_at_start_bytes_(equipment.resident_bytes),
       instance_(random_instance()),

@@ -137,6 +137,7 @@ class Engine {
 
   const ServerConfig config_;
   const std::string passed_over_;
+  const std::unique_ptr<ThreadLimit> threads_;
   const std::unique_ptr<StagingMemory> staging_;  // the arrays of meshes
   const std::int64_t resident_at_start_bytes_;
   const std::string instance_;  // makes job names differ between runs

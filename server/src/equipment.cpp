@@ -30,7 +30,6 @@ int lane_count(const ServerConfig& config, std::string_view backend) {
   return std::min(cores, std::clamp(cores / 4, 2, 8));
 }
 
-// The lanes' workers are of one pool, which has no more than the cores.
 int threads_per_lane(const ServerConfig& config) {
   return config.threads_per_lane != 0 ? config.threads_per_lane : available_cores();
 }
@@ -163,6 +162,9 @@ std::unique_ptr<StagingMemory> make_job_memory(std::string_view backend,
 
 Equipment equip(ServerConfig config, const SmootherFactory& factory) {
   Equipment result;
+  // The lanes' workers are of one pool. What someone has set may be more.
+  result.threads =
+      std::make_unique<ThreadLimit>(std::max(available_cores(), config.threads_per_lane));
   if (factory) {
     const std::size_t count = std::max<std::size_t>(1, chosen_devices(config).size());
     while (result.devices.size() < count) result.devices.push_back(device_with(factory()));

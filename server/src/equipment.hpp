@@ -21,7 +21,8 @@ struct Equipment {
     std::vector<std::unique_ptr<Smoother>> smoothers;  // one a lane
   };
 
-  ServerConfig config;  // with every 0 that stands for a default filled in
+  ServerConfig config;                   // with every 0 that stands for a default filled in
+  std::unique_ptr<ThreadLimit> threads;  // of all lanes
   std::vector<Device> devices;
   MemoryBytes limits;                      // for all jobs
   std::string passed_over;                 // why backends that "auto" prefers do not run

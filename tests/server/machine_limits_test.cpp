@@ -18,8 +18,9 @@ class MachineLimits : public ::testing::Test {
     std::filesystem::create_directory(group_.path("cpu"));
     std::filesystem::create_directory(group_.path("memory"));
   }
-  int cores() { return available_cores(group_.path()); }
-  std::int64_t bytes() { return available_host_bytes(group_.path()); }
+  ControlGroups groups() { return {group_.path(), group_.path("memberships")}; }
+  int cores() { return available_cores(groups()); }
+  std::int64_t bytes() { return available_host_bytes(groups()); }
 
   testing::ScratchFolder group_;
   const int all_cores_ = static_cast<int>(std::thread::hardware_concurrency());
@@ -50,6 +51,26 @@ TEST_F(MachineLimits, AreThoseOfTheContainerInTheFirstVersionOfGroups) {
   group_.write("memory/memory.limit_in_bytes", "2097152\n");
   EXPECT_EQ(cores(), 1);
   EXPECT_EQ(bytes(), 2097152);
+}
+
+TEST_F(MachineLimits, AreThoseOfTheServiceAndOfWhatItIsPartOf) {
+  std::filesystem::create_directories(group_.path("system.slice/meshsmooth.service"));
+  group_.write("memberships", "0::/system.slice/meshsmooth.service\n");
+  group_.write("system.slice/meshsmooth.service/cpu.max", "100000 100000\n");
+  group_.write("system.slice/memory.max", "4194304\n");
+  EXPECT_EQ(cores(), 1);
+  EXPECT_EQ(bytes(), 4194304);
+}
+
+TEST_F(MachineLimits, AreThoseOfTheBatchJobInTheFirstVersionOfGroups) {
+  std::filesystem::create_directories(group_.path("cpu/slurm/job_1"));
+  std::filesystem::create_directories(group_.path("memory/slurm/job_2"));
+  group_.write("memberships", "no line\n4:cpuacct,cpu:/slurm/job_1\n3:memory:/slurm/job_2\n");
+  group_.write("cpu/slurm/job_1/cpu.cfs_quota_us", "100000\n");
+  group_.write("cpu/slurm/job_1/cpu.cfs_period_us", "100000\n");
+  group_.write("memory/slurm/memory.limit_in_bytes", "8388608\n");
+  EXPECT_EQ(cores(), 1);
+  EXPECT_EQ(bytes(), 8388608);
 }
 
 TEST_F(MachineLimits, RoundPartsOfACoreUp) {

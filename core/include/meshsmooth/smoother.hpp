@@ -126,6 +126,21 @@ class Smoother {
   }
 };
 
+/// While it lives, no more than so many threads of this process work on jobs of the CPU backend,
+/// beside those that called `smooth`. Of several the least holds. Where a control group's quota
+/// allows less than the processor has, more would be held up all together.
+class ThreadLimit {
+ public:
+  explicit ThreadLimit(int thread_count);
+  ~ThreadLimit();
+  ThreadLimit(const ThreadLimit&) = delete;
+  ThreadLimit& operator=(const ThreadLimit&) = delete;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
 /// The backends compiled in, in order of preference; of CUDA one per device, or
 /// "cuda" alone where no device can be asked.
 struct BackendInfo {

@@ -21,14 +21,15 @@ class TetrahedronBatch {
     }
   }
   /// Of all that are set, and nonsense of the others. `least_cube` is of a mean ratio. The bits are
-  /// the same however wide the vector units are.
+  /// the same as of `compute_plainly`, which any processor can.
   void compute(double least_cube) {
 #if defined(__x86_64__)
     static const bool wide = __builtin_cpu_supports("avx2") != 0;
     if (wide) return compute_by_avx2(least_cube);
 #endif
-    compute_all(least_cube);
+    compute_plainly(least_cube);
   }
+  void compute_plainly(double least_cube) { compute_all(least_cube); }
   /// Neither inverted nor degenerate, and its mean ratio certainly above the least.
   [[nodiscard]] bool clear(int t) const { return clear_[t] != 0; }
   /// With the bits of `measure_tetrahedron`.
@@ -44,13 +45,12 @@ class TetrahedronBatch {
       const double aa = dot(a, a), bb = dot(b, b), cc = dot(c, c);
       const Vec3d ab = b - a, ac = c - a, bc = c - b;
       const double determinant = dot(a, cross(b, c));
-      const double square = determinant * determinant;
       const double edges = aa + bb + cc + dot(ab, ab) + dot(ac, ac) + dot(bc, bc);
       volume_[t] = determinant / 6;
       // Twice the bound: on this side of it rounding makes no difference.
       const bool positive = determinant > 0;
-      const bool certain = square > 4 * kSignBound * kSignBound * (aa * bb * cc);
-      const bool good = 432 * square > least_cube * (edges * edges * edges);
+      const bool certain = determinant * determinant > 4 * kSignBound * kSignBound * (aa * bb * cc);
+      const bool good = 432 * determinant * determinant > least_cube * (edges * edges * edges);
       clear_[t] = positive & certain & good ? 1 : 0;
     }
   }

@@ -129,9 +129,12 @@ void AttachReactor::pump() {
     if (Clock::now() >= write_began_ + idle) {
       fail(std::make_exception_ptr(DeadlineExceeded("STREAM_IDLE", "the client stopped reading")));
       client_gone_ = true;
+      lock.unlock();
+      context_->TryCancel();  // nobody else pumps yet, so the call is still there
+      lock.lock();
       pumping_ = false;
       lock.unlock();
-      return context_->TryCancel();
+      return pump();  // what came meanwhile
     } else {
       wake_at(write_began_ + idle);
     }

@@ -224,8 +224,6 @@ void SmoothReactor::perform(Step step) {
       return StartRead(&request_);
     case Step::write:
       return StartWrite(&response_, write_options_);
-    case Step::write_last:
-      return StartWriteAndFinish(&response_, {}, grpc::Status::OK);
     case Step::submit_job:
       return engine_.submit(job_);
     case Step::leave_job:
@@ -261,9 +259,9 @@ void SmoothReactor::perform(Step step) {
 }
 
 SmoothReactor::Step SmoothReactor::next_step() {
+  if (finished_) return Step::none;
   const auto now = Clock::now();
   wake_.reset();
-  if (finished_) return ending_ ? next_step_of_end(now) : Step::none;
   JobSnapshot job;
   if (job_) {
     job = job_->snapshot();
@@ -295,9 +293,7 @@ SmoothReactor::Step SmoothReactor::next_step() {
     if (prepare_write(job, now)) {
       write_began_ = now;
       writing_ = true;
-      if (output_ != Output::done) return Step::write;
-      ending_ = finished_ = true;
-      return Step::write_last;
+      return Step::write;
     }
   }
   if (job_ && job.state == JobState::queued && job_->request().queue_timeout) {
@@ -334,27 +330,11 @@ SmoothReactor::Step SmoothReactor::next_step_of_failure(Clock::time_point now) {
   return next_step_of_waiting();
 }
 
-// The last message waits like any other for a client that does not read.
-SmoothReactor::Step SmoothReactor::next_step_of_end(Clock::time_point now) {
-  if (client_gone_ || aborted_) return Step::none;
-  const auto stalled_at = write_began_ + to_duration(engine_.config().stream_idle_timeout_seconds);
-  if (now >= stalled_at) {
-    aborted_ = true;
-    return Step::abort;
-  }
-  wake_at(stalled_at);
-  return set_timer();
-}
-
 SmoothReactor::Step SmoothReactor::next_step_of_waiting() {
   if (!reading_ && !half_closed_) {
     reading_ = true;
     return Step::read;
   }
-  return set_timer();
-}
-
-SmoothReactor::Step SmoothReactor::set_timer() {
   if (wake_ && (!alarm_at_ || *wake_ + 1ms < *alarm_at_)) {
     alarm_at_ = wake_;
     ++alarm_generation_;

@@ -44,7 +44,6 @@ class SmoothReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grp
     leave_job,    // by error_
     expire_job,   // waited too long in the queue
     succeed_job,  // all positions are sent
-    write_last,   // with the status
     arm_timer,
     abort,  // the client does not read
     finish,
@@ -72,9 +71,7 @@ class SmoothReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grp
   // With the lock.
   Step next_step();
   Step next_step_of_failure(Clock::time_point now);
-  Step next_step_of_end(Clock::time_point now);
   Step next_step_of_waiting();
-  Step set_timer();
   void notice_job(const JobSnapshot& job);
   void notice_idle_client(Clock::time_point now);
   bool prepare_write(const JobSnapshot& job, Clock::time_point now);
@@ -103,8 +100,7 @@ class SmoothReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grp
   bool client_gone_ = false;
   bool client_stalled_ = false;
   bool aborted_ = false;
-  bool finished_ = false;     // nothing more is read or written
-  bool ending_ = false;       // its last message is on the way
+  bool finished_ = false;
   std::exception_ptr error_;  // the first; the call ends by it
 
   std::shared_ptr<Job> job_;

@@ -1,6 +1,7 @@
 #include "smooth/cpu/cpu_smoother.hpp"
 
 #include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/parallel_reduce.h>
 #include <oneapi/tbb/task_arena.h>
 
@@ -203,3 +204,17 @@ std::unique_ptr<Smoother> make_cpu_smoother(int thread_count) {
 }
 
 }  // namespace meshsmooth::detail
+
+namespace meshsmooth {
+
+struct ThreadLimit::Impl {
+  tbb::global_control control;
+};
+
+ThreadLimit::ThreadLimit(int thread_count)
+    : impl_(new Impl{{tbb::global_control::max_allowed_parallelism,
+                      static_cast<std::size_t>(thread_count)}}) {}
+
+ThreadLimit::~ThreadLimit() = default;
+
+}  // namespace meshsmooth
