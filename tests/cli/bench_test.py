@@ -2,6 +2,7 @@
 
 import json
 import subprocess
+import time
 
 from programs import CLI, REFUSED, STOPPED, USAGE, CliTest, ServerProgram, main
 
@@ -74,6 +75,19 @@ class Bench(CliTest):
             output, error = bench.communicate(timeout=60)
         self.assertEqual(bench.returncode, STOPPED, error)
         self.assertRegex(output, r"ok [1-9]\d*, refused 0, failed 0")
+
+    def test_an_interrupt_does_not_wait_for_the_next_arrival(self):
+        with ServerProgram() as server:
+            bench = subprocess.Popen(
+                [CLI, "bench", "--server", server.address, *QUICK, "--nodes", "300", "--rate",
+                 "0.001", "--seconds", "1000"], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                text=True)
+            self.addCleanup(bench.kill)
+            time.sleep(1)
+            bench.send_signal(2)
+            output, error = bench.communicate(timeout=60)
+        self.assertEqual(bench.returncode, STOPPED, error)
+        self.assertIn("refused 0, failed 0", output)
 
     def wait_until_jobs_run(self, server):
         for _ in range(1000):

@@ -1,6 +1,9 @@
 // A moving mesh, whose topology the server keeps.
 #include <gmock/gmock.h>
 
+#include <chrono>
+#include <thread>
+
 #include "client_access.hpp"
 #include "mock_service.hpp"
 #include "support/in_process_server.hpp"
@@ -108,6 +111,28 @@ TEST(Session, SendsTheTopologyOnceToWhoeverDoesNotHaveIt) {
     EXPECT_TRUE(specs[static_cast<std::size_t>(whole)].has_inline_topology());
     EXPECT_TRUE(specs[static_cast<std::size_t>(whole)].topology_kept());
   }
+}
+
+TEST(Session, KeepsToItsTimeoutWhenItSendsTheMeshAfterAll) {
+  MockServer server;
+  std::vector<std::chrono::system_clock::time_point> deadlines;
+  server.service.on_smooth = [&](grpc::ServerContext& context, ServerStream& stream) {
+    deadlines.push_back(context.deadline());
+    testing::read_spec(stream);
+    testing::stop_sending(stream);
+    testing::read_upload(stream);
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    return testing::refusal(grpc::StatusCode::NOT_FOUND, "TOPOLOGY_NOT_FOUND", "gone");
+  };
+  Client client(server.address());
+  Session session = client.open(test::tet_ball());
+  std::vector<Vec3d> positions(7);
+  RequestOptions request;
+  request.timeout = std::chrono::minutes(1);
+
+  EXPECT_THROW(session.smooth(positions, {}, request), ServiceError);
+  ASSERT_EQ(deadlines.size(), 2U);
+  EXPECT_LT(deadlines[1], deadlines[0] + std::chrono::milliseconds(400));
 }
 
 TEST(Session, GivesUpWhenTheServerCannotKeepAnything) {
