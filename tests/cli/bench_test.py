@@ -64,30 +64,24 @@ class Bench(CliTest):
         self.assertRegex(result.stdout, r"refused MESH_TOO_LARGE \d+")
 
     def test_an_interrupt_shows_what_was_measured(self):
-        with ServerProgram() as server:
-            bench = subprocess.Popen(
-                [CLI, "bench", "--server", server.address, *QUICK, "--nodes", "300", "--window",
-                 "100", "--seconds", "1000"], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                text=True)
-            self.addCleanup(bench.kill)
-            self.wait_until_jobs_run(server)
-            bench.send_signal(2)
-            output, error = bench.communicate(timeout=60)
-        self.assertEqual(bench.returncode, STOPPED, error)
+        output = self.interrupt_bench(self.wait_until_jobs_run, "--window", "100")
         self.assertRegex(output, r"ok [1-9]\d*, refused 0, failed 0")
 
     def test_an_interrupt_does_not_wait_for_the_next_arrival(self):
+        output = self.interrupt_bench(lambda server: time.sleep(1), "--rate", "0.001")
+        self.assertIn("refused 0, failed 0", output)
+
+    def interrupt_bench(self, wait, *flags):
         with ServerProgram() as server:
             bench = subprocess.Popen(
-                [CLI, "bench", "--server", server.address, *QUICK, "--nodes", "300", "--rate",
-                 "0.001", "--seconds", "1000"], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                text=True)
+                [CLI, "bench", "--server", server.address, *QUICK, "--nodes", "300", "--seconds",
+                 "1000", *flags], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
             self.addCleanup(bench.kill)
-            time.sleep(1)
+            wait(server)
             bench.send_signal(2)
             output, error = bench.communicate(timeout=60)
         self.assertEqual(bench.returncode, STOPPED, error)
-        self.assertIn("refused 0, failed 0", output)
+        return output
 
     def wait_until_jobs_run(self, server):
         for _ in range(1000):
