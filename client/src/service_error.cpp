@@ -34,13 +34,13 @@ bool never_connected(std::string_view message) {
                                 "empty address list"});
 }
 
-/// What a proxy makes of a server that died under a call: HAProxy 2.6 ends the stream without a
-/// status, or resets it.
-bool broken_off_by_proxy(const grpc::Status& status) {
+/// What a proxy makes of a server that died under a call (HAProxy 2.6 ends the stream without a
+/// status, or resets it), and gRPC's server of a call that comes while it shuts down. A server of
+/// ours that cancels a job says why.
+bool broken_off(const grpc::Status& status) {
   return (status.error_code() == grpc::StatusCode::UNKNOWN &&
           status.error_message() == "Stream removed") ||
-         (status.error_code() == grpc::StatusCode::CANCELLED &&
-          was_reset(status.error_message(), 8));
+         status.error_code() == grpc::StatusCode::CANCELLED;
 }
 
 /// A connection that broke may come back, or another server be behind it; an address where nobody
@@ -49,7 +49,7 @@ std::optional<std::chrono::nanoseconds> foreign_retry_delay(const grpc::Status& 
                                                             const CallFacts& facts) {
   const bool broke = status.error_code() == grpc::StatusCode::UNAVAILABLE &&
                      !never_connected(status.error_message());
-  if (!broke && (facts.cancelled_by_caller || !broken_off_by_proxy(status))) return std::nullopt;
+  if (!broke && (facts.cancelled_by_caller || !broken_off(status))) return std::nullopt;
   return std::chrono::milliseconds(100);
 }
 

@@ -93,6 +93,7 @@ TEST(ServiceError, SaysWhichCallsThatBrokeOffAreWorthAnother) {
   EXPECT_TRUE(is_retried(grpc::StatusCode::UNAVAILABLE, "Socket closed"));
   EXPECT_TRUE(is_retried(grpc::StatusCode::UNKNOWN, "Stream removed"));
   EXPECT_TRUE(is_retried(grpc::StatusCode::CANCELLED, "Received RST_STREAM with error code 8"));
+  EXPECT_TRUE(is_retried(grpc::StatusCode::CANCELLED, "CANCELLED"));
   EXPECT_FALSE(
       is_retried(grpc::StatusCode::CANCELLED, "Received RST_STREAM with error code 8", true));
   EXPECT_FALSE(is_retried(grpc::StatusCode::UNAVAILABLE, "failed to connect to all addresses"));
