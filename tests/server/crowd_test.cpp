@@ -18,6 +18,7 @@
 #include "meshsmooth/client.hpp"
 #include "support/http.hpp"
 #include "support/meshes.hpp"
+#include "support/sanitizer.hpp"
 #include "support/server_program.hpp"
 
 namespace meshsmooth::testing {
@@ -136,7 +137,7 @@ TEST_F(Crowd, IsServedOrRefusedHonestlyWithinTheMemoryThatWasPublished) {
   EXPECT_GT(refused_["QUEUE_FULL"], 0);
   EXPECT_EQ(refused_.size(), 2U);
   const std::int64_t peak = memory_of(server_.process().id(), "VmHWM");
-  EXPECT_LE(peak, ceiling_);
+  EXPECT_TRUE(meshsmooth::testing::kAddressSanitizer || peak <= ceiling_);
   std::cout << kConnections << " connections, " << kUploads << " uploads at a time, "
             << refused_["HOST_MEMORY_BUSY"] << " refused for memory, " << refused_["QUEUE_FULL"]
             << " for the queue; peak " << (peak >> 20) << " of " << (ceiling_ >> 20) << " MiB\n";

@@ -13,6 +13,7 @@
 #include "server/conservation.hpp"
 #include "server/smooth_call.hpp"
 #include "support/in_process_server.hpp"
+#include "support/sanitizer.hpp"
 #include "support/server_program.hpp"
 #include "wire/crc32c.hpp"
 
@@ -118,6 +119,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 // The ledger promises more than the system gives: as where other programs took it.
 TEST(AllocationFails, TheJobIsRefusedAndTheServerGoesOn) {
+  if (meshsmooth::testing::kAddressSanitizer) GTEST_SKIP() << "no limits under the sanitizer";
   ServerProgram server(0, {"--host-memory-limit-bytes", "1TiB", "--max-job-bytes", "1TiB"});
   Stub stub(server.connect());
   const rlimit limit{std::uint64_t{6} << 30, std::uint64_t{6} << 30};

@@ -1,0 +1,13 @@
+#pragma once
+
+namespace meshsmooth::testing {
+
+/// Under the address sanitizer a process holds freed memory for a while, and ends where a limit
+/// leaves it none: tests of either have nothing to measure.
+#if defined(__SANITIZE_ADDRESS__)
+inline constexpr bool kAddressSanitizer = true;
+#else
+inline constexpr bool kAddressSanitizer = false;
+#endif
+
+}  // namespace meshsmooth::testing
