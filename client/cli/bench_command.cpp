@@ -143,21 +143,20 @@ class Load {
       auto due = begin_;
       while (!stop_.stop_requested() && may_send()) {
         due += std::chrono::duration_cast<Clock::duration>(Seconds(gap(random)));
-        if (!wait_until(std::min(due, begin_ + to_duration(command_.max_seconds)))) break;
-        if (Clock::now() < due) break;  // its time would come after the end
+        sleep_until(std::min(due, begin_ + to_duration(command_.max_seconds)), stop_.get_token());
+        if (Clock::now() < due) break;  // stopped, or its time would come after the end
         arrive({due, draw()});
       }
       ++idle_callers_;
     });
   }
 
-  /// False when the load is stopped before.
-  bool wait_until(Clock::time_point time) {
+  /// Or until a stop is requested.
+  static void sleep_until(Clock::time_point time, const std::stop_token& stop) {
     std::mutex mutex;
     std::condition_variable_any stopped;
     std::unique_lock lock(mutex);
-    stopped.wait_until(lock, stop_.get_token(), time, [] { return false; });
-    return !stop_.stop_requested();
+    stopped.wait_until(lock, stop, time, [] { return false; });
   }
 
   void arrive(const Due& due) {
@@ -229,14 +228,11 @@ class Load {
   void measure_until_done() {
     const auto window = to_duration(command_.window_seconds);
     const auto limit = begin_ + to_duration(command_.max_seconds);
-    std::mutex mutex;
-    std::condition_variable_any changed;
     for (auto end = begin_ + window; !steady_; end += window) {
-      std::unique_lock lock(mutex);
       // In steps, to see that there is nothing more to send.
       constexpr auto kStep = std::chrono::milliseconds(20);
       while (Clock::now() < std::min(end, limit) && !done() && !interrupt_.stop_requested()) {
-        changed.wait_for(lock, interrupt_, kStep, [] { return false; });
+        sleep_until(Clock::now() + kStep, interrupt_);
       }
       measured_ = Seconds(Clock::now() - begin_).count();
       if (Clock::now() < end || interrupt_.stop_requested() || done()) return;

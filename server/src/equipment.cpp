@@ -30,12 +30,8 @@ int lane_count(const ServerConfig& config, std::string_view backend) {
   return std::min(cores, std::clamp(cores / 4, 2, 8));
 }
 
-int threads_per_lane(const ServerConfig& config) {
-  return config.threads_per_lane != 0 ? config.threads_per_lane : available_cores();
-}
-
 std::unique_ptr<Smoother> make(const ServerConfig& config, const std::string& backend) {
-  return make_smoother(backend, threads_per_lane(config));
+  return make_smoother(backend, config.threads_per_lane);
 }
 
 Device device_with(std::unique_ptr<Smoother> smoother) {
@@ -162,9 +158,10 @@ std::unique_ptr<StagingMemory> make_job_memory(std::string_view backend,
 
 Equipment equip(ServerConfig config, const SmootherFactory& factory) {
   Equipment result;
+  const int cores = available_cores();
+  if (config.threads_per_lane == 0) config.threads_per_lane = cores;
   // The lanes' workers are of one pool. What someone has set may be more.
-  result.threads =
-      std::make_unique<ThreadLimit>(std::max(available_cores(), config.threads_per_lane));
+  result.threads = std::make_unique<ThreadLimit>(std::max(cores, config.threads_per_lane));
   if (factory) {
     const std::size_t count = std::max<std::size_t>(1, chosen_devices(config).size());
     while (result.devices.size() < count) result.devices.push_back(device_with(factory()));
@@ -176,7 +173,6 @@ Equipment equip(ServerConfig config, const SmootherFactory& factory) {
     }
   }
   const std::string backend = result.devices.front().backend;
-  config.threads_per_lane = threads_per_lane(config);
   config.lanes = lane_count(config, backend);
   for (Device& device : result.devices) {
     while (device.smoothers.size() < static_cast<std::size_t>(config.lanes)) {

@@ -29,17 +29,7 @@ class TetrahedronBatch {
 #endif
     compute_plainly(least_cube);
   }
-  void compute_plainly(double least_cube) { compute_all(least_cube); }
-  /// Neither inverted nor degenerate, and its mean ratio certainly above the least.
-  [[nodiscard]] bool clear(int t) const { return clear_[t] != 0; }
-  /// With the bits of `measure_tetrahedron`.
-  [[nodiscard]] double volume(int t) const { return volume_[t]; }
-
- private:
-#if defined(__x86_64__)
-  [[gnu::target("avx2")]] void compute_by_avx2(double least_cube) { compute_all(least_cube); }
-#endif
-  [[gnu::always_inline]] inline void compute_all(double least_cube) {
+  [[gnu::always_inline]] inline void compute_plainly(double least_cube) {
     for (int t = 0; t < kSize; ++t) {
       const Vec3d a = at(1, t) - at(0, t), b = at(2, t) - at(0, t), c = at(3, t) - at(0, t);
       const double aa = dot(a, a), bb = dot(b, b), cc = dot(c, c);
@@ -54,6 +44,15 @@ class TetrahedronBatch {
       clear_[t] = positive & certain & good ? 1 : 0;
     }
   }
+  /// Neither inverted nor degenerate, and its mean ratio certainly above the least.
+  [[nodiscard]] bool clear(int t) const { return clear_[t] != 0; }
+  /// With the bits of `measure_tetrahedron`.
+  [[nodiscard]] double volume(int t) const { return volume_[t]; }
+
+ private:
+#if defined(__x86_64__)
+  [[gnu::target("avx2")]] void compute_by_avx2(double least_cube) { compute_plainly(least_cube); }
+#endif
 
   [[nodiscard]] Vec3d at(int corner, int t) const {
     return {corners_[corner][0][t], corners_[corner][1][t], corners_[corner][2][t]};
