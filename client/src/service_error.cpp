@@ -78,7 +78,9 @@ std::string tls_hint(std::string_view message, const std::string& server) {
 }
 
 std::string unavailable_hint(std::string_view message, const std::string& server) {
-  if (contains_any(message, {"http2 header with status: 50", "no server behind this proxy"})) {
+  // HAProxy 2.6 answers 502 or, while the request still comes in, REFUSED_STREAM (RFC 9113, §7).
+  if (was_reset(message, 7) ||
+      contains_any(message, {"http2 header with status: 50", "no server behind this proxy"})) {
     return "a proxy answers at " + server +
            ", but no server behind it does, or the two do not speak HTTP/2 with each other";
   }

@@ -47,6 +47,8 @@ INSTANTIATE_TEST_SUITE_P(
                 "HAProxy"},
         Foreign{"NoBackend", grpc::StatusCode::UNAVAILABLE,
                 "Received http2 header with status: 502", "a proxy answers at host:1"},
+        Foreign{"NoBackendWhileSending", grpc::StatusCode::UNAVAILABLE,
+                "Received RST_STREAM with error code 7", "a proxy answers at host:1"},
         Foreign{"NoServer", grpc::StatusCode::UNAVAILABLE,
                 "failed to connect to all addresses; last error: refused", "--listen host:1"},
         Foreign{"Died", grpc::StatusCode::UNAVAILABLE, "Socket closed", "send it again"},
