@@ -136,7 +136,7 @@ QualityStats measure_runs(const std::vector<ElementRun<Real>>& runs,
   for (const ElementRun<Real>& run : runs) {
     element_count += static_cast<std::int64_t>(run.end - run.begin);
   }
-  return summarize(std::move(total), sums, element_count);
+  return summarize(total, sums, element_count);
 }
 
 }  // namespace

@@ -165,7 +165,8 @@ inline MetricStats summarize(std::size_t m, const Tally& tally, std::int64_t cou
 }
 
 /// The answer from all that was counted and summed.
-inline QualityStats summarize(Tally tally, const ChunkSums& sums, std::int64_t element_count) {
+inline QualityStats summarize(const Tally& tally, const ChunkSums& sums,
+                              std::int64_t element_count) {
   QualityStats stats;
   stats.element_count = element_count;
   stats.inverted_count = tally.inverted;
@@ -177,8 +178,8 @@ inline QualityStats summarize(Tally tally, const ChunkSums& sums, std::int64_t e
     for (const std::int64_t in_bin : tally.bins[m]) count += in_bin;
     if (count > 0) stats.metrics.push_back(summarize(m, tally, count, sums.values[m]));
   }
-  std::sort(tally.worst.begin(), tally.worst.end(), worse);
-  stats.worst = std::move(tally.worst);
+  stats.worst = tally.worst;
+  std::sort(stats.worst.begin(), stats.worst.end(), worse);
   return stats;
 }
 

@@ -8,7 +8,9 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cstdlib>
 #include <functional>
+#include <optional>
 #include <span>
 #include <type_traits>
 #include <vector>
@@ -129,8 +131,8 @@ class CudaLane {
  public:
   explicit CudaLane(int device)
       : device_(device),
-        pool_(device, release_threshold()),
-        shapes_(kElementTypeCount, {stream, pool_, resident_}) {
+        pool_(stream, device, release_threshold(), slab_bytes()),
+        shapes_(kElementTypeCount, {pool_, resident_}) {
     int shared_bytes = 0;
     check_cuda(cudaDeviceGetAttribute(&patch_limits_.multiprocessors,
                                       cudaDevAttrMultiProcessorCount, device),
@@ -155,7 +157,8 @@ class CudaLane {
   [[nodiscard]] int device() const { return device_; }
   [[nodiscard]] int multiprocessor_count() const { return patch_limits_.multiprocessors; }
   [[nodiscard]] const PatchLimits& patch_limits() const { return patch_limits_; }
-  [[nodiscard]] const MemoryPool& pool() const { return pool_; }
+  [[nodiscard]] DevicePool& pool() { return pool_; }
+  [[nodiscard]] const DevicePool& pool() const { return pool_; }
   /// The element table.
   [[nodiscard]] const ElementShape* shapes() const { return shapes_.data(); }
 
@@ -166,6 +169,16 @@ class CudaLane {
   }
   static constexpr std::size_t kMappedBytes = 1U << 16;
 
+  /// Page-locked host memory to copy to: copies to other memory are made by the driver in parts
+  /// of its own, one lane at a time. The next call may end what this one gives.
+  [[nodiscard]] unsigned char* staging(std::size_t bytes) {
+    if (bytes > staging_size_) {
+      staging_.emplace(bytes);
+      staging_size_ = bytes;
+    }
+    return staging_->data();
+  }
+
  private:
   /// What a lane keeps between jobs.
   static std::size_t release_threshold() {
@@ -173,13 +186,20 @@ class CudaLane {
     check_cuda(cudaMemGetInfo(&free, &total), "asking for a device's memory");
     return std::min<std::size_t>(std::size_t{2} << 30, total / 16);
   }
+  /// compute-sanitizer knows the driver's allocations only: for its runs there is no slab.
+  static std::size_t slab_bytes() {
+    const bool plain = std::getenv("MESHSMOOTH_PLAIN_DEVICE_MEMORY") != nullptr;
+    return plain ? 0 : std::min<std::size_t>(std::size_t{64} << 20, release_threshold() / 4);
+  }
 
   int device_;
   PatchLimits patch_limits_;
   ByteCount resident_;
-  MemoryPool pool_;
+  DevicePool pool_;
   DeviceBuffer<ElementShape> shapes_;
   MappedBuffer<unsigned char> mapped_{kMappedBytes};
+  std::optional<MappedBuffer<unsigned char>> staging_;
+  std::size_t staging_size_ = 0;
 };
 
 /// Positions that others write at the same time (Form::racing): each coordinate
@@ -220,19 +240,23 @@ class CudaExecutor {
   /// Nothing of the job may still run when its host memory goes.
   ~CudaExecutor() {
     cudaStreamSynchronize(lane_.uploads.get());
-    cudaStreamSynchronize(stream());
+    cudaStreamSynchronize(lane_.stream.get());
   }
   CudaExecutor(const CudaExecutor&) = delete;
   CudaExecutor& operator=(const CudaExecutor&) = delete;
 
-  [[nodiscard]] cudaStream_t stream() const { return lane_.stream.get(); }
+  /// To queue something.
+  [[nodiscard]] cudaStream_t stream() {
+    stream_end_.reset();
+    return lane_.stream.get();
+  }
   [[nodiscard]] CudaLane& lane() { return lane_; }
   [[nodiscard]] ByteCount& bytes() { return bytes_; }
   [[nodiscard]] const Interrupt& interrupt() const { return interrupt_; }
 
   template <class T>
   [[nodiscard]] Buffer<T> allocate(std::size_t size) {
-    return Buffer<T>(size, {lane_.stream, lane_.pool(), bytes_});
+    return Buffer<T>(size, {lane_.pool(), bytes_});
   }
 
   template <class T>
@@ -253,23 +277,27 @@ class CudaExecutor {
   /// Copies that only wait for what is queued so far, and that nothing waits for
   /// but `await_uploads`: they run beside the kernels. `host` must stay.
   void start_uploads() {
+    uploads_end_.reset();
     lane_.ordering.record(lane_.stream);
     lane_.ordering.hold_up(lane_.uploads);
   }
   template <class T>
   void upload_early(const T* host, std::size_t size, T* to) {
     if (size == 0) return;
+    uploads_end_.reset();
     check_cuda(
         cudaMemcpyAsync(to, host, size * sizeof(T), cudaMemcpyHostToDevice, lane_.uploads.get()),
         "copying to the device");
   }
-  void await_uploads() {
-    lane_.ordering.record(lane_.uploads);
-    lane_.ordering.hold_up(lane_.stream);
-  }
+  void await_uploads() { await(mark(lane_.uploads)); }
 
   /// What comes later waits for a mark in another stream.
-  void await(std::size_t mark) { lane_.events[mark].hold_up(lane_.stream); }
+  void await(std::size_t mark) {
+    if (awaited_ == mark) return;
+    lane_.events[mark].hold_up(lane_.stream);
+    stream_end_.reset();
+    awaited_ = mark;
+  }
 
   /// A copy that is there at the next `synchronize`.
   template <class T>
@@ -300,16 +328,24 @@ class CudaExecutor {
 
   template <class T, class Body, class Combine>
   [[nodiscard]] T reduce(std::size_t count, T zero, const Body& body, const Combine& combine) {
-    static_assert(std::is_trivially_copyable_v<T> && sizeof(T) <= kResultBytes);
     if (count == 0) return zero;
+    const T* const result = reduce_later(count, zero, body, combine);
+    synchronize();
+    check();
+    return *result;
+  }
+  /// `reduce` of at least one item, whose result is there at the next `synchronize` and until
+  /// the next reduction.
+  template <class T, class Body, class Combine>
+  [[nodiscard]] const T* reduce_later(std::size_t count, T zero, const Body& body,
+                                      const Combine& combine) {
+    static_assert(std::is_trivially_copyable_v<T> && sizeof(T) <= kResultBytes);
     const unsigned int blocks = block_count(count, kReduceBlocks);
     auto partial = allocate<T>(blocks);
     T* const result = lane_.mapped<T>(0);
     launch<&reduce_kernel<T, Body, Combine>>(blocks, count, zero, body, combine, partial.data(),
                                              ticket_.data(), result);
-    synchronize();
-    check();
-    return *result;
+    return result;
   }
 
   template <class T>
@@ -439,14 +475,14 @@ class CudaExecutor {
         static_cast<std::size_t>(per_multiprocessor.load() * lane_.multiprocessor_count());
     return static_cast<unsigned int>(std::clamp<std::size_t>(most, 1, resident));
   }
-  /// Lets a kernel's blocks have as much shared memory as PatchLimits says.
+  /// Lets a kernel's blocks have more shared memory than any may, always as much.
   template <auto kKernel>
-  void allow_shared_memory() {
+  void allow_shared_memory(std::size_t bytes) {
     static std::array<std::atomic<bool>, kMostDevices> done{};
     std::atomic<bool>& here = done.at(static_cast<std::size_t>(lane_.device()));
     if (here) return;
     check_cuda(cudaFuncSetAttribute(kKernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
-                                    static_cast<int>(lane_.patch_limits().shared_bytes)),
+                                    static_cast<int>(bytes)),
                "asking for shared memory");
     here = true;
   }
@@ -475,11 +511,15 @@ class CudaExecutor {
     std::size_t index_;
   };
 
-  /// A point in a stream, by its number; and the time between two.
+  /// A point in a stream, by its number; and the time between two. One behind which nothing was
+  /// queued stands for the next one too.
   std::size_t mark(const Stream& stream) {
+    std::optional<std::size_t>& end = &stream == &lane_.uploads ? uploads_end_ : stream_end_;
+    if (end) return *end;
     if (event_count_ == lane_.events.size()) lane_.events.emplace_back();
     lane_.events[event_count_].record(stream);
-    return event_count_++;
+    end = event_count_++;
+    return *end;
   }
   void add_stretch(std::size_t begin, std::size_t end, double& seconds) {
     stretches_.push_back({begin, end, &seconds});
@@ -488,13 +528,14 @@ class CudaExecutor {
   /// Adds the times of all timers; waits for the stream. By then the answer is out: what fails here
   /// shows up at the next job.
   void collect_times() {
-    if (cudaStreamSynchronize(stream()) == cudaSuccess) {
+    if (cudaStreamSynchronize(lane_.stream.get()) == cudaSuccess) {
       for (const Stretch& s : stretches_) {
         *s.seconds += lane_.events[s.end].seconds_since(lane_.events[s.begin]);
       }
     }
     stretches_.clear();
     event_count_ = 0;
+    stream_end_ = uploads_end_ = awaited_ = std::nullopt;
   }
 
  private:
@@ -526,6 +567,8 @@ class CudaExecutor {
   DeviceBuffer<unsigned int> ticket_;
   std::vector<Stretch> stretches_;
   std::size_t event_count_ = 0;
+  std::optional<std::size_t> stream_end_, uploads_end_;  // marks with nothing behind them
+  std::optional<std::size_t> awaited_;                   // the last of the other stream's
 };
 
 static_assert(Executor<CudaExecutor>);

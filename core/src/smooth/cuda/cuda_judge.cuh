@@ -28,9 +28,12 @@ struct RankedElement {
 /// What all blocks count together; the order of counting does not matter.
 struct DeviceTally {
   unsigned int bins[kMetricCount][kBinCount];
-  unsigned long long min[kMetricCount], max[kMetricCount];  // ordered_bits
+  // ordered_bits; of the least their complement, so that both grow from 0
+  unsigned long long min[kMetricCount], max[kMetricCount];
   unsigned long long inverted, degenerate, locked, locked_inverted;
-  unsigned int listed;  // worst elements
+  unsigned int listed_count;
+  static constexpr unsigned int kMostListed = 256;
+  RankedElement listed[kMostListed];  // among which are the worst
 };
 
 /// What each block finds in the elements that it is given by the grid alone.
@@ -93,8 +96,7 @@ __device__ inline RankedElement ranked(const JudgeTask& task, std::size_t e,
 /// kWorstCount; counts on where there is no more room.
 template <class Real>
 __global__ void __launch_bounds__(kBlockSize)
-    list_worst_kernel(JudgeTask task, const Vec3<Real>* positions, RankedElement* list,
-                      unsigned int capacity, unsigned int* size) {
+    list_worst_kernel(JudgeTask task, const Vec3<Real>* positions) {
   using Scan = cub::BlockScan<unsigned int, kBlockSize>;
   __shared__ typename Scan::TempStorage scan_space;
   __shared__ unsigned int shared_bin;
@@ -119,8 +121,8 @@ __global__ void __launch_bounds__(kBlockSize)
     const ElementMeasure m = measure_in(task, shape, positions, e);
     const double value = isfinite(m.mean_ratio) ? m.mean_ratio : 0;
     if (metric_bin(0, value) > highest) continue;
-    const unsigned int place = atomicAdd(size, 1U);
-    if (place < capacity) list[place] = ranked(task, e, m);
+    const unsigned int place = atomicAdd(&task.tally->listed_count, 1U);
+    if (place < DeviceTally::kMostListed) task.tally->listed[place] = ranked(task, e, m);
   }
 }
 
@@ -209,7 +211,7 @@ __global__ void __launch_bounds__(kBlockSize, 2)
         reduce_block(max[v], shared, [](double a, double b) { return a > b ? a : b; });
     if (threadIdx.x == 0) {
       own.sums.values[static_cast<std::size_t>(metric)] = sum;
-      atomicMin(&task.tally->min[metric], ordered_bits(least));
+      atomicMax(&task.tally->min[metric], ~ordered_bits(least));
       atomicMax(&task.tally->max[metric], ordered_bits(most));
     }
   }
@@ -291,11 +293,6 @@ class CudaJudge {
   template <class Real>
   [[nodiscard]] QualityStats quality(const Mesh<Real>& job, const Orientation& orientation) {
     CudaExecutor& executor = executor_;
-    auto tally_buffer = executor.allocate<DeviceTally>(1);
-    DeviceTally* const tally = tally_buffer.data();
-    executor.clear(tally, 1);
-    check_cuda(cudaMemsetAsync(tally->min, 0xff, sizeof tally->min, executor.stream()),
-               "clearing device memory");
     unsigned int blocks_of[kElementTypeCount];
     unsigned int block_total = 0;
     const auto most = 4 * static_cast<std::size_t>(executor.lane().multiprocessor_count());
@@ -304,42 +301,39 @@ class CudaJudge {
       blocks_of[r] = block_count(count, most);
       block_total += blocks_of[r];
     });
-    auto blocks = executor.allocate<BlockTally>(block_total);
-    executor.clear(blocks.data(), block_total);
+    // One behind the other, to be cleared and copied at one go.
+    static_assert(sizeof(DeviceTally) % alignof(BlockTally) == 0);
+    const std::size_t bytes = sizeof(DeviceTally) + block_total * sizeof(BlockTally);
+    auto found = executor.allocate<unsigned char>(bytes);
+    executor.clear(found.data(), bytes);
+    auto* const tally = reinterpret_cast<DeviceTally*>(found.data());
+    auto* next = reinterpret_cast<BlockTally*>(tally + 1);
     constexpr auto kKernel = &judge_kernel<Real>;
-    check_cuda(cudaFuncSetAttribute(kKernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
-                                    5 * kBinCount * sizeof(unsigned int)),
-               "asking for shared memory");
-    BlockTally* next = blocks.data();
+    constexpr std::size_t kHistogramBytes = 5 * kBinCount * sizeof(unsigned int);
+    executor.allow_shared_memory<kKernel>(kHistogramBytes);
     std::vector<JudgeTask> tasks;
     for_each_run(executor, job.elements, [&]<int>(const Elements::Run& run, std::size_t count) {
       const unsigned int grid = blocks_of[tasks.size()];
       tasks.push_back({run.shape, run.nodes, run.first, count, job.elements.caller_of.data(),
                        orientation.references(), orientation.common(), job.fixed.data(), tally,
                        next});
-      executor.launch_shared<kKernel>(grid, 5 * kBinCount * sizeof(unsigned int), tasks.back(),
-                                      job.places.data());
+      executor.launch_shared<kKernel>(grid, kHistogramBytes, tasks.back(), job.places.data());
       next += grid;
     });
-    auto listed = executor.allocate<RankedElement>(kMostListed);
-    executor.clear(listed.data(), kMostListed);
     for (const JudgeTask& task : tasks) {
       executor.launch<&list_worst_kernel<Real>>(block_count(task.count, 2 * most), task,
-                                                job.places.data(), listed.data(), kMostListed,
-                                                &tally->listed);
+                                                job.places.data());
     }
-    auto counted = std::make_unique<DeviceTally>();
-    std::vector<BlockTally> found(block_total);
-    std::vector<RankedElement> worst(kMostListed);
-    executor.download_later(tally, counted.get());
-    executor.download_later(listed.data(), worst.data(), kMostListed);
-    executor.download(blocks.data(), block_total, found.data());
+    unsigned char* const copy = executor.lane().staging(bytes);
+    executor.download(found.data(), bytes, copy);
     executor.check();
-    if (counted->listed <= kMostListed) {
-      worst.resize(counted->listed);
+    const auto& counted = *reinterpret_cast<const DeviceTally*>(copy);
+    const std::span blocks(reinterpret_cast<const BlockTally*>(&counted + 1), block_total);
+    std::vector<RankedElement> worst;
+    if (counted.listed_count <= DeviceTally::kMostListed) {
+      worst.assign(counted.listed, counted.listed + counted.listed_count);
     } else {
       // Too many alike: one by one.
-      worst.clear();
       for (const JudgeTask& task : tasks) {
         RankedElement last{0, 0, RankedElement::kNoElement};
         for (std::size_t n = 0; n < kWorstCount; ++n) {
@@ -349,7 +343,7 @@ class CudaJudge {
         }
       }
     }
-    return to_stats(*counted, found, worst, job.elements.view);
+    return to_stats(counted, blocks, worst, job.elements.view);
   }
 
   /// Of the last `quality`.
@@ -365,7 +359,7 @@ class CudaJudge {
     const Vec3<Real>* const places = job.places.data();
     const NodeId* const caller_of = job.caller_of.data();
     const std::uint8_t* const fixed = job.fixed.data();
-    const std::int64_t moved = executor_.reduce(
+    const std::int64_t* const moved = executor_.reduce_later(
         job.node_count, std::int64_t{0},
         [=] __device__(std::size_t node) -> std::int64_t {
           Vec3<Real>& target = given[caller_of[node]];
@@ -375,18 +369,16 @@ class CudaJudge {
         },
         [] __device__(std::int64_t a, std::int64_t b) { return a + b; });
     executor_.download(given, positions.size(), positions.data());
-    return moved;
+    return *moved;
   }
 
  private:
-  static constexpr unsigned int kMostListed = 256;
-
-  QualityStats to_stats(const DeviceTally& counted, const std::vector<BlockTally>& blocks,
+  QualityStats to_stats(const DeviceTally& counted, std::span<const BlockTally> blocks,
                         const std::vector<RankedElement>& worst, const Elements& elements) {
     auto total = std::make_unique<Tally>();
     for (std::size_t m = 0; m < kMetricCount; ++m) {
       std::copy(std::begin(counted.bins[m]), std::end(counted.bins[m]), total->bins[m].begin());
-      total->min[m] = from_ordered_bits(counted.min[m]);
+      total->min[m] = from_ordered_bits(~counted.min[m]);
       total->max[m] = from_ordered_bits(counted.max[m]);
     }
     total->inverted = static_cast<std::int64_t>(counted.inverted);
@@ -408,7 +400,7 @@ class CudaJudge {
       if (!locked_.worst || worse(name(e), *locked_.worst)) locked_.worst = name(e);
     }
     for (const RankedElement& e : worst) total->keep_if_worst(name(e));
-    return summarize(std::move(*total), sums, static_cast<std::int64_t>(elements.count));
+    return summarize(*total, sums, static_cast<std::int64_t>(elements.count));
   }
 
   /// Of one of the caller's elements.

@@ -114,18 +114,24 @@ struct UploadedPiece {
 /// are counted while the last are still on their way.
 inline constexpr std::size_t kPieceSize = std::size_t{1} << 18;
 
+/// Room for the caller's elements, grouped by type.
+inline DeviceBuffer<NodeId> allocate_connectivity(CudaExecutor& executor,
+                                                  const TopologyView& topology) {
+  std::size_t size = 0;
+  for (const ElementBlockView& block : topology.blocks) size += block.nodes.size();
+  return executor.allocate<NodeId>(size + kElementTypeCount * kRunAlignment);
+}
+
 /// The caller's elements on the device, grouped by type and inside a type in the
 /// caller's order, still in the caller's numbers. The copies run in the stream of
 /// uploads, piece by piece.
 inline JobElements<CudaExecutor> upload_elements(CudaExecutor& executor,
                                                  const TopologyView& topology,
+                                                 DeviceBuffer<NodeId> connectivity,
                                                  std::vector<UploadedPiece>& pieces) {
   JobElements<CudaExecutor> elements;
   elements.dimension = element_shape(topology.blocks.front().type).dimension;
-  std::size_t size = 0;
-  for (const ElementBlockView& block : topology.blocks) size += block.nodes.size();
-  elements.connectivity = executor.allocate<NodeId>(size + kElementTypeCount * kRunAlignment);
-  executor.start_uploads();  // not before the memory is there
+  elements.connectivity = std::move(connectivity);
   NodeId* next = elements.connectivity.data();
   bool in_order = true;  // the caller's elements already lie type by type
   int last_type = -1;
@@ -306,6 +312,7 @@ JobMesh<CudaExecutor, Real> prepare_job(CudaExecutor& executor, const TopologyVi
   job.places = executor.allocate<Vec3<Real>>(node_count);
   job.fixed = executor.allocate<std::uint8_t>(node_count);
   auto mask = executor.allocate<std::uint8_t>(topology.fixed.size());
+  auto connectivity = allocate_connectivity(executor, topology);
   auto state_buffer = executor.allocate<PrepareState>(1);
   PrepareState* const state = state_buffer.data();
   PrepareState start;
@@ -321,7 +328,7 @@ JobMesh<CudaExecutor, Real> prepare_job(CudaExecutor& executor, const TopologyVi
   executor.await_uploads();
   executor.upload_early(topology.fixed.data(), topology.fixed.size(), mask.data());
   std::vector<UploadedPiece> pieces;
-  job.elements = upload_elements(executor, topology, pieces);
+  job.elements = upload_elements(executor, topology, std::move(connectivity), pieces);
   const std::size_t uploads_end = executor.mark(lane.uploads);
   executor.add_stretch(uploads_begin, uploads_end, times.upload_seconds);
 

@@ -428,7 +428,7 @@ inline bool run_resident_sweeps(CudaExecutor& executor, const PatchSizes& sizes,
                                 ConvergenceWatch& watch) {
   constexpr auto kKernel = &resident_kernel;
   const Surroundings& around = sweeper.around();
-  executor.allow_shared_memory<kKernel>();
+  executor.allow_shared_memory<kKernel>(executor.lane().patch_limits().shared_bytes);
   const auto blocks = static_cast<unsigned int>(sizes.patches(around.node_count));
   // Small patches have more halo than nodes.
   const auto threads =
