@@ -27,6 +27,27 @@ constexpr std::uint32_t kData =
     tag(v1::Chunk::kDataFieldNumber, WireFormatLite::WIRETYPE_LENGTH_DELIMITED);
 constexpr std::uint32_t kCrc = tag(v1::Chunk::kCrc32CFieldNumber, WireFormatLite::WIRETYPE_FIXED32);
 
+// Whether what was read from `begin` on took no more bytes than it needs. Tags and lengths that do
+// are left to protobuf: of long ones CodedInputStream drops the bits above the 32nd where
+// protobuf's parser, which goes without it, refuses the message.
+bool is_shortest(const CodedInputStream& input, int begin, std::uint32_t value) {
+  const auto taken = static_cast<std::size_t>(input.CurrentPosition() - begin);
+  return taken == CodedOutputStream::VarintSize32(value);
+}
+
+// 0 at the end.
+std::uint32_t read_tag(CodedInputStream& input) {
+  constexpr std::uint32_t kNone = UINT32_MAX;
+  const int begin = input.CurrentPosition();
+  const std::uint32_t tag = input.ReadTag();
+  return tag == 0 || is_shortest(input, begin, tag) ? tag : kNone;
+}
+
+bool read_length(CodedInputStream& input, std::uint32_t& length) {
+  const int begin = input.CurrentPosition();
+  return input.ReadVarint32(&length) && length <= INT32_MAX && is_shortest(input, begin, length);
+}
+
 // The next `size` bytes, in place; false when there are fewer.
 bool take_pieces(CodedInputStream& input, std::uint32_t size, ChunkView& chunk) {
   chunk.size_bytes = size;
@@ -47,7 +68,7 @@ bool read_fields(CodedInputStream& input, ChunkView& chunk) {
   for (bool has_data = false;;) {
     std::uint32_t small = 0;
     std::uint64_t large = 0;
-    switch (input.ReadTag()) {
+    switch (read_tag(input)) {
       case 0:
         return input.ConsumedEntireMessage();
       case kArrayId:
@@ -59,7 +80,7 @@ bool read_fields(CodedInputStream& input, ChunkView& chunk) {
         chunk.offset_bytes = static_cast<std::int64_t>(large);
         break;
       case kData:
-        if (has_data || !input.ReadVarint32(&small) || small > INT32_MAX) return false;
+        if (has_data || !read_length(input, small)) return false;
         if (!take_pieces(input, small, chunk)) return false;
         has_data = true;
         break;
@@ -103,8 +124,8 @@ std::optional<ChunkView> find_chunk(grpc::ByteBuffer& message, int field_number)
   if (!reader.status().ok()) return std::nullopt;
   CodedInputStream input(&reader);
   std::uint32_t size = 0;
-  if (input.ReadTag() != tag(field_number, WireFormatLite::WIRETYPE_LENGTH_DELIMITED) ||
-      !input.ReadVarint32(&size) || size > INT32_MAX) {
+  if (read_tag(input) != tag(field_number, WireFormatLite::WIRETYPE_LENGTH_DELIMITED) ||
+      !read_length(input, size)) {
     return std::nullopt;
   }
   ChunkView chunk;

@@ -119,6 +119,21 @@ TEST(RawMessage, LeavesWhatIsNoPlainChunkToProtobuf) {
   }
 }
 
+// Those of more than five bytes protobuf refuses.
+TEST(RawMessage, LeavesLongTagsAndLengthsToProtobuf) {
+  const std::string zero(1, '\0');
+  for (const std::string& bytes :
+       {std::string("\x12\x07\x1a\x80\x80\x80\x80\x80\x08"),        // length of the data: 2^38
+        std::string("\x12\x82\x80\x80\x80\x80\x10\x08\x05"),        // of the chunk: 2^39 + 2
+        std::string("\x12\x07\x88\x80\x80\x80\x80\x10\x05"),        // tag of the array
+        std::string("\x92\x80\x80\x80\x80\x10\x02\x08\x05"),        // of the chunk
+        "\x12\x03\x1a\x80" + zero, "\x12\x82" + zero + "\x08\x05",  // allowed, but unusual
+        "\x12\x03\x88" + zero + "\x05", "\x92" + zero + "\x02\x08\x05"}) {
+    grpc::ByteBuffer buffer = in_slices(bytes, 1 << 20);
+    EXPECT_FALSE(find_chunk(buffer, kField)) << bytes.size();
+  }
+}
+
 // Of broken messages nothing may be taken that protobuf does not see.
 TEST(RawMessage, FindsOnlyWhatProtobufFinds) {
   std::mt19937 random(3);
