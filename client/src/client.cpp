@@ -29,6 +29,13 @@ constexpr std::array<std::string_view, 9> kJobStateNames = {"unspecified", "rece
                                                             "running",     "sending",   "succeeded",
                                                             "failed",      "cancelled", "expired"};
 
+std::string json_of(const google::protobuf::Message& answer) {
+  if (!wire::has_json(answer)) {
+    throw broken_answer("the server's answer has a duration or a time that is none");
+  }
+  return wire::to_json(answer);
+}
+
 JobInfo decode_job(const v1::Job& job) {
   JobInfo info;
   info.name = job.name();
@@ -40,7 +47,7 @@ JobInfo decode_job(const v1::Job& job) {
   info.node_count = job.node_count();
   info.element_count = job.element_count();
   if (job.has_error()) info.error = job.error().reason() + ": " + job.error().message();
-  info.json = wire::to_json(job);
+  info.json = json_of(job);
   return info;
 }
 
@@ -186,7 +193,7 @@ ServerInfo Client::server_info() {
           .methods = {response.methods().begin(), response.methods().end()},
           .features = {response.features().begin(), response.features().end()},
           .draining = response.draining(),
-          .json = wire::to_json(response)};
+          .json = json_of(response)};
 }
 
 std::vector<JobInfo> Client::list_jobs() {

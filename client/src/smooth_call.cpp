@@ -273,6 +273,9 @@ SmoothReport decode_report(v1::Summary summary_message, const std::string& job_n
   SmoothReport report;
   report.message = std::make_shared<const v1::Summary>(std::move(summary_message));
   const v1::Summary& summary = *report.message;
+  if (!wire::has_json(summary)) {
+    throw broken_answer("the summary cannot be understood: a duration in it is none");
+  }
   try {
     report.summary = wire::decode_summary(summary);
     report.queue_seconds = wire::decode_seconds(summary.timings().queue());

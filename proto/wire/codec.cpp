@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <utility>
+#include <vector>
 
 #include "meshsmooth/error.hpp"
 
@@ -215,6 +216,14 @@ TangledPolicy decode_tangled(v1::TangledPolicy policy) {
   }
 }
 
+// Protobuf's: from year 1 to 9999.
+bool is_timestamp(const google::protobuf::Timestamp& message) {
+  using google::protobuf::util::TimeUtil;
+  return message.seconds() >= TimeUtil::kTimestampMinSeconds &&
+         message.seconds() <= TimeUtil::kTimestampMaxSeconds && message.nanos() >= 0 &&
+         message.nanos() <= 999'999'999;
+}
+
 }  // namespace
 
 v1::SmoothingOptions encode_options(const SmoothOptions& options) {
@@ -355,6 +364,31 @@ std::string to_json(const google::protobuf::Message& message) {
   const auto status = google::protobuf::util::MessageToJsonString(message, &text, options);
   if (!status.ok()) throw Error("INTERNAL", "cannot write JSON: " + status.ToString());
   return text;
+}
+
+// By reflection, so that a field that is added is not forgotten.
+bool has_json(const google::protobuf::Message& message) {
+  if (const auto* duration = dynamic_cast<const google::protobuf::Duration*>(&message)) {
+    return is_duration(*duration);
+  }
+  if (const auto* time = dynamic_cast<const google::protobuf::Timestamp*>(&message)) {
+    return is_timestamp(*time);
+  }
+  using Field = google::protobuf::FieldDescriptor;
+  const google::protobuf::Reflection& reflection = *message.GetReflection();
+  std::vector<const Field*> fields;
+  reflection.ListFields(message, &fields);
+  for (const Field* field : fields) {
+    if (field->cpp_type() != Field::CPPTYPE_MESSAGE) continue;
+    if (!field->is_repeated()) {
+      if (!has_json(reflection.GetMessage(message, field))) return false;
+      continue;
+    }
+    for (int i = 0; i < reflection.FieldSize(message, field); ++i) {
+      if (!has_json(reflection.GetRepeatedMessage(message, field, i))) return false;
+    }
+  }
+  return true;
 }
 
 }  // namespace meshsmooth::wire

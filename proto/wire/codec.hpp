@@ -50,7 +50,11 @@ namespace meshsmooth::wire {
 [[nodiscard]] double decode_seconds(const google::protobuf::Duration& message);
 
 /// Proto3 JSON with original field names, indented; fields without presence
-/// are printed even when zero.
+/// are printed even when zero. Throws `Error` when the message has none.
 [[nodiscard]] std::string to_json(const google::protobuf::Message& message);
+
+/// Whether it has: each duration and each time in it, however deep, is one. What came over the wire
+/// may hold others.
+[[nodiscard]] bool has_json(const google::protobuf::Message& message);
 
 }  // namespace meshsmooth::wire

@@ -123,6 +123,21 @@ TEST(Client, TellsWhatTheServerIs) {
   EXPECT_THAT(info.json, HasSubstr("\"max_node_count\""));
 }
 
+TEST(Client, RefusesAJobWithATimeThatIsNone) {
+  MockServer server;
+  server.service.on_list_jobs = [](const v1::ListJobsRequest&) {
+    v1::ListJobsResponse response;
+    response.add_jobs()->mutable_end_time()->set_nanos(-1);
+    return response;
+  };
+  try {
+    (void)Client(server.address()).list_jobs();
+    FAIL();
+  } catch (const ServiceError& error) {
+    EXPECT_EQ(error.code(), StatusCode::data_loss);
+  }
+}
+
 TEST(Client, AsksForHealth) {
   InProcessServer server;
 

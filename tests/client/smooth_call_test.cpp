@@ -467,6 +467,18 @@ INSTANTIATE_TEST_SUITE_P(
                        stream.Write(response);
                      },
                      "the summary cannot be understood"},
+        BrokenAnswer{
+            "NoDurationInTheOptions",
+            [](ServerStream& stream, const Upload&) {
+              good_header(stream);
+              send_chunk(stream, 0, std::string(168, 'x'));
+              v1::SmoothResponse response;
+              response.mutable_summary()->set_stop_reason(v1::STOP_REASON_CONVERGED);
+              response.mutable_summary()->mutable_options()->mutable_compute_budget()->set_nanos(
+                  1'000'000'000);
+              stream.Write(response);
+            },
+            "the summary cannot be understood"},
         BrokenAnswer{"NoSummary",
                      [](ServerStream& stream, const Upload&) {
                        good_header(stream);

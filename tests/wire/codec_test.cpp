@@ -382,5 +382,45 @@ TEST(ToJson, KeepsFieldNamesAndPrintsZeros) {
   EXPECT_THAT(json, ::testing::HasSubstr("\"inverted_element_count\": \"0\""));
 }
 
+/// Whether there is JSON of the message, found out by making it.
+bool can_be_written(const google::protobuf::Message& message) {
+  try {
+    return !to_json(message).empty();
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+TEST(HasJson, SaysWhetherItCanBeWritten) {
+  struct Time {
+    std::int64_t seconds;
+    std::int32_t nanos;
+    bool is_duration;
+    bool is_timestamp;
+  };
+  for (const Time& time :
+       {Time{0, 0, true, true}, Time{0, -1, true, false}, Time{0, 999'999'999, true, true},
+        Time{0, 1'000'000'000, false, false}, Time{-1, 0, true, true}, Time{-1, 1, false, true},
+        Time{253'402'300'799, 0, true, true}, Time{253'402'300'800, 0, true, false},
+        Time{-62'135'596'800, 0, true, true}, Time{-62'135'596'801, 0, true, false},
+        Time{315'576'000'000, 0, true, false}, Time{315'576'000'001, 0, false, false},
+        Time{-315'576'000'001, 0, false, false}, Time{INT64_MAX, INT32_MAX, false, false},
+        Time{INT64_MIN, INT32_MIN, false, false}}) {
+    v1::ListJobsResponse response;
+    (*response.add_jobs()->mutable_error()->mutable_metadata())["key"] = "value";
+    v1::Job& job = *response.add_jobs();
+    auto& budget = *job.mutable_summary()->mutable_options()->mutable_compute_budget();
+    budget.set_seconds(time.seconds);
+    budget.set_nanos(time.nanos);
+    EXPECT_EQ(has_json(response), time.is_duration) << time.seconds << ' ' << time.nanos;
+    EXPECT_EQ(can_be_written(response), time.is_duration) << time.seconds << ' ' << time.nanos;
+    job.clear_summary();
+    job.mutable_end_time()->set_seconds(time.seconds);
+    job.mutable_end_time()->set_nanos(time.nanos);
+    EXPECT_EQ(has_json(response), time.is_timestamp) << time.seconds << ' ' << time.nanos;
+    EXPECT_EQ(can_be_written(response), time.is_timestamp) << time.seconds << ' ' << time.nanos;
+  }
+}
+
 }  // namespace
 }  // namespace meshsmooth::wire

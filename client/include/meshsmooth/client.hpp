@@ -117,7 +117,7 @@ struct SmoothReport {
   std::shared_ptr<const v1::Summary> message;  // as it came
 
   /// meshsmooth.v1.Summary as proto3 JSON with original field names. Made at each call, which may
-  /// take longer than a small job. Throws `Error` when the message has no JSON.
+  /// take longer than a small job. What a call returned always has it.
   [[nodiscard]] std::string to_json() const;
 };
 
