@@ -41,7 +41,8 @@ TEST(Slab, NeverGivesAStretchTwiceAndLosesNone) {
   std::mt19937 random(1);
   for (int step = 0; step < 20'000; ++step) {
     if (random() % 2 == 0 && !taken.empty()) {
-      const auto one = std::next(taken.begin(), static_cast<std::ptrdiff_t>(random() % taken.size()));
+      const auto one =
+          std::next(taken.begin(), static_cast<std::ptrdiff_t>(random() % taken.size()));
       slab.give(one->first, one->second);
       taken.erase(one);
       continue;

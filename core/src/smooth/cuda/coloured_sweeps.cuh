@@ -15,11 +15,10 @@ struct TeamMean {
 
   template <class P>
   __device__ Vec3<typename P::Real> operator()(const Surroundings& around, const P& x,
-                                               std::size_t node) const {
+                                               std::size_t node, const NodeId* ring,
+                                               int size) const {
     using Real = typename P::Real;
-    const auto size = static_cast<int>(around.rings.size(node));
     if (size == 0 || size > 2 * Team::size) return UniformMean{}(around, x, node);
-    const NodeId* const ring = around.rings.begin(node);
     const auto fetch = [&](int k) {
       return x[static_cast<std::size_t>(ring[k < size ? k : size - 1])];
     };
@@ -44,24 +43,89 @@ struct TeamMean {
 /// A tetrahedron of a ball, for one thread.
 template <class Real>
 struct HeldTetrahedron {
-  Vec3<Real> corners[4];
-  int own;  // the corner that moves
+  Vec3<Real> a, b, c;  // the corners that stay: own, a, b, c turn as the element does
+  int own;             // the corner that moves
 
   template <class P>
-  __device__ void load(const Elements& elements, const P& x, ElementId e, std::size_t node) {
+  __device__ void load(const Elements& elements, const P& x, ElementId e, NodeId node) {
     NodeId ids[4];
     load_group(elements.runs[0].nodes + std::size_t{e} * 4, ids);
-#pragma unroll
-    for (int n = 0; n < 4; ++n) {
-      corners[n] = x[static_cast<std::size_t>(ids[n])];
-      if (static_cast<std::size_t>(ids[n]) == node) own = n;
-    }
+    own = ids[1] == node ? 1 : ids[2] == node ? 2 : ids[3] == node ? 3 : 0;
+    const NodeId first = own == 0 ? ids[1] : ids[0];
+    const NodeId second = own == 0 ? ids[2] : own == 1 ? ids[3] : own == 2 ? ids[1] : ids[2];
+    const NodeId third = own == 1 ? ids[2] : own == 3 ? ids[1] : ids[3];
+    a = x[static_cast<std::size_t>(first)];
+    b = x[static_cast<std::size_t>(second)];
+    c = x[static_cast<std::size_t>(third)];
   }
+  /// `tetrahedron_score` of the corners in the element's order, as everywhere.
   [[nodiscard]] __device__ double score(Vec3<Real> place) const {
-    Vec3d p[4];
-#pragma unroll
-    for (int n = 0; n < 4; ++n) p[n] = vec3_cast<double>(n == own ? place : corners[n]);
-    return tetrahedron_score(p[0], p[1], p[2], p[3]);
+    const Vec3<Real> p0 = own == 0 ? place : a;
+    const Vec3<Real> p1 = own == 0 ? a : own == 1 ? place : own == 2 ? b : c;
+    const Vec3<Real> p2 = own == 0 ? b : own == 1 ? c : own == 2 ? place : b;
+    const Vec3<Real> p3 = own == 0 || own == 2 ? c : own == 1 ? b : place;
+    return tetrahedron_score(vec3_cast<double>(p0), vec3_cast<double>(p1), vec3_cast<double>(p2),
+                             vec3_cast<double>(p3));
+  }
+};
+
+/// What tells in single precision that a tetrahedron's score is certainly below a bar: most moves
+/// are refused, and this costs a third of judging them in double.
+///
+/// score = 432 det^2 / L^3, L the sum of the squared edges, so it is below w when
+/// det < sqrt(w / 432) L^1.5. Edges are differences of floats, each right to 2^-24 of itself; det
+/// as computed is wrong by less than 14 2^-24 |u||v||w| of three edges that meet, and their product
+/// is at most (L / 3)^1.5: 1.6e-7 L^1.5.
+class ScoreBar {
+ public:
+  __device__ explicit ScoreBar(double worst)
+      : root_((sqrtf(static_cast<float>(worst) / 432.0F) - 1e-6F) * (1 - 1e-5F)) {}
+
+  /// Only scores above 0 can be told from lower ones.
+  [[nodiscard]] __device__ bool tells() const { return root_ > 0; }
+
+  /// The facet opposite to the node that moves.
+  struct Facet {
+    Vec3<float> normal;
+    float length;
+
+    __device__ explicit Facet(const HeldTetrahedron<float>& t)
+        : normal(cross(t.b - t.a, t.c - t.a)),
+          length(add_square(t.b - t.a, add_square(t.c - t.a, add_square(t.c - t.b, 0)))) {}
+  };
+  [[nodiscard]] __device__ bool is_above(const HeldTetrahedron<float>& t, const Facet& facet,
+                                         Vec3<float> place) const {
+    const Vec3<float> u = t.a - place;
+    const float det = fmaf(facet.normal.x, u.x, fmaf(facet.normal.y, u.y, facet.normal.z * u.z));
+    const float length =
+        add_square(u, add_square(t.b - place, add_square(t.c - place, facet.length)));
+    const float size = length * __fsqrt_rn(length);
+    return det < root_ * size && size > 1e-25F && size < 1e37F;  // where float has all its digits
+  }
+
+ private:
+  static __device__ float add_square(Vec3<float> v, float sum) {
+    return fmaf(v.x, v.x, fmaf(v.y, v.y, fmaf(v.z, v.z, sum)));
+  }
+
+  float root_;
+};
+
+/// What a visit must know before it can ask for positions. Of the next node it is fetched while
+/// this one is judged.
+struct NodeVisit {
+  BallRecord ball;
+  ElementId element;  // of the ball, the thread's first
+  const NodeId* ring;
+  int ring_size;
+
+  __device__ void find(const BallRecord& record) { ball = record; }
+  template <class Team>
+  __device__ void look(const Team& team, const Surroundings& around) {
+    element = team.rank < ball.size ? around.balls.entries[ball.begin + team.rank] : 0;
+    const std::int64_t begin = around.rings.offsets[ball.node];
+    ring = around.rings.entries + begin;
+    ring_size = static_cast<int>(around.rings.offsets[ball.node + 1] - begin);
   }
 };
 
@@ -70,27 +134,27 @@ struct HeldTetrahedron {
 template <class Team, class Real>
 class HeldBall {
  public:
-  /// Whether the node's ball is one that can be held.
-  static __device__ bool fits(const Surroundings& around, std::size_t node) {
+  /// Whether the ball is one that can be held.
+  static __device__ bool fits(const Surroundings& around, const BallRecord& ball) {
     const ElementShape& shape = *around.elements.runs[0].shape;
-    return around.balls.size(node) <= kEach * Team::size && around.elements.run_count == 1 &&
+    return ball.size <= kEach * Team::size && around.elements.run_count == 1 &&
            shape.dimension == 3 && shape.node_count == 4;
   }
 
   template <class P>
-  __device__ HeldBall(const Team& team, const Surroundings& around, const P& x, std::size_t node)
-      : team_(team), size_(static_cast<int>(around.balls.size(node))) {
+  __device__ HeldBall(const Team& team, const Surroundings& around, const P& x,
+                      const NodeVisit& visit)
+      : team_(team), size_(visit.ball.size) {
 #pragma unroll
     for (int n = 0; n < kEach; ++n) {
       const int at = team.rank + n * Team::size;
-      if (at < size_) {
-        elements_[n].load(around.elements, x, around.balls.begin(node)[at], node);
-      }
+      if (at >= size_) continue;
+      const ElementId e = n == 0 ? visit.element : around.balls.entries[visit.ball.begin + at];
+      elements_[n].load(around.elements, x, e, visit.ball.node);
     }
   }
 
-  /// `accept_move` from `before`. Two trials at a time: most balls take several, and one
-  /// alone would leave the arithmetic waiting for itself.
+  /// `accept_move` from `before`.
   __device__ Vec3<Real> accept_move(Vec3<Real> before, Vec3<Real> candidate, Acceptance acceptance,
                                     bool& held) const {
     if (candidate == before) return before;
@@ -99,64 +163,94 @@ class HeldBall {
 #pragma unroll
     for (int n = 0; n < kEach; ++n) {
       score_before[n] = 0;
-      if (team_.rank + n * Team::size >= size_) continue;
+      if (!has(n)) continue;
       score_before[n] = elements_[n].score(before);
       if (score_before[n] < worst) worst = score_before[n];
     }
     if (acceptance.smart) worst = team_.lowest(worst);
-    constexpr int kAtOnce = 2;
+    const unsigned int hopeless =
+        acceptance.smart ? find_hopeless(before, candidate, ScoreBar(worst)) : 0;
     Real share = 1;
-    for (int trial = 0; trial < 4; trial += kAtOnce) {
-      Vec3<Real> places[kAtOnce];
-      bool right[kAtOnce];
+    for (int trial = 0; trial < kTrials; ++trial, share /= 2) {
+      bool right = (hopeless >> trial & 1U) == 0;
+      if (right) {
+        const Vec3<Real> place = place_of(before, candidate, trial, share);
 #pragma unroll
-      for (int k = 0; k < kAtOnce; ++k) {
-        places[k] = trial + k == 0 ? candidate : before + share * (candidate - before);
-        right[k] = true;
-        share /= 2;
-      }
-#pragma unroll
-      for (int n = 0; n < kEach; ++n) {
-        if (team_.rank + n * Team::size >= size_) continue;
-#pragma unroll
-        for (int k = 0; k < kAtOnce; ++k) {
-          const double score = elements_[n].score(places[k]);
-          right[k] &= !(acceptance.smart && score < worst) &&
-                      !(acceptance.guard && !(score > 0) && score_before[n] > 0);
+        for (int n = 0; n < kEach; ++n) {
+          if (!has(n)) continue;
+          const double score = elements_[n].score(place);
+          right &= !(acceptance.smart && score < worst) &&
+                   !(acceptance.guard && !(score > 0) && score_before[n] > 0);
         }
+        if (team_.all(right)) return place;
       }
-#pragma unroll
-      for (int k = 0; k < kAtOnce; ++k) {
-        if (team_.all(right[k])) return places[k];
-        held = true;
-      }
+      held = true;
     }
     return before;
   }
 
  private:
   static constexpr int kEach = 64 / Team::size;
+  static constexpr int kTrials = 4;
+
+  [[nodiscard]] __device__ bool has(int n) const { return team_.rank + n * Team::size < size_; }
+  static __device__ Vec3<Real> place_of(Vec3<Real> before, Vec3<Real> candidate, int trial,
+                                        Real share) {
+    return trial == 0 ? candidate : before + share * (candidate - before);
+  }
+
+  /// The trials that would certainly lower the worst score, a bit each.
+  __device__ unsigned int find_hopeless(Vec3<Real> before, Vec3<Real> candidate,
+                                        const ScoreBar& bar) const {
+    unsigned int hopeless = 0;
+    if constexpr (std::is_same_v<Real, float>) {
+      if (!bar.tells()) return 0;
+      bool below[kTrials] = {};
+#pragma unroll
+      for (int n = 0; n < kEach; ++n) {
+        if (!has(n)) continue;
+        const ScoreBar::Facet facet(elements_[n]);
+        float share = 1;
+#pragma unroll
+        for (int trial = 0; trial < kTrials; ++trial, share /= 2) {
+          below[trial] |=
+              bar.is_above(elements_[n], facet, place_of(before, candidate, trial, share));
+        }
+      }
+#pragma unroll
+      for (int trial = 0; trial < kTrials; ++trial) {
+        hopeless |= (team_.all(!below[trial]) ? 0U : 1U) << trial;
+      }
+    }
+    return hopeless;
+  }
+
   const Team& team_;
   int size_;
   HeldTetrahedron<Real> elements_[kEach];
 };
 
-/// `move_node` by a team: what it has to fetch is on its way at the same time.
+/// `move_node` with the mean of the ring, by a team: what it has to fetch is on its way at the same
+/// time.
 template <class Team, class P>
-__device__ Vec3<typename P::Real> move_node(const Team& team, const Surroundings& around,
-                                            const P& x, std::size_t node,
-                                            const TeamMean<Team>& mean, typename P::Real factor,
-                                            Acceptance acceptance, bool& held) {
-  using Ball = HeldBall<Team, typename P::Real>;
-  const Vec3<typename P::Real> before = x[node];
-  if (!acceptance.active() || !Ball::fits(around, node)) {
-    const Vec3<typename P::Real> place = step_towards(mean, around, x, node, factor);
-    return acceptance.active() ? accept_move(team, around, x, node, place, acceptance, held)
-                               : place;
+__device__ Vec3<typename P::Real> move_to_mean(const Team& team, const Surroundings& around,
+                                               const P& x, const NodeVisit& visit,
+                                               typename P::Real factor, Acceptance acceptance,
+                                               bool& held) {
+  using Real = typename P::Real;
+  using Ball = HeldBall<Team, Real>;
+  const auto node = static_cast<std::size_t>(visit.ball.node);
+  const Vec3<Real> before = x[node];
+  const auto candidate = [&] {
+    return step_to(TeamMean<Team>{team}(around, x, node, visit.ring, visit.ring_size), before,
+                   factor);
+  };
+  if (!acceptance.active()) return candidate();
+  if (!Ball::fits(around, visit.ball)) {
+    return accept_move(team, around, x, node, candidate(), acceptance, held);
   }
-  const Ball ball(team, around, x, node);
-  const Vec3<typename P::Real> candidate = step_towards(mean, around, x, node, factor);
-  return ball.accept_move(before, candidate, acceptance, held);
+  const Ball ball(team, around, x, visit);
+  return ball.accept_move(before, candidate(), acceptance, held);
 }
 
 /// A team of kTeam threads moves a node.
@@ -173,14 +267,16 @@ __global__ void __launch_bounds__(kBlockSize, 2)
   const Acceptance accepted{acceptance.guard, acceptance.smart, false};
   const std::uint32_t own = (blockIdx.x * kBlockSize + threadIdx.x) / kTeam;
   const std::uint32_t teams = gridDim.x * kBlockSize / kTeam;
-  // Which node comes next is fetched before the grid waits.
+  // What comes next is fetched before the grid waits.
   const std::uint32_t last_record = first[colour_count] - 1;
-  const auto node_at = [&](std::uint32_t n) {
-    return static_cast<std::size_t>(records[n < last_record ? n : last_record].node);
+  const auto record_at = [&](std::uint32_t n) {
+    return records[n < last_record ? n : last_record];
   };
   std::uint32_t n = own;
   std::uint32_t end = first[1];
-  std::size_t ahead = node_at(n);
+  NodeVisit ahead;
+  ahead.find(record_at(n));
+  ahead.look(team, around);
   int sweep = 0;
   for (bool last = false; !last; ++sweep) {
     SweepStats seen;
@@ -188,20 +284,24 @@ __global__ void __launch_bounds__(kBlockSize, 2)
       const int next_colour = c + 1 < colour_count ? c + 1 : 0;
       const std::uint32_t next_begin = first[next_colour];
       const std::uint32_t next_end = first[next_colour + 1];
-      if (n >= end) ahead = node_at(next_begin + own);
+      if (n >= end) {
+        ahead.find(record_at(next_begin + own));
+        ahead.look(team, around);
+      }
       while (n < end) {
-        const std::size_t node = ahead;
+        const NodeVisit visit = ahead;
+        const auto node = static_cast<std::size_t>(visit.ball.node);
         n += teams;
-        ahead = node_at(n < end ? n : next_begin + own);
+        ahead.find(record_at(n < end ? n : next_begin + own));
         bool held = false;
         const Vec3<Real> before = x[node];
         Vec3<Real> place;
         if constexpr (std::is_same_v<Mean, UniformMean>) {
-          place = move_node(team, around, x, node, TeamMean<WarpTeam<kTeam>>{team}, factor,
-                            accepted, held);
+          place = move_to_mean(team, around, x, visit, factor, accepted, held);
         } else {
           place = move_node(team, around, x, node, mean, factor, accepted, held);
         }
+        ahead.look(team, around);
         __syncwarp(team.mask);
         if (team.rank != 0) continue;
         x.store(node, place);
