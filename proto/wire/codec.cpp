@@ -380,6 +380,11 @@ bool has_json(const google::protobuf::Message& message) {
   reflection.ListFields(message, &fields);
   for (const Field* field : fields) {
     if (field->cpp_type() != Field::CPPTYPE_MESSAGE) continue;
+    // Asked for its entries, a map makes them all.
+    if (field->is_map() &&
+        field->message_type()->map_value()->cpp_type() != Field::CPPTYPE_MESSAGE) {
+      continue;
+    }
     if (!field->is_repeated()) {
       if (!has_json(reflection.GetMessage(message, field))) return false;
       continue;
