@@ -14,6 +14,8 @@
 namespace meshsmooth::wire {
 namespace {
 
+using google::protobuf::util::TimeUtil;
+
 [[noreturn]] void throw_not_supported(const std::string& field, const std::string& what) {
   throw NotSupported("OPTION_NOT_SUPPORTED", field + ": " + what, {{"field", field}});
 }
@@ -216,12 +218,12 @@ TangledPolicy decode_tangled(v1::TangledPolicy policy) {
   }
 }
 
-// Protobuf's: from year 1 to 9999.
+constexpr std::int32_t kMaxNanos = 999'999'999;
+
 bool is_timestamp(const google::protobuf::Timestamp& message) {
-  using google::protobuf::util::TimeUtil;
   return message.seconds() >= TimeUtil::kTimestampMinSeconds &&
          message.seconds() <= TimeUtil::kTimestampMaxSeconds && message.nanos() >= 0 &&
-         message.nanos() <= 999'999'999;
+         message.nanos() <= kMaxNanos;
 }
 
 }  // namespace
@@ -332,20 +334,19 @@ std::chrono::nanoseconds decode_duration(const google::protobuf::Duration& messa
 }
 
 google::protobuf::Duration encode_duration(std::chrono::nanoseconds duration) {
-  return google::protobuf::util::TimeUtil::NanosecondsToDuration(duration.count());
+  return TimeUtil::NanosecondsToDuration(duration.count());
 }
 
 google::protobuf::Duration encode_seconds(double seconds) {
-  return google::protobuf::util::TimeUtil::NanosecondsToDuration(std::llround(seconds * 1e9));
+  return TimeUtil::NanosecondsToDuration(std::llround(seconds * 1e9));
 }
 
 bool is_duration(const google::protobuf::Duration& message) {
-  constexpr std::int64_t kMaxSeconds = 315'576'000'000;
-  constexpr std::int32_t kMaxNanos = 999'999'999;
   const bool one_sign = message.seconds() == 0 || message.nanos() == 0 ||
                         (message.seconds() < 0) == (message.nanos() < 0);
-  return message.seconds() >= -kMaxSeconds && message.seconds() <= kMaxSeconds &&
-         message.nanos() >= -kMaxNanos && message.nanos() <= kMaxNanos && one_sign;
+  return message.seconds() >= TimeUtil::kDurationMinSeconds &&
+         message.seconds() <= TimeUtil::kDurationMaxSeconds && message.nanos() >= -kMaxNanos &&
+         message.nanos() <= kMaxNanos && one_sign;
 }
 
 double decode_seconds(const google::protobuf::Duration& message) {

@@ -443,6 +443,21 @@ TEST_P(SmoothCallBrokenAnswer, IsRefusedAndTheMeshStaysAsItWas) {
 }
 
 void good_header(ServerStream& stream) { send_header(stream, 7, v1::SCALAR_TYPE_FLOAT64, 168); }
+void good_result(ServerStream& stream) {
+  good_header(stream);
+  send_chunk(stream, 0, std::string(168, 'x'));
+}
+
+/// A good answer, but for what `spoil` makes of its summary.
+auto with_summary(void (*spoil)(v1::Summary&)) {
+  return [spoil](ServerStream& stream, const Upload&) {
+    good_result(stream);
+    v1::SmoothResponse response;
+    response.mutable_summary()->set_stop_reason(v1::STOP_REASON_CONVERGED);
+    spoil(*response.mutable_summary());
+    stream.Write(response);
+  };
+}
 
 INSTANTIATE_TEST_SUITE_P(
     All, SmoothCallBrokenAnswer,
@@ -456,34 +471,16 @@ INSTANTIATE_TEST_SUITE_P(
                      "100 of 168 bytes"},
         BrokenAnswer{"NoResult", [](ServerStream& stream, const Upload&) { send_summary(stream); },
                      "incomplete"},
-        BrokenAnswer{"NoDuration",
-                     [](ServerStream& stream, const Upload&) {
-                       good_header(stream);
-                       send_chunk(stream, 0, std::string(168, 'x'));
-                       v1::SmoothResponse response;
-                       response.mutable_summary()->set_stop_reason(v1::STOP_REASON_CONVERGED);
-                       response.mutable_summary()->mutable_timings()->mutable_send()->set_seconds(
-                           INT64_MAX);
-                       stream.Write(response);
-                     },
+        BrokenAnswer{"NoDuration", with_summary([](v1::Summary& summary) {
+                       summary.mutable_timings()->mutable_send()->set_seconds(INT64_MAX);
+                     }),
                      "the summary cannot be understood"},
-        BrokenAnswer{
-            "NoDurationInTheOptions",
-            [](ServerStream& stream, const Upload&) {
-              good_header(stream);
-              send_chunk(stream, 0, std::string(168, 'x'));
-              v1::SmoothResponse response;
-              response.mutable_summary()->set_stop_reason(v1::STOP_REASON_CONVERGED);
-              response.mutable_summary()->mutable_options()->mutable_compute_budget()->set_nanos(
-                  1'000'000'000);
-              stream.Write(response);
-            },
-            "the summary cannot be understood"},
-        BrokenAnswer{"NoSummary",
-                     [](ServerStream& stream, const Upload&) {
-                       good_header(stream);
-                       send_chunk(stream, 0, std::string(168, 'x'));
-                     },
+        BrokenAnswer{"NoDurationInTheOptions", with_summary([](v1::Summary& summary) {
+                       summary.mutable_options()->mutable_compute_budget()->set_nanos(
+                           1'000'000'000);
+                     }),
+                     "the summary cannot be understood"},
+        BrokenAnswer{"NoSummary", [](ServerStream& stream, const Upload&) { good_result(stream); },
                      "without a summary"},
         BrokenAnswer{"Gap",
                      [](ServerStream& stream, const Upload&) {
