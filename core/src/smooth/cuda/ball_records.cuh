@@ -11,7 +11,8 @@
 namespace meshsmooth::detail {
 
 /// The nodes to visit, colour after colour. Runs of nodes in a colour are ordered by the
-/// sizes of their balls, so that the teams of a warp have about as much to do.
+/// sizes of their balls, so that the teams of a warp have about as much to do; by turns
+/// downwards and upwards, so that it is not always the same teams that have the largest.
 struct BallRecords {
   DeviceBuffer<BallRecord> records;
   DeviceBuffer<std::uint32_t> first;  // of a colour; one more at the end
@@ -52,8 +53,9 @@ static __global__ void __launch_bounds__(kBlockSize)
     ids[k] = nodes[n];
     const auto size = static_cast<std::uint32_t>(balls.size(static_cast<std::size_t>(ids[k])));
     // Colours change but a few times in a run.
-    keys[k] = (colour_at(first, colour_count, n) - colour) * (kMostSize + 1) + kMostSize -
-              (size < kMostSize ? size : kMostSize);
+    const std::uint32_t bounded = size < kMostSize ? size : kMostSize;
+    keys[k] = (colour_at(first, colour_count, n) - colour) * (kMostSize + 1) +
+              (blockIdx.x % 2 == 0 ? kMostSize - bounded : bounded);
   }
   Sort(space).SortBlockedToStriped(keys, ids);
   for (int k = 0; k < kRecordsEach; ++k) {

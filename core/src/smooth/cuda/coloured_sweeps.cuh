@@ -7,8 +7,9 @@
 
 namespace meshsmooth::detail {
 
-/// `UniformMean` by a team: each thread fetches two neighbours, the sum runs in the
-/// row's order.
+/// `UniformMean` by a team: each thread fetches two neighbours into shared memory, from where all
+/// of them add up the row in its order. (Passing positions on by shuffles was slower: three for
+/// each neighbour.)
 template <class Team>
 struct TeamMean {
   Team team;
@@ -19,22 +20,24 @@ struct TeamMean {
                                                int size) const {
     using Real = typename P::Real;
     if (size == 0 || size > 2 * Team::size) return UniformMean{}(around, x, node);
+    __shared__ FourOf<Real> places_of[kBlockSize / Team::size][2 * Team::size];
+    FourOf<Real>* const places = places_of[threadIdx.x / Team::size];
     const auto fetch = [&](int k) {
-      return x[static_cast<std::size_t>(ring[k < size ? k : size - 1])];
+      const Vec3<Real> p = x[static_cast<std::size_t>(ring[k < size ? k : size - 1])];
+      return FourOf<Real>{p.x, p.y, p.z, 0};
     };
-    const Vec3<Real> first = fetch(team.rank);
-    const Vec3<Real> second = fetch(team.rank + Team::size);
+    const FourOf<Real> first = fetch(team.rank);
+    const FourOf<Real> second = fetch(team.rank + Team::size);
+    places[team.rank] = first;
+    places[team.rank + Team::size] = second;
+    __syncwarp(team.mask);
     Vec3<Real> sum{0, 0, 0};
-    const auto add = [&](const Vec3<Real>& from, int count) {
 #pragma unroll 8
-      for (int k = 0; k < count; ++k) {
-        sum += Vec3<Real>{__shfl_sync(team.mask, from.x, k, Team::size),
-                          __shfl_sync(team.mask, from.y, k, Team::size),
-                          __shfl_sync(team.mask, from.z, k, Team::size)};
-      }
-    };
-    add(first, size < Team::size ? size : Team::size);
-    add(second, size - Team::size);
+    for (int k = 0; k < size; ++k) {
+      const FourOf<Real> p = places[k];
+      sum += Vec3<Real>{p.values[0], p.values[1], p.values[2]};
+    }
+    __syncwarp(team.mask);  // before the next node's come here
     const auto count = static_cast<Real>(size);
     return {sum.x / count, sum.y / count, sum.z / count};
   }
@@ -321,8 +324,8 @@ void run_coloured_sweeps(CudaExecutor& executor, Sweeper<CudaExecutor, Real>& sw
                          const Mean& mean, Real factor, ConvergenceWatch& watch) {
   const Surroundings& around = sweeper.around();
   const BallRecords balls = record_balls(executor, around, sweeper.colouring());
-  auto padded = executor.allocate<FourOf<Real>>(PaddedPositions<Real>::size(around.node_count));
-  const PaddedPositions<Real> x{padded.data()};
+  auto padded = executor.allocate<Real>(PaddedPositions<Real>::size(around.node_count));
+  const PaddedPositions<Real> x(padded.data(), around.node_count);
   pad_positions(executor, around.node_count, sweeper.current(), x);
   constexpr auto kKernel = &gauss_seidel_kernel<kTeam, Mean, Real>;
   const unsigned int blocks =

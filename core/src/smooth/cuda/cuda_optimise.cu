@@ -191,8 +191,8 @@ void run_with(CudaExecutor& executor, OptimiseSweeper<CudaExecutor, Real>& sweep
   constexpr auto kKernel = &optimise_kernel<kBalls, kBound, kTeam, Real>;
   const Surroundings& around = sweeper.around();
   const BallRecords balls = record_balls(executor, around, sweeper.colouring());
-  auto padded = executor.allocate<FourOf<Real>>(PaddedPositions<Real>::size(around.node_count));
-  const PaddedPositions<Real> x{padded.data()};
+  auto padded = executor.allocate<Real>(PaddedPositions<Real>::size(around.node_count));
+  const PaddedPositions<Real> x(padded.data(), around.node_count);
   pad_positions(executor, around.node_count, sweeper.positions(), x);
 
   const unsigned int blocks = executor.cooperative_blocks<kKernel>(

@@ -52,10 +52,10 @@ void run_jacobi_sweeps(CudaExecutor& executor, Sweeper<CudaExecutor, Real>& swee
                        const Mean& mean, Real factor, ConvergenceWatch& watch) {
   const Surroundings& around = sweeper.around();
   const std::size_t size = PaddedPositions<Real>::size(around.node_count);
-  auto current_buffer = executor.allocate<FourOf<Real>>(size);
-  auto spare_buffer = executor.allocate<FourOf<Real>>(size);
-  PaddedPositions<Real> current{current_buffer.data()};
-  PaddedPositions<Real> spare{spare_buffer.data()};
+  auto current_buffer = executor.allocate<Real>(size);
+  auto spare_buffer = executor.allocate<Real>(size);
+  PaddedPositions<Real> current(current_buffer.data(), around.node_count);
+  PaddedPositions<Real> spare(spare_buffer.data(), around.node_count);
   pad_positions(executor, around.node_count, sweeper.current(), current);
   pad_positions(executor, around.node_count, sweeper.current(), spare);
   constexpr auto kKernel = &jacobi_kernel<Mean, Real>;
