@@ -59,7 +59,7 @@ struct FixedCounts {
 ///
 /// takes  `mask` by the caller's ids, or null
 template <Executor E>
-FixedCounts fix_nodes(E& executor, std::size_t node_count, const Rows<ElementId>& balls,
+FixedCounts fix_nodes(E& executor, std::size_t node_count, const Rows<NodeId>& rings,
                       const NodeId* caller_of, const std::uint8_t* mask, bool boundary_fixed,
                       std::uint8_t* fixed) {
   return executor.reduce(
@@ -67,7 +67,7 @@ FixedCounts fix_nodes(E& executor, std::size_t node_count, const Rows<ElementId>
       [=] MESHSMOOTH_HD(std::size_t node) {
         const bool boundary = fixed[node] != 0;
         const bool by_caller = mask != nullptr && mask[caller_of[node]] != 0;
-        const bool isolated = balls.size(node) == 0;
+        const bool isolated = rings.size(node) == 0;
         const bool held = (boundary && boundary_fixed) || by_caller;
         fixed[node] = held || isolated ? 1 : 0;
         return FixedCounts{{1, boundary ? 1 : 0, held ? 1 : 0, isolated ? 1 : 0, 0},
@@ -82,7 +82,7 @@ void hold_nodes(E& executor, const TopologyView& topology, const SmoothOptions& 
                 JobMesh<E, Real>& job) {
   auto mask = executor.in_executor_memory(topology.fixed);
   const FixedCounts counts =
-      fix_nodes(executor, job.node_count, job.balls.view(), job.caller_of.data(),
+      fix_nodes(executor, job.node_count, job.rings.view(), job.caller_of.data(),
                 topology.fixed.empty() ? nullptr : mask.data(),
                 options.boundary != BoundaryPolicy::free, job.fixed.data());
   job.nodes = counts.nodes;

@@ -3,6 +3,7 @@
 #include <functional>
 #include <span>
 
+#include "smooth/cuda/ball_plan.hpp"
 #include "smooth/cuda/node_order.cuh"
 #include "smooth/cuda/row_builder.cuh"
 #include "smooth/job_mesh.hpp"
@@ -30,35 +31,70 @@ __device__ inline std::uint32_t add_together(std::uint32_t* counters, NodeId nod
          static_cast<std::uint32_t>(__popc(same & ((1U << lane) - 1)));
 }
 
-/// Takes the elements of one type into internal numbers, in place, and counts
-/// the balls' entries. A wrong element becomes one that does no harm, and is
+/// Keeps where in the rows of its nodes an element is counted.
+struct KeepPlaces {
+  std::uint8_t* places;
+
+  template <int kWidth>
+  __device__ void operator()(std::size_t e, const NodeId (&)[kWidth],
+                             const std::uint32_t (&row_places)[kWidth]) const {
+    std::uint8_t bytes[kWidth];
+#pragma unroll
+    for (int n = 0; n < kWidth; ++n) {
+      bytes[n] = static_cast<std::uint8_t>(row_places[n] < kLatePlace ? row_places[n] : kLatePlace);
+    }
+    store_group(bytes, places + e * kWidth);
+  }
+};
+/// Puts an element into its nodes' balls at once.
+struct KeepInSlots {
+  BallSlots slots;
+  std::size_t first_id;
+  PrepareState* state;
+
+  template <int kWidth>
+  __device__ void operator()(std::size_t e, const NodeId (&nodes)[kWidth],
+                             const std::uint32_t (&row_places)[kWidth]) const {
+#pragma unroll
+    for (int n = 0; n < kWidth; ++n) {
+      if (row_places[n] < BallSlots::kCount) {
+        slots.row(static_cast<std::size_t>(nodes[n]))[row_places[n] * kWarp] =
+            static_cast<ElementId>(first_id + e);
+      } else {
+        state->overfull_ball = 1;
+      }
+    }
+  }
+};
+
+/// Takes the elements of one type into internal numbers, in place (null: they have them), and
+/// counts the balls' entries. A wrong element becomes one that does no harm, and is
 /// reported. Places in a row are given in any order: rows are sorted where order
 /// matters.
-template <int kWidth>
+template <int kWidth, class Keep>
 void count_entries(CudaExecutor& executor, std::size_t node_count, std::size_t count,
                    NodeId* connectivity, const NodeId* internal_of, std::uint32_t* sizes,
-                   std::uint8_t* places, PrepareState* state) {
+                   const Keep& keep, PrepareState* state) {
   executor.for_each(count, [=] __device__(std::size_t e) {
     NodeId nodes[kWidth];
-    bool right = true;
     load_group(connectivity + e * kWidth, nodes);
+    if (internal_of != nullptr) {
+      bool right = true;
 #pragma unroll
-    for (int n = 0; n < kWidth; ++n) {
-      right &= nodes[n] >= 0 && static_cast<std::size_t>(nodes[n]) < node_count;
+      for (int n = 0; n < kWidth; ++n) {
+        right &= nodes[n] >= 0 && static_cast<std::size_t>(nodes[n]) < node_count;
 #pragma unroll
-      for (int earlier = 0; earlier < n; ++earlier) right &= nodes[earlier] != nodes[n];
+        for (int earlier = 0; earlier < n; ++earlier) right &= nodes[earlier] != nodes[n];
+      }
+      if (!right) state->wrong_element = 1;
+#pragma unroll
+      for (int n = 0; n < kWidth; ++n) nodes[n] = right ? internal_of[nodes[n]] : 0;
+      store_group(nodes, connectivity + e * kWidth);
     }
-    if (!right) state->wrong_element = 1;
-    std::uint8_t row_places[kWidth];
+    std::uint32_t row_places[kWidth];
 #pragma unroll
-    for (int n = 0; n < kWidth; ++n) nodes[n] = right ? internal_of[nodes[n]] : 0;
-#pragma unroll
-    for (int n = 0; n < kWidth; ++n) {
-      const std::uint32_t place = add_together(sizes, nodes[n]);
-      row_places[n] = static_cast<std::uint8_t>(place < kLatePlace ? place : kLatePlace);
-    }
-    store_group(nodes, connectivity + e * kWidth);
-    store_group(row_places, places + e * kWidth);
+    for (int n = 0; n < kWidth; ++n) row_places[n] = add_together(sizes, nodes[n]);
+    keep(e, nodes, row_places);
   });
 }
 
@@ -198,48 +234,74 @@ void for_each_run(CudaExecutor& executor, const JobElements<CudaExecutor>& eleme
   }
 }
 
+/// The balls of a job, in slots or in rows.
+struct FoundBalls {
+  DeviceBuffer<std::uint32_t> sizes;
+  DeviceBuffer<ElementId> slots;
+  RowBuffer<CudaExecutor, ElementId> rows;  // with slots: what they need, to be filled
+
+  [[nodiscard]] BallSlots in_slots() {
+    return slots.size() == 0 ? BallSlots{} : BallSlots{slots.data(), sizes.data()};
+  }
+};
+
 /// The balls, and the elements in internal numbers. `sizes` has a 0 for every node
 /// and one more.
-inline RowBuffer<CudaExecutor, ElementId> find_balls(CudaExecutor& executor, std::size_t node_count,
-                                                     JobElements<CudaExecutor>& elements,
-                                                     const NodeId* internal_of,
-                                                     DeviceBuffer<std::uint32_t> sizes,
-                                                     const std::vector<UploadedPiece>& pieces,
-                                                     PrepareState* state) {
+inline FoundBalls find_balls(CudaExecutor& executor, std::size_t node_count,
+                             JobElements<CudaExecutor>& elements, const BallPlan& plan,
+                             const NodeId* internal_of, DeviceBuffer<std::uint32_t> sizes,
+                             const std::vector<UploadedPiece>& pieces, PrepareState* state) {
   const std::size_t entry_count = elements.connectivity.size();
   NodeId* const connectivity = elements.connectivity.data();
-  auto places = executor.allocate<std::uint8_t>(entry_count);
+  FoundBalls found;
+  found.sizes = std::move(sizes);
+  DeviceBuffer<std::uint8_t> places;
+  if (plan.slotted) {
+    found.slots = executor.allocate<ElementId>(BallSlots::size(node_count));
+  } else {
+    places = executor.allocate<std::uint8_t>(entry_count);
+  }
   for (const UploadedPiece& piece : pieces) {
     executor.await(piece.arrival);
+    const auto first = static_cast<std::size_t>(piece.nodes - connectivity);
     with_width(piece.width, [&]<int kWidth>() {
-      count_entries<kWidth>(executor, node_count, piece.element_count, piece.nodes, internal_of,
-                            sizes.data(), places.data() + (piece.nodes - connectivity), state);
+      const auto count = [&](const auto& keep) {
+        count_entries<kWidth>(executor, node_count, piece.element_count, piece.nodes, internal_of,
+                              found.sizes.data(), keep, state);
+      };
+      if (plan.slotted) {
+        count(KeepInSlots{found.in_slots(), first / kWidth, state});
+      } else {
+        count(KeepPlaces{places.data() + first});
+      }
     });
   }
+  if (plan.slotted && !plan.kept) return found;
 
-  RowBuffer<CudaExecutor, ElementId> balls;
-  balls.offsets = executor.allocate<std::int64_t>(node_count + 1);
+  RowBuffer<CudaExecutor, ElementId>& rows = found.rows;
+  rows.offsets = executor.allocate<std::int64_t>(node_count + 1);
   executor.with_workspace([&](void* space, std::size_t& bytes) {
-    return cub::DeviceScan::ExclusiveScan(space, bytes, sizes.data(), balls.offsets.data(),
+    return cub::DeviceScan::ExclusiveScan(space, bytes, found.sizes.data(), rows.offsets.data(),
                                           std::plus<>(), std::int64_t{0}, node_count + 1,
                                           executor.stream());
   });
-  balls.entries = executor.allocate<ElementId>(entry_count);
+  rows.entries = executor.allocate<ElementId>(entry_count);
+  if (plan.slotted) return found;
   for_each_run(executor, elements, [&]<int kWidth>(const Elements::Run& run, std::size_t count) {
     const std::size_t first = static_cast<std::size_t>(run.nodes - connectivity);
     fill_balls<kWidth>(executor, count, run.first, connectivity + first, places.data() + first,
-                       sizes.data(), balls.offsets.data(), balls.entries.data());
+                       found.sizes.data(), rows.offsets.data(), rows.entries.data());
   });
-  return balls;
+  found.sizes = {};
+  return found;
 }
 
 /// Launches the search for rings and boundary, room for `capacity` entries.
 inline RowBuffer<CudaExecutor, NodeId> find_rows(CudaExecutor& executor, std::size_t node_count,
                                                  const JobElements<CudaExecutor>& elements,
-                                                 RowBuffer<CudaExecutor, ElementId>& balls,
-                                                 const NodeId* caller_of, bool sort_balls,
-                                                 std::size_t capacity, std::uint8_t* on_boundary,
-                                                 PrepareState* state) {
+                                                 FoundBalls& balls, const NodeId* caller_of,
+                                                 bool keep_balls, std::size_t capacity,
+                                                 std::uint8_t* on_boundary, PrepareState* state) {
   const std::size_t blocks = (node_count + kRowsPerBlock - 1) / kRowsPerBlock;
   RowBuffer<CudaExecutor, NodeId> rings;
   rings.offsets = executor.allocate<std::int64_t>(node_count + 1);
@@ -248,11 +310,12 @@ inline RowBuffer<CudaExecutor, NodeId> find_rows(CudaExecutor& executor, std::si
   executor.clear(words.data(), blocks);
   const RowTask task{node_count,
                      elements.view,
-                     balls.offsets.data(),
-                     balls.entries.data(),
+                     balls.in_slots(),
+                     balls.rows.offsets.data(),
+                     balls.rows.entries.data(),
                      caller_of,
                      elements.caller_of.data(),
-                     sort_balls,
+                     keep_balls,
                      rings.offsets.data(),
                      rings.entries.data(),
                      capacity,
@@ -261,7 +324,7 @@ inline RowBuffer<CudaExecutor, NodeId> find_rows(CudaExecutor& executor, std::si
                      state};
   const auto grid = static_cast<unsigned int>(blocks);
   const auto is_only = [&](ElementType type) {
-    return elements.view.run_count == 1 &&
+    return elements.view.run_count == 1 && node_count < kManyKeys &&
            elements.view.runs[0].shape == executor.lane().shapes() + static_cast<int>(type);
   };
   if (is_only(ElementType::tetrahedron)) {
@@ -315,16 +378,15 @@ JobMesh<CudaExecutor, Real> prepare_job(CudaExecutor& executor, const TopologyVi
   auto connectivity = allocate_connectivity(executor, topology);
   auto state_buffer = executor.allocate<PrepareState>(1);
   PrepareState* const state = state_buffer.data();
-  PrepareState start;
-  std::fill(start.lower, start.lower + 3, ~0ULL);
-  std::fill(start.upper, start.upper + 3, 0ULL);
-  executor.upload(&start, 1, state);
-
   // Whatever ends this: memory must not go while something is copied into it.
   const UploadsEnd uploads_end_first(executor);
   executor.start_uploads();
   const std::size_t uploads_begin = executor.mark(lane.uploads);
   executor.upload_early(positions.data(), node_count, job.given.data());
+  PrepareState start;
+  std::fill(start.lower, start.lower + 3, ~0ULL);
+  std::fill(start.upper, start.upper + 3, 0ULL);
+  executor.upload(&start, 1, state);
   executor.await_uploads();
   executor.upload_early(topology.fixed.data(), topology.fixed.size(), mask.data());
   std::vector<UploadedPiece> pieces;
@@ -342,33 +404,47 @@ JobMesh<CudaExecutor, Real> prepare_job(CudaExecutor& executor, const TopologyVi
                               internal_of.data(), job.places.data(), fixed, ball_sizes.data()},
               state);
 
-  job.balls = find_balls(executor, node_count, job.elements, internal_of.data(),
-                         std::move(ball_sizes), pieces, state);
+  const MeshSize size = size_of(topology);
+  BallPlan plan = BallPlan::of(size, options);
+  FoundBalls balls = find_balls(executor, node_count, job.elements, plan, internal_of.data(),
+                                std::move(ball_sizes), pieces, state);
   internal_of = {};
   PrepareState* const seen = lane.template mapped<PrepareState>(CudaExecutor::kStateOffset);
   const bool boundary_fixed = options.boundary != BoundaryPolicy::free;
   FixedCounts counts;
   std::size_t rows_end = 0;
-  for (std::size_t capacity = ring_entry_estimate(size_of(topology));;
-       capacity = seen->ring_entries) {
+  for (std::size_t capacity = ring_entry_estimate(size);;
+       capacity = std::max<std::size_t>(capacity, seen->ring_entries)) {
     job.rings = {};
-    job.rings = find_rows(executor, node_count, job.elements, job.balls, caller_of,
-                          needs_balls(options), capacity, fixed, state);
+    job.rings = find_rows(executor, node_count, job.elements, balls, caller_of, plan.kept, capacity,
+                          fixed, state);
     rows_end = executor.mark(lane.stream);
-    executor.download_later(state, seen);
+    executor.for_each(1, [=] __device__(std::size_t) { *seen = *state; });
     if (control.on_progress) control.on_progress({Stage::find_boundary, 0, 0, 0});
-    counts = fix_nodes(executor, node_count, job.balls.view(), caller_of,
+    counts = fix_nodes(executor, node_count, job.rings.view(), caller_of,
                        topology.fixed.empty() ? nullptr : mask.data(), boundary_fixed, fixed);
     if (seen->wrong_position != 0 || seen->wrong_element != 0) {
       validate(topology, positions);
       throw DeviceError("DEVICE_LOST", "the device finds a mesh wrong that the host finds right",
                         true);
     }
-    if (seen->overused_facet != 0) throw_overused_facet(topology);
-    if (seen->ring_entries <= capacity) break;
+    const bool overfull = seen->overfull_ball != 0;
+    if (!overfull && seen->overused_facet != 0) throw_overused_facet(topology);
+    if (!overfull && seen->ring_entries <= capacity) break;
     executor.clear(fixed, node_count);
-    executor.clear(&state->next_block, 1);
+    PrepareState again = *seen;
+    again.next_block = again.overused_facet = again.overfull_ball = 0;
+    executor.upload(&again, 1, state);
+    if (overfull) {
+      plan.slotted = false;
+      ball_sizes = std::move(balls.sizes);
+      balls = {};
+      executor.clear(ball_sizes.data(), ball_sizes.size());
+      balls = find_balls(executor, node_count, job.elements, plan, nullptr, std::move(ball_sizes),
+                         pieces, state);
+    }
   }
+  if (plan.kept) job.balls = std::move(balls.rows);
   executor.add_stretch(uploads_end, rows_end, times.find_neighbours_seconds);
   executor.add_stretch(rows_end, executor.mark(lane.stream), times.find_boundary_seconds);
   job.box = box_of(*seen);

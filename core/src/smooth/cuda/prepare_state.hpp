@@ -8,6 +8,7 @@ struct PrepareState {
   unsigned int wrong_position = 0;
   unsigned int wrong_element = 0;
   unsigned int overused_facet = 0;
+  unsigned int overfull_ball = 0;  // has no room in `BallSlots`
   unsigned int next_block = 0;
   unsigned long long ring_entries = 0;
 };

@@ -5,21 +5,38 @@
 #include <utility>
 
 #include "smooth/boundary.hpp"
+#include "smooth/cuda/ball_plan.hpp"
 #include "smooth/cuda/cuda_executor.cuh"
 #include "smooth/cuda/prepare_state.hpp"
 #include "smooth/topology.hpp"
 
 namespace meshsmooth::detail {
 
+/// Balls of a fixed number of places, those of 32 nodes side by side, so that nobody needs to know
+/// before where a row begins: they are filled while the elements are still on their way.
+struct BallSlots {
+  static constexpr std::uint32_t kCount = BallPlan::kSlots;
+  ElementId* entries = nullptr;
+  const std::uint32_t* sizes = nullptr;  // may be above kCount
+
+  static constexpr std::size_t size(std::size_t node_count) {
+    return (node_count + kWarp - 1) / kWarp * kWarp * kCount;
+  }
+  [[nodiscard]] __device__ ElementId* row(std::size_t node) const {
+    return entries + (node / kWarp * kWarp * kCount + node % kWarp);
+  }
+};
+
 /// Rings and boundary, from the balls.
 struct RowTask {
   std::size_t node_count;
   Elements elements;
-  std::int64_t* ball_offsets;
+  BallSlots slots;             // where the balls are, unless they are in rows already
+  std::int64_t* ball_offsets;  // of rows
   ElementId* ball_entries;
   const NodeId* caller_of;         // of nodes
   const ElementId* element_names;  // caller's element of an element; null: the same
-  bool sort_balls;
+  bool keep_balls;                 // in rows, sorted
   std::int64_t* offsets;
   NodeId* entries;
   std::size_t capacity;  // entries that there is room for
@@ -28,8 +45,36 @@ struct RowTask {
   PrepareState* state;
 };
 
+/// The ball of a node.
+class BallRow {
+ public:
+  __device__ BallRow(const RowTask& task, std::size_t node) {
+    if (task.slots.entries != nullptr) {
+      entries_ = task.slots.row(node);
+      size_ = min(task.slots.sizes[node], BallSlots::kCount);
+      stride_ = kWarp;
+    } else {
+      const std::int64_t begin = task.ball_offsets[node];
+      entries_ = task.ball_entries + begin;
+      size_ = static_cast<std::uint32_t>(task.ball_offsets[node + 1] - begin);
+      stride_ = 1;
+    }
+  }
+  [[nodiscard]] __device__ std::uint32_t size() const { return size_; }
+  [[nodiscard]] __device__ ElementId operator[](std::uint32_t k) const {
+    return entries_[std::size_t{k} * stride_];
+  }
+
+ private:
+  const ElementId* entries_;
+  std::uint32_t size_, stride_;
+};
+
 inline constexpr int kRowsPerBlock = 128;  // as many threads
-inline constexpr int kRowCapacity = 32;    // longer rows are a case for `RowSearch`
+inline constexpr int kPlaceBits = 5;
+inline constexpr int kRowCapacity = 1 << kPlaceBits;  // longer rows are a case for `RowSearch`
+/// So many keys or more are too many for one and a place in one word.
+inline constexpr std::size_t kManyKeys = (std::size_t{1} << (32 - kPlaceBits)) - 1;
 
 /// A short row per thread in shared memory: entry k of all threads lies together,
 /// so that no two threads meet in a bank.
@@ -121,9 +166,7 @@ template <class Key>
 __device__ void sort_own_row(RowEntries& row, RowEntries& keys, int count, bool wide,
                              std::size_t key_count, const Key& key) {
   const unsigned int t = threadIdx.x;
-  constexpr int kPlaceBits = 5;
-  static_assert(kRowCapacity == 1 << kPlaceBits);
-  if (key_count < std::size_t{1} << (32 - kPlaceBits)) {
+  if (key_count < kManyKeys) {
     const auto sort = [&]<int kCount>() {
       std::uint32_t words[kCount];
 #pragma unroll
@@ -161,109 +204,174 @@ __device__ void sort_own_row(RowEntries& row, RowEntries& keys, int count, bool 
   }
 }
 
-/// Copies between rows of a warp's threads and the stretch of memory in which
-/// they lie one behind the other, in whole lines. `start` is the thread's place
-/// in the stretch; no row is longer than kRowCapacity.
-template <bool kStore, class Id>
-__device__ void copy_rows(RowEntries& rows, RowEntries& scratch, Id* stretch, unsigned int start,
-                          unsigned int count) {
-  const unsigned int lane = threadIdx.x % kWarp;
-  int* const staged = &scratch[0][0] + threadIdx.x / kWarp * (kRowCapacity * kWarp);
+/// Of the shared memory of a block, what a warp has for its rows one behind the other.
+inline constexpr unsigned int kStaged = kRowCapacity * kWarp;
+__device__ inline int* stage_of_warp(RowEntries& scratch) {
+  return &scratch[0][0] + threadIdx.x / kWarp * kStaged;
+}
+
+/// Copies the rows of a warp's threads to the stretch of memory in which they lie one behind the
+/// other, in whole lines. `column` is where the thread's row is, `start` its place in the stretch;
+/// no row is longer than kRowCapacity.
+template <class Id>
+__device__ void store_rows(const RowEntries& rows, unsigned int column, RowEntries& scratch,
+                           Id* stretch, unsigned int start, unsigned int count) {
+  int* const staged = stage_of_warp(scratch);
   const unsigned int total = __shfl_sync(kAllLanes, start + count, kWarp - 1);
   __syncthreads();  // the scratch of all warps is one
-  if constexpr (kStore) {
-    for (unsigned int k = 0; k < count; ++k) staged[start + k] = rows[k][threadIdx.x];
-    __syncwarp();
-    for (unsigned int i = lane; i < total; i += kWarp) stretch[i] = static_cast<Id>(staged[i]);
-  } else {
-    for (unsigned int i = lane; i < total; i += kWarp) staged[i] = static_cast<int>(stretch[i]);
-    __syncwarp();
-    for (unsigned int k = 0; k < count; ++k) rows[k][threadIdx.x] = staged[start + k];
+  for (unsigned int k = 0; k < count; ++k) staged[start + k] = rows[k][column];
+  __syncwarp();
+  for (unsigned int i = threadIdx.x % kWarp; i < total; i += kWarp) {
+    stretch[i] = static_cast<Id>(staged[i]);
   }
   __syncthreads();
 }
 
-/// The pairs i < j of a short row, a bit each.
-inline constexpr int kPairWords = kRowCapacity * (kRowCapacity - 1) / 2 / 32 + 1;
-
 inline constexpr int kTooLong = -1;  // in place of a degree
+
+/// How often each facet at a node was seen, for the row's own thread: a matrix of bits by the
+/// places of a facet's other nodes, below the diagonal whether the number is odd, above it whether
+/// it is not 0. Those two tell 0, 1 and 2 uses apart, and together with the number of all uses
+/// that there are no others.
+class FacetUses {
+ public:
+  __device__ explicit FacetUses(RowEntries& bits) : bits_(bits) {
+    for (int k = 0; k < kRowCapacity; ++k) bits_[k][threadIdx.x] = 0;
+  }
+  /// By atomics, though the words are the thread's own: nothing waits for what they give.
+  __device__ void add(unsigned int a, unsigned int b) {
+    const unsigned int low = min(a, b), high = max(a, b);
+    atomicXor(&bits_[high][threadIdx.x], 1 << low);
+    atomicOr(&bits_[low][threadIdx.x], 1 << high);
+  }
+  /// Facets used an odd number of times, and those used at all.
+  struct Counts {
+    int odd = 0, used = 0;
+  };
+  [[nodiscard]] __device__ Counts count(int row_size) const {
+    Counts counts;
+    for (int k = 0; k < row_size; ++k) {
+      const auto bits = static_cast<unsigned int>(bits_[k][threadIdx.x]);
+      const unsigned int below = (1U << k) - 1;
+      counts.odd += __popc(bits & below);
+      counts.used += __popc(bits & ~below);
+    }
+    return counts;
+  }
+
+ private:
+  static_assert(kRowCapacity <= 32);
+  RowEntries& bits_;
+};
 
 /// Ring and boundary mark of this thread's node; the row is left unsorted in
 /// `row`. Returns the degree, or kTooLong.
 ///
-/// A facet at the node is a pair of its neighbours (in a surface one neighbour):
-/// once the neighbours are numbered, a bit for every pair says whether it was
-/// seen, another whether twice. Nothing but node ids is ever compared.
+/// A facet at the node is a pair of its neighbours (in a surface one neighbour, here with
+/// the node itself in the row's first place). Nothing but node ids is ever compared: an entry is
+/// an id and its place in one word, of which is subtracted what is searched for, so that the
+/// lowest difference is the place where it is found.
 template <int kNodes>
-__device__ int find_simplex_row(const RowTask& task, int node, RowEntries& row, RowEntries& pairs) {
-  static_assert(2 * kPairWords <= kRowCapacity);
+__device__ int find_simplex_row(const RowTask& task, int node, RowEntries& row, RowEntries& bits) {
   const unsigned int t = threadIdx.x;
-  for (int w = 0; w < 2 * kPairWords; ++w) pairs[w][t] = 0;
-  for (int k = 0; k < kRowCapacity; ++k) row[k][t] = -1;
-  int degree = 0;
-  int overused = 0;
-  const auto count_pair = [&](int index) {
-    const int word = index / 32;
-    const int bit = 1 << (index % 32);
-    const int seen = pairs[word][t], twice = pairs[kPairWords + word][t];
-    pairs[word][t] = seen | bit;
-    pairs[kPairWords + word][t] = twice | (seen & bit);
-    overused |= twice & bit;
-  };
-  const auto pair_index = [](int a, int b) {
-    return a < b ? b * (b - 1) / 2 + a : a * (a - 1) / 2 + b;
-  };
   constexpr int kOthers = kNodes - 1;
+  constexpr int kFirst = kNodes == 3 ? 1 : 0;  // place of the first neighbour
+  FacetUses uses(bits);
+  for (int k = 0; k < kRowCapacity; ++k) row[k][t] = -1;
+  int end_place = kFirst;
   const NodeId* const connectivity = task.elements.runs[0].nodes;
-  const std::int64_t end = task.ball_offsets[node + 1];
-  const std::int64_t begin = task.ball_offsets[node];
-  // Two loads that hang on each other are on their way while an element is looked at.
-  int ahead[kNodes];
-  ElementId next = begin < end ? task.ball_entries[begin] : 0;
-  if (begin < end) load_group(connectivity + std::size_t{next} * kNodes, ahead);
-  if (begin + 1 < end) next = task.ball_entries[begin + 1];
-  for (std::int64_t e = begin; e < end; ++e) {
-    int ids[kNodes];
+  const BallRow ball(task, static_cast<std::size_t>(node));
+  // Elements that are looked at together: the row is read once for all their nodes.
+  constexpr int kAtOnce = 2;
+  // Two loads that hang on each other are on their way meanwhile. Behind the last element comes
+  // the last again.
+  int ahead[kAtOnce][kNodes];
+  ElementId next[kAtOnce];
+  const auto find = [&](std::uint32_t e) {
 #pragma unroll
-    for (int n = 0; n < kNodes; ++n) ids[n] = ahead[n];
-    if (e + 1 < end) load_group(connectivity + std::size_t{next} * kNodes, ahead);
-    if (e + 2 < end) next = task.ball_entries[e + 2];
-      // The other nodes first.
+    for (int h = 0; h < kAtOnce; ++h) next[h] = ball[min(e + h, ball.size() - 1)];
+  };
+  const auto load = [&] {
 #pragma unroll
-    for (int n = 0; n < kOthers; ++n) {
-      if (ids[n] == node) ids[n] = ids[kOthers];
+    for (int h = 0; h < kAtOnce; ++h) {
+      load_group(connectivity + std::size_t{next[h]} * kNodes, ahead[h]);
     }
-    int places[kOthers];
+  };
+  if (ball.size() > 0) {
+    find(0);
+    load();
+    find(kAtOnce);
+  }
+  for (std::uint32_t e = 0; e < ball.size(); e += kAtOnce) {
+    unsigned int words[kAtOnce][kOthers], places[kAtOnce][kOthers];
 #pragma unroll
-    for (int n = 0; n < kOthers; ++n) places[n] = -1;
-    for (int k = 0; k < degree; k += 4) {  // free places hold -1
+    for (int h = 0; h < kAtOnce; ++h) {
 #pragma unroll
-      for (int j = 0; j < 4; ++j) {
-        const int entry = row[k + j][t];
+      for (int n = 0; n < kOthers; ++n) {
+        const int id = ahead[h][n] == node ? ahead[h][kOthers] : ahead[h][n];
+        words[h][n] = static_cast<unsigned int>(id) << kPlaceBits;
+        places[h][n] = ~0U;
+      }
+    }
+    load();
+    find(e + 2 * kAtOnce);
+    // As far as the longest of the warp's rows: free places hold no id.
+#if __CUDA_ARCH__ >= 800
+    const int most = min(__reduce_max_sync(__activemask(), end_place), kRowCapacity);
+#else
+    constexpr int most = kRowCapacity;
+#endif
+#pragma unroll 1
+    for (int k = 0; k < most; k += 8) {
 #pragma unroll
-        for (int n = 0; n < kOthers; ++n) places[n] = entry == ids[n] ? k + j : places[n];
+      for (int j = 0; j < 8; ++j) {
+        const auto entry = static_cast<unsigned int>(row[k + j][t]);
+#pragma unroll
+        for (int h = 0; h < kAtOnce; ++h) {
+#pragma unroll
+          for (int n = 0; n < kOthers; ++n) {
+            places[h][n] = __viaddmin_u32(entry, 0U - words[h][n], places[h][n]);
+          }
+        }
       }
     }
 #pragma unroll
-    for (int n = 0; n < kOthers; ++n) {
-      if (places[n] >= 0) continue;
-      if (degree == kRowCapacity) return kTooLong;
-      row[degree][t] = ids[n];
-      places[n] = degree++;
-    }
-    if constexpr (kNodes == 3) {
-      count_pair(places[0]);
-      count_pair(places[1]);
-    } else {
-      count_pair(pair_index(places[0], places[1]));
-      count_pair(pair_index(places[0], places[2]));
-      count_pair(pair_index(places[1], places[2]));
+    for (int h = 0; h < kAtOnce; ++h) {
+#pragma unroll
+      for (int n = 0; n < kOthers; ++n) {
+        unsigned int& place = places[h][n];
+#pragma unroll
+        for (int m = 0; m < h * kOthers; ++m) {
+          if (words[m / kOthers][m % kOthers] == words[h][n]) {
+            place = places[m / kOthers][m % kOthers];
+          }
+        }
+        const bool is_new = place >= kRowCapacity;
+        if (is_new) place = static_cast<unsigned int>(min(end_place, kRowCapacity - 1));
+        if (is_new) row[place][t] = static_cast<int>(words[h][n] | place);
+        end_place += is_new ? 1 : 0;
+      }
+      if (e + h >= ball.size()) continue;
+      if constexpr (kNodes == 3) {
+        uses.add(0, places[h][0]);
+        uses.add(0, places[h][1]);
+      } else {
+        uses.add(places[h][0], places[h][1]);
+        uses.add(places[h][0], places[h][2]);
+        uses.add(places[h][1], places[h][2]);
+      }
     }
   }
-  int open = 0;
-  for (int w = 0; w < kPairWords; ++w) open |= pairs[w][t] & ~pairs[kPairWords + w][t];
-  if (open != 0) task.on_boundary[node] = 1;
-  if (overused != 0) task.state->overused_facet = 1;
+  if (end_place > kRowCapacity) return kTooLong;
+  const FacetUses::Counts counts = uses.count(end_place);
+  const std::uint32_t all_uses = ball.size() * (kNodes == 3 ? 2 : 3);
+  if (counts.odd != 0) task.on_boundary[node] = 1;
+  if (all_uses != static_cast<std::uint32_t>(2 * counts.used - counts.odd))
+    task.state->overused_facet = 1;
+  const int degree = end_place - kFirst;
+  for (int k = 0; k < degree; ++k) {
+    row[k][t] = static_cast<int>(static_cast<unsigned int>(row[k + kFirst][t]) >> kPlaceBits);
+  }
   return degree;
 }
 
@@ -279,14 +387,23 @@ struct RowTables {
   unsigned int node_count, facet_count;
 };
 
-/// One warp's search around a node of any mesh. The keys are cut into `parts` by
-/// a hash; only those of one part are kept at a time, so that they fit the tables
+/// The search of a warp or a whole block around a node of any mesh. The keys are cut into `parts`
+/// by a hash; only those of one part are kept at a time, so that they fit the tables
 /// however many there are.
 /// kNodes: of the only type of element, a simplex; else 0.
-template <int kNodes, unsigned int kSlots>
+template <int kNodes, unsigned int kThreads, unsigned int kSlots>
 class RowSearch {
  public:
   using Tables = RowTables<kSlots>;
+
+  /// Waits for the others of the search.
+  static __device__ void sync() {
+    if constexpr (kThreads == kWarp) {
+      __syncwarp();
+    } else {
+      __syncthreads();
+    }
+  }
 
   __device__ RowSearch(const RowTask& task, Tables& tables, int node, unsigned int parts,
                        unsigned int part)
@@ -296,35 +413,35 @@ class RowSearch {
   /// once for every neighbour, place counting from 0. False: more keys than fit.
   template <bool kFacets, class Emit>
   __device__ bool run(const Emit& emit) {
-    const unsigned int lane = threadIdx.x % kWarp;
-    for (unsigned int slot = lane; slot < kSlots; slot += kWarp) {
+    const unsigned int rank = threadIdx.x % kThreads;
+    for (unsigned int slot = rank; slot < kSlots; slot += kThreads) {
       tables_.nodes[slot] = -1;
       tables_.facets[slot] = kNoFacet;
       tables_.facet_counts[slot] = 0;
       tables_.thirds[slot] = kUnset;
     }
-    if (lane == 0) tables_.node_count = tables_.facet_count = 0;
-    __syncwarp();
-    const std::int64_t end = task_.ball_offsets[node_ + 1];
-    for (std::int64_t e = task_.ball_offsets[node_] + lane; e < end; e += kWarp) {
+    if (rank == 0) tables_.node_count = tables_.facet_count = 0;
+    sync();
+    const BallRow ball(task_, static_cast<std::size_t>(node_));
+    for (std::uint32_t e = rank; e < ball.size(); e += kThreads) {
       if constexpr (kNodes == 0) {
-        add_element<kFacets>(task_.elements[task_.ball_entries[e]], emit);
+        add_element<kFacets>(task_.elements[ball[e]], emit);
       } else {
-        add_simplex<kFacets>(task_.ball_entries[e], emit);
+        add_simplex<kFacets>(ball[e], emit);
       }
     }
-    __syncwarp();
+    sync();
     return tables_.node_count < kFull && tables_.facet_count < kFull;
   }
 
   /// Marks the node when it has a facet found once.
   __device__ void mark_boundary() const {
-    for (unsigned int slot = threadIdx.x % kWarp; slot < kSlots; slot += kWarp) {
+    for (unsigned int slot = threadIdx.x % kThreads; slot < kSlots; slot += kThreads) {
       const unsigned int count = tables_.facet_counts[slot];
       if (count > 2) task_.state->overused_facet = 1;
       if (count == 1) task_.on_boundary[node_] = 1;
     }
-    __syncwarp();
+    sync();
   }
 
   [[nodiscard]] __device__ unsigned int neighbour_count() const { return tables_.node_count; }
@@ -332,8 +449,8 @@ class RowSearch {
  private:
   static constexpr int kUnset = -2;
 
-  /// Keys that are certain to fit, and one more of each lane.
-  static constexpr unsigned int kFull = kSlots - kSlots / 8 - kWarp;
+  /// Keys that are certain to fit, and one more of each thread.
+  static constexpr unsigned int kFull = kSlots - kSlots / 8 - kThreads;
 
   template <bool kFacets, class Emit>
   __device__ void add_simplex(ElementId e, const Emit& emit) {
@@ -476,35 +593,99 @@ class LookBack {
   unsigned int block_;
 };
 
-/// Sorts the balls of a block's nodes by the caller's elements.
-__device__ inline void sort_balls(const RowTask& task, std::size_t first, RowEntries& rows,
-                                  RowEntries& keys) {
+/// Brings the balls of a block's nodes to their rows, sorted by the caller's elements.
+__device__ inline void keep_balls(const RowTask& task, std::size_t first, RowEntries& rows,
+                                  RowEntries& scratch) {
   const std::size_t own = first + threadIdx.x;
   const bool mine = own < task.node_count;
+  const unsigned int lane = threadIdx.x % kWarp;
   const std::int64_t begin = task.ball_offsets[mine ? own : task.node_count];
   const auto size =
       static_cast<unsigned int>(mine ? task.ball_offsets[own + 1] - begin : std::int64_t{0});
   const std::int64_t stretch = __shfl_sync(kAllLanes, begin, 0);
+  const auto start = static_cast<unsigned int>(begin - stretch);
+  const unsigned int total = __shfl_sync(kAllLanes, start + size, kWarp - 1);
+  ElementId* const entries = task.ball_entries + stretch;
   const ElementId* const names = task.element_names;
-  if (__syncthreads_and(size <= kRowCapacity) != 0) {
-    const auto start = static_cast<unsigned int>(begin - stretch);
-    ElementId* const entries = task.ball_entries + stretch;
-    copy_rows<false>(rows, keys, entries, start, size);
-    const bool wide = __any_sync(kAllLanes, size > kRowCapacity / 2) != 0;
-    sort_own_row(rows, keys, static_cast<int>(size), wide, task.elements.count,
-                 [=](int e) { return names == nullptr ? e : names[static_cast<ElementId>(e)]; });
-    copy_rows<true>(rows, keys, entries, start, size);
+  const bool slotted = task.slots.entries != nullptr;
+  const auto fetch_slots = [&](auto* to) {
+    if (!slotted || !mine) return;
+    const BallRow ball(task, own);
+    for (unsigned int k = 0; k < ball.size(); ++k) {
+      to[start + k] = static_cast<std::remove_reference_t<decltype(*to)>>(ball[k]);
+    }
+  };
+  __syncthreads();  // what was in shared memory is of no use any more
+  if (total > kStaged || task.elements.count >= kManyKeys) {
+    fetch_slots(entries);
+    __syncwarp();
+    for (int r = 0; r < kWarp; ++r) {
+      sort_by_warp(entries + __shfl_sync(kAllLanes, start, r), __shfl_sync(kAllLanes, size, r),
+                   [=](ElementId e) { return names == nullptr ? e : names[e]; });
+    }
     return;
   }
-  for (int r = 0; r < kWarp; ++r) {
-    const std::int64_t row = __shfl_sync(kAllLanes, begin, r);
-    const unsigned int count = __shfl_sync(kAllLanes, size, r);
-    sort_by_warp(task.ball_entries + row, count,
-                 [=](ElementId e) { return names == nullptr ? e : names[e]; });
+  int* const staged = stage_of_warp(scratch);
+  fetch_slots(staged);
+  for (unsigned int i = lane; i < total && !slotted; i += kWarp) {
+    staged[i] = static_cast<int>(entries[i]);
   }
+  __syncwarp();
+  const auto name_of = [=](int e) {
+    return names == nullptr ? static_cast<ElementId>(e) : names[static_cast<ElementId>(e)];
+  };
+  // Short rows by a thread each, the others by all.
+  const unsigned int own_size = size <= kRowCapacity ? size : 0;
+  const bool wide = __any_sync(kAllLanes, own_size > kRowCapacity / 2) != 0;
+  for (unsigned int k = 0; k < own_size; ++k) rows[k][threadIdx.x] = staged[start + k];
+  sort_own_row(rows, scratch, static_cast<int>(own_size), wide, task.elements.count, name_of);
+  for (unsigned int k = 0; k < own_size; ++k) staged[start + k] = rows[k][threadIdx.x];
+  __syncwarp();
+  for (unsigned int left = __ballot_sync(kAllLanes, own_size < size); left != 0; left &= left - 1) {
+    const int r = __ffs(static_cast<int>(left)) - 1;
+    sort_by_warp(staged + __shfl_sync(kAllLanes, start, r), __shfl_sync(kAllLanes, size, r),
+                 name_of);
+  }
+  for (unsigned int i = lane; i < total; i += kWarp) entries[i] = static_cast<ElementId>(staged[i]);
 }
 
-/// Rings, boundary and, where they are to be sorted, balls: rows are found in
+/// Which of a block's nodes a thread searches: those with the largest balls go to one warp and so
+/// on, so that the threads of a warp have about as much to do. All threads call.
+__device__ inline unsigned int share_by_ball_size(const RowTask& task, std::size_t first,
+                                                  unsigned int block) {
+  constexpr unsigned int kBins = 2 * kWarp;
+  __shared__ unsigned int begins[kBins];
+  __shared__ unsigned char order[kRowsPerBlock];
+  const unsigned int t = threadIdx.x, lane = t % kWarp;
+  const std::size_t node = first + t;
+  unsigned int bin = kBins - 1;
+  if (node < task.node_count) {
+    bin -= min(BallRow(task, node).size(), kBins - 1);
+  }
+  if (t < kBins) begins[t] = 0;
+  __syncthreads();
+  const unsigned int place = atomicAdd(&begins[bin], 1U);
+  __syncthreads();
+  if (t < kWarp) {
+    const unsigned int low = begins[2 * lane], both = low + begins[2 * lane + 1];
+    unsigned int sum = both;
+    for (int step = 1; step < kWarp; step *= 2) {
+      const unsigned int lower = __shfl_up_sync(kAllLanes, sum, step);
+      if (lane >= static_cast<unsigned int>(step)) sum += lower;
+    }
+    begins[2 * lane] = sum - both;
+    begins[2 * lane + 1] = sum - both + low;
+  }
+  __syncthreads();
+  order[begins[bin] + place] = static_cast<unsigned char>(t);
+  __syncthreads();
+  // Warps of one number share a scheduler: of blocks that are on one multiprocessor, which are
+  // about so many apart, each has its largest balls elsewhere.
+  constexpr unsigned int kApart = 128;
+  return order[(t + block / kApart * kWarp) % kRowsPerBlock];
+}
+
+/// Rings, boundary and, where they are kept, balls: rows are found in
 /// shared memory and put one behind the other by a look-back over the blocks, in
 /// one pass.
 /// kNodes: of the only type of element, a simplex, whose short rows are found by
@@ -515,51 +696,73 @@ template <int kNodes, int kBlocks = 5>
 __global__ void __launch_bounds__(kRowsPerBlock, kBlocks) row_kernel(RowTask task) {
   constexpr int kWarps = kRowsPerBlock / kWarp;
   __shared__ RowEntries rows;
-  // The long rows of simplices are few: one warp with large tables.
+  // The long rows of simplices are few: the whole block searches, with large tables.
   constexpr int kSearchers = kNodes == 0 ? kWarps : 1;
-  using Search = RowSearch<kNodes, kNodes == 0 ? 128 : 512>;
+  constexpr unsigned int kSearcherSize = kRowsPerBlock / kSearchers;
+  using Search = RowSearch<kNodes, kSearcherSize, kNodes == 0 ? 128 : 512>;
   __shared__ union {
     RowEntries entries;
     typename Search::Tables tables[kSearchers];
   } scratch;
   __shared__ int degrees[kRowsPerBlock];
+  __shared__ unsigned char columns[kRowsPerBlock];    // of `rows`, in which a node's row is
+  __shared__ unsigned char long_rows[kRowsPerBlock];  // of which `RowSearch` is to find out
+  __shared__ unsigned int long_count;
   __shared__ unsigned int cuts[kRowsPerBlock];  // parts of a row that is not in `rows`, else 0
   __shared__ unsigned int warp_totals[kWarps];
   __shared__ unsigned long long base;
   __shared__ unsigned int block;
   const unsigned int t = threadIdx.x, warp = t / kWarp, lane = t % kWarp;
-  if (t == 0) block = atomicAdd(&task.state->next_block, 1U);
+  const unsigned int searcher = t / kSearcherSize, rank = t % kSearcherSize;
+  if (t == 0) {
+    block = atomicAdd(&task.state->next_block, 1U);
+    long_count = 0;
+  }
   __syncthreads();
-  if (task.state->wrong_element != 0) return;
   const std::size_t first = std::size_t{block} * kRowsPerBlock;
   const std::size_t own = first + t;
   const bool mine = own < task.node_count;
-
-  int degree = mine ? kTooLong : 0;
-  if constexpr (kNodes != 0) {
-    if (mine) degree = find_simplex_row<kNodes>(task, static_cast<int>(own), rows, scratch.entries);
+  if (task.state->wrong_element != 0 || task.state->overfull_ball != 0) {
+    if (mine) task.offsets[own] = task.offsets[own + 1] = 0;
+    return;
   }
-  degrees[t] = degree;
+
+  unsigned int searched = t;  // the thread's own row until it is copied
+  if constexpr (kNodes != 0) searched = share_by_ball_size(task, first, block);
+  int degree = 0;
+  if (first + searched < task.node_count) {
+    if constexpr (kNodes == 0) {
+      degree = kTooLong;
+    } else {
+      degree =
+          find_simplex_row<kNodes>(task, static_cast<int>(first + searched), rows, scratch.entries);
+    }
+  }
+  degrees[searched] = degree;
+  columns[searched] = static_cast<unsigned char>(t);
   cuts[t] = 0;
+  if (degree == kTooLong) {
+    long_rows[atomicAdd(&long_count, 1U)] = static_cast<unsigned char>(searched);
+  }
   if (__syncthreads_or(degree == kTooLong) != 0) {
-    for (unsigned int r = warp; r < kRowsPerBlock; r += kSearchers) {
-      if (warp >= kSearchers || degrees[r] != kTooLong) continue;
+    for (unsigned int at = searcher; at < long_count; at += kSearchers) {
+      const unsigned int r = long_rows[at];
       unsigned int found = 0, parts = 1;
       for (bool fits = false; !fits;) {
         fits = true;
         found = 0;
         for (unsigned int part = 0; part < parts && fits; ++part) {
-          Search search(task, scratch.tables[warp], static_cast<int>(first + r), parts, part);
+          Search search(task, scratch.tables[searcher], static_cast<int>(first + r), parts, part);
           fits = search.template run<true>([&](unsigned int place, int id) {
-            if (place < kRowCapacity) rows[place][r] = id;
+            if (place < kRowCapacity) rows[place][columns[r]] = id;
           });
           if (fits) search.mark_boundary();
           found += search.neighbour_count();
-          __syncwarp();
+          Search::sync();
         }
         if (!fits) parts *= 2;
       }
-      if (lane == 0) {
+      if (rank == 0) {
         degrees[r] = static_cast<int>(found);
         cuts[r] = parts > 1 || found > kRowCapacity ? parts : 0;
       }
@@ -584,11 +787,10 @@ __global__ void __launch_bounds__(kRowsPerBlock, kBlocks) row_kernel(RowTask tas
   // Nobody shall wait for what is still to be done here.
   const LookBack look_back(task.look_back, block);
   if (t == 0) look_back.publish(total);
-  const bool wide = __any_sync(kAllLanes, is_short && degree > kRowCapacity / 2) != 0;
-  if (is_short) {
-    sort_own_row(rows, scratch.entries, degree, wide, task.node_count,
-                 [&](int node) { return task.caller_of[node]; });
-  }
+  const int searched_degree = cuts[searched] == 0 ? degrees[searched] : 0;
+  const bool wide = __any_sync(kAllLanes, searched_degree > kRowCapacity / 2) != 0;
+  sort_own_row(rows, scratch.entries, searched_degree, wide, task.node_count,
+               [&](int node) { return task.caller_of[node]; });
   if (warp == 0) {
     __syncwarp();
     const unsigned long long before = look_back.sum_before(total);
@@ -606,19 +808,20 @@ __global__ void __launch_bounds__(kRowsPerBlock, kBlocks) row_kernel(RowTask tas
   const bool room = base + total <= task.capacity;  // else the host will see and call again
   const bool all_short = __syncthreads_and(is_short) != 0;
   if (room && all_short) {
-    copy_rows<true>(rows, scratch.entries, task.entries + stretch, start,
-                    static_cast<unsigned int>(degree));
+    store_rows(rows, columns[t], scratch.entries, task.entries + stretch, start,
+               static_cast<unsigned int>(degree));
   } else if (room) {
     if (is_short) {
-      for (int k = 0; k < degree; ++k) task.entries[place + k] = rows[k][t];
+      for (int k = 0; k < degree; ++k) task.entries[place + k] = rows[k][columns[t]];
     }
     __syncthreads();
-    for (unsigned int r = warp; r < kRowsPerBlock; r += kSearchers) {
+    for (unsigned int at = searcher; at < long_count; at += kSearchers) {
+      const unsigned int r = long_rows[at];
       const unsigned int parts = cuts[r];
-      if (warp >= kSearchers || parts == 0) continue;
+      if (parts == 0) continue;
       NodeId* const row = task.entries + task.offsets[first + r];
       const NodeId* const caller_of = task.caller_of;
-      typename Search::Tables& tables = scratch.tables[warp];
+      typename Search::Tables& tables = scratch.tables[searcher];
       if (parts == 1) {
         // The tables of facets are free: the row is sorted there by pairs of key and entry.
         Search search(task, tables, static_cast<int>(first + r), 1, 0);
@@ -627,11 +830,14 @@ __global__ void __launch_bounds__(kRowsPerBlock, kBlocks) row_kernel(RowTask tas
               static_cast<unsigned long long>(caller_of[id]) << 32 | static_cast<unsigned int>(id);
         });
         const unsigned int found = search.neighbour_count();
-        sort_by_warp(tables.facets, found, [](unsigned long long pair) { return pair; });
-        for (unsigned int at = lane; at < found; at += kWarp) {
-          row[at] = static_cast<NodeId>(tables.facets[at] & 0xffffffffULL);
+        if (rank < kWarp) {
+          sort_by_warp(tables.facets, found, [](unsigned long long pair) { return pair; });
         }
-        __syncwarp();
+        Search::sync();
+        for (unsigned int k = rank; k < found; k += kSearcherSize) {
+          row[k] = static_cast<NodeId>(tables.facets[k] & 0xffffffffULL);
+        }
+        Search::sync();
         continue;
       }
       unsigned int found = 0;
@@ -639,13 +845,13 @@ __global__ void __launch_bounds__(kRowsPerBlock, kBlocks) row_kernel(RowTask tas
         Search search(task, tables, static_cast<int>(first + r), parts, part);
         search.template run<false>([&](unsigned int at, int id) { row[found + at] = id; });
         found += search.neighbour_count();
-        __syncwarp();
+        Search::sync();
       }
-      sort_by_warp(row, found, [=](NodeId n) { return caller_of[n]; });
+      if (rank < kWarp) sort_by_warp(row, found, [=](NodeId n) { return caller_of[n]; });
     }
     __syncthreads();
   }
-  if (task.sort_balls) sort_balls(task, first, rows, scratch.entries);
+  if (task.keep_balls) keep_balls(task, first, rows, scratch.entries);
 }
 
 }  // namespace meshsmooth::detail
