@@ -178,17 +178,20 @@ class CpuExecutor {
   [[nodiscard]] T reduce(std::size_t count, T zero, const Body& body, const Combine& combine) {
     // A few bodies may be long ones: the last colours of a sweep.
     const std::size_t size = std::clamp<std::size_t>(count / 32, 32, kChunk);
-    std::vector<T> partial((count + size - 1) / size, zero);
+    struct Part {  // of its own: bodies that share a word, as in vector<bool>, undo each other
+      T sum;
+    };
+    std::vector<Part> partial((count + size - 1) / size, Part{zero});
     for_each_range(
         count,
         [&](std::size_t begin, std::size_t end) {
           T sum = zero;
           for (std::size_t i = begin; i < end; ++i) sum = combine(sum, body(i));
-          partial[begin / size] = sum;
+          partial[begin / size].sum = sum;
         },
         size);
     T sum = zero;
-    for (const T& part : partial) sum = combine(sum, part);
+    for (const Part& part : partial) sum = combine(sum, part.sum);
     return sum;
   }
 
