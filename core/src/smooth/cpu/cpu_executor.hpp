@@ -1,8 +1,5 @@
 #pragma once
 
-#include <oneapi/tbb/blocked_range.h>
-#include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/parallel_sort.h>
 #include <oneapi/tbb/task_arena.h>
 
 #include <sys/mman.h>
@@ -16,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "mesh/parallel.hpp"
 #include "meshsmooth/error.hpp"
 #include "meshsmooth/vec3.hpp"
 #include "smooth/byte_count.hpp"
@@ -162,7 +160,7 @@ class CpuExecutor {
     if (chunks <= 1 || arena_.max_concurrency() == 1) {
       for (std::size_t chunk = 0; chunk < chunks; ++chunk) run(chunk);
     } else {
-      arena_.execute([&] { tbb::parallel_for(std::size_t{0}, chunks, run); });
+      run_in(arena_, [&] { parallel_for(chunks, run); });
     }
     check();
   }
@@ -204,7 +202,7 @@ class CpuExecutor {
 
   template <class Key>
   void sort(Key* keys, std::size_t count) {
-    arena_.execute([&] { tbb::parallel_sort(keys, keys + count); });
+    run_in(arena_, [&] { parallel_sort(keys, count); });
     check();
   }
 
