@@ -1,32 +1,29 @@
 #include "meshsmooth/mesh.hpp"
 
-#include <oneapi/tbb/blocked_range.h>
-#include <oneapi/tbb/parallel_reduce.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <sstream>
 #include <string>
 
+#include "mesh/parallel.hpp"
 #include "meshsmooth/error.hpp"
 
 namespace meshsmooth {
 namespace {
 
 constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
-constexpr std::size_t kGrain = 8192;
 
 /// The lowest index below `count` that is `wrong`, or kNone.
 template <class Wrong>
 std::size_t find_first(std::size_t count, const Wrong& wrong) {
-  return tbb::parallel_reduce(
-      tbb::blocked_range<std::size_t>(0, count, kGrain), kNone,
-      [&](const tbb::blocked_range<std::size_t>& range, std::size_t found) {
-        for (std::size_t i = range.begin(); i < std::min(range.end(), found); ++i) {
+  return detail::parallel_reduce(
+      count, kNone,
+      [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
           if (wrong(i)) return i;
         }
-        return found;
+        return kNone;
       },
       [](std::size_t a, std::size_t b) { return std::min(a, b); });
 }

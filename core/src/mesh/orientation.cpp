@@ -1,17 +1,12 @@
 // The reference normals of surface meshes.
 
-#include <oneapi/tbb/blocked_range.h>
-#include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/parallel_reduce.h>
-
 #include <limits>
 
+#include "mesh/parallel.hpp"
 #include "meshsmooth/quality.hpp"
 
 namespace meshsmooth {
 namespace {
-
-constexpr std::size_t kGrain = 8192;
 
 /// Twice the area vector of a triangle or quad.
 template <class Real>
@@ -36,10 +31,11 @@ Farthest find_farthest(std::span<const NodeId> nodes, const Value& value) {
     if (a.value != b.value) return a.value > b.value ? a : b;
     return a.entry < b.entry ? a : b;
   };
-  return tbb::parallel_reduce(
-      tbb::blocked_range<std::size_t>(0, nodes.size(), kGrain), Farthest{},
-      [&](const tbb::blocked_range<std::size_t>& range, Farthest best) {
-        for (std::size_t i = range.begin(); i != range.end(); ++i) {
+  return detail::parallel_reduce(
+      nodes.size(), Farthest{},
+      [&](std::size_t begin, std::size_t end) {
+        Farthest best;
+        for (std::size_t i = begin; i != end; ++i) {
           const double here = value(nodes[i]);
           if (here > best.value) best = {here, i};
         }
@@ -103,10 +99,11 @@ template <class Real>
 double sum_areas(const ElementBlockView& block, std::span<const Vec3<Real>> positions,
                  Vec3d normal) {
   const auto width = static_cast<std::size_t>(element_shape(block.type).node_count);
-  return tbb::parallel_deterministic_reduce(
-      tbb::blocked_range<std::size_t>(0, block.element_count(), kGrain), 0.0,
-      [&](const tbb::blocked_range<std::size_t>& range, double sum) {
-        for (std::size_t e = range.begin(); e != range.end(); ++e) {
+  return detail::parallel_reduce(
+      block.element_count(), 0.0,
+      [&](std::size_t begin, std::size_t end) {
+        double sum = 0;
+        for (std::size_t e = begin; e != end; ++e) {
           sum += dot(normal, area_vector(positions, block.type, &block.nodes[e * width]));
         }
         return sum;
@@ -121,15 +118,13 @@ void find_normals(const TopologyView& topology, std::span<const Vec3<Real>> posi
   PackedDirection* first = normals.data();
   for (const ElementBlockView& block : topology.blocks) {
     const auto width = static_cast<std::size_t>(element_shape(block.type).node_count);
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, block.element_count(), kGrain),
-                      [&](const tbb::blocked_range<std::size_t>& range) {
-                        for (std::size_t e = range.begin(); e != range.end(); ++e) {
-                          const Vec3d area =
-                              area_vector(positions, block.type, &block.nodes[e * width]);
-                          const double size = norm(area);
-                          first[e] = pack_direction(size > 0 ? (1 / size) * area : Vec3d{0, 0, 0});
-                        }
-                      });
+    detail::parallel_for_ranges(block.element_count(), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t e = begin; e != end; ++e) {
+        const Vec3d area = area_vector(positions, block.type, &block.nodes[e * width]);
+        const double size = norm(area);
+        first[e] = pack_direction(size > 0 ? (1 / size) * area : Vec3d{0, 0, 0});
+      }
+    });
     first += block.element_count();
   }
 }

@@ -3,12 +3,12 @@
 #include "meshsmooth/quality.hpp"
 
 #include <oneapi/tbb/enumerable_thread_specific.h>
-#include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
 
 #include "mesh/measure.hpp"
+#include "mesh/parallel.hpp"
 #include "mesh/tally.hpp"
 #include "mesh/tetrahedron_batch.hpp"
 
@@ -119,7 +119,7 @@ QualityStats measure_runs(const std::vector<ElementRun<Real>>& runs,
                           const SurfaceOrientation& orientation, Judgement judgement) {
   std::vector<ChunkSums> chunk_sums(runs.size());
   tbb::enumerable_thread_specific<Tally> tallies;
-  tbb::parallel_for(std::size_t{0}, runs.size(), [&](std::size_t r) {
+  parallel_for(runs.size(), [&](std::size_t r) {
     const auto tally = judgement == Judgement::brief ? tally_briefly<Real> : tally_run<Real>;
     tally(runs[r], orientation, tallies.local(), chunk_sums[r]);
   });
@@ -177,7 +177,7 @@ LockedStats measure_locked(const TopologyView& topology, std::span<const std::ui
       into.inverted_count += from.inverted_count;
       if (from.worst && (!into.worst || worse(*from.worst, *into.worst))) into.worst = from.worst;
     };
-    tbb::parallel_for(std::size_t{0}, runs.size(), [&](std::size_t r) {
+    parallel_for(runs.size(), [&](std::size_t r) {
       const ElementRun<Real>& run = runs[r];
       for (std::size_t e = run.begin; e < run.end; ++e) {
         const auto nodes = run.nodes_of(e);

@@ -163,7 +163,10 @@ SlideCounts bend_freedoms(E& executor, const JobMesh<E, Real>& job, Constraints<
         if (flat == Freedom::point) return SlideCounts{};
         const BentFreedom found =
             volume ? FacetsAtNode(slides, node, rule).find() : find_freedom_on_edges(slides, node);
-        freedom = found.freedom;
+        // Not its home: bodies of other nodes read that.
+        freedom.direction = found.freedom.direction;
+        freedom.kind = found.freedom.kind;
+        for (int k = 0; k < 2; ++k) freedom.next[k] = found.freedom.next[k];
         fixed[node] = freedom.kind == Freedom::point ? 1 : 0;
         if (freedom.kind == Freedom::point) return SlideCounts{.curved = found.corner ? 0 : 1};
         if (flat == Freedom::plane) return SlideCounts{.in_plane = 1};

@@ -1,8 +1,5 @@
 #pragma once
 
-#include <oneapi/tbb/blocked_range.h>
-#include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/parallel_sort.h>
 #include <oneapi/tbb/task_arena.h>
 
 #include <sys/mman.h>
@@ -16,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "mesh/parallel.hpp"
 #include "meshsmooth/error.hpp"
 #include "meshsmooth/vec3.hpp"
 #include "smooth/byte_count.hpp"
@@ -162,7 +160,7 @@ class CpuExecutor {
     if (chunks <= 1 || arena_.max_concurrency() == 1) {
       for (std::size_t chunk = 0; chunk < chunks; ++chunk) run(chunk);
     } else {
-      arena_.execute([&] { tbb::parallel_for(std::size_t{0}, chunks, run); });
+      run_in(arena_, [&] { parallel_for(chunks, run); });
     }
     check();
   }
@@ -178,17 +176,20 @@ class CpuExecutor {
   [[nodiscard]] T reduce(std::size_t count, T zero, const Body& body, const Combine& combine) {
     // A few bodies may be long ones: the last colours of a sweep.
     const std::size_t size = std::clamp<std::size_t>(count / 32, 32, kChunk);
-    std::vector<T> partial((count + size - 1) / size, zero);
+    struct Part {  // of its own: bodies that share a word, as in vector<bool>, undo each other
+      T sum;
+    };
+    std::vector<Part> partial((count + size - 1) / size, Part{zero});
     for_each_range(
         count,
         [&](std::size_t begin, std::size_t end) {
           T sum = zero;
           for (std::size_t i = begin; i < end; ++i) sum = combine(sum, body(i));
-          partial[begin / size] = sum;
+          partial[begin / size].sum = sum;
         },
         size);
     T sum = zero;
-    for (const T& part : partial) sum = combine(sum, part);
+    for (const Part& part : partial) sum = combine(sum, part.sum);
     return sum;
   }
 
@@ -201,7 +202,7 @@ class CpuExecutor {
 
   template <class Key>
   void sort(Key* keys, std::size_t count) {
-    arena_.execute([&] { tbb::parallel_sort(keys, keys + count); });
+    run_in(arena_, [&] { parallel_sort(keys, count); });
     check();
   }
 

@@ -1,8 +1,6 @@
 #include "smooth/cpu/cpu_smoother.hpp"
 
-#include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/global_control.h>
-#include <oneapi/tbb/parallel_reduce.h>
 #include <oneapi/tbb/task_arena.h>
 
 #include <fstream>
@@ -76,12 +74,12 @@ class CpuJudge {
     const Vec3<Real>* const places = job.places.data();
     Vec3<Real>* const out = positions.data();
     executor_.check();  // the last chance to end without a result
-    return executor_.arena().execute([&] {
-      constexpr std::size_t kGrain = 8192;
-      return tbb::parallel_reduce(
-          tbb::blocked_range<std::size_t>(0, node_count, kGrain), std::int64_t{0},
-          [=](const tbb::blocked_range<std::size_t>& range, std::int64_t moved) {
-            for (std::size_t node = range.begin(); node != range.end(); ++node) {
+    return run_in(executor_.arena(), [&] {
+      return parallel_reduce(
+          node_count, std::int64_t{0},
+          [=](std::size_t begin, std::size_t end) {
+            std::int64_t moved = 0;
+            for (std::size_t node = begin; node != end; ++node) {
               Vec3<Real>& target = out[caller_of[node]];
               if (fixed[node] != 0 || places[node] == target) continue;
               target = places[node];
@@ -99,7 +97,7 @@ class CpuJudge {
     const std::vector<ElementBlockView> blocks = block_views(job.elements);
     const TopologyView topology{job.node_count, blocks, {}};
     const PositionsView positions = std::span<const Vec3<Real>>(job.places.data(), job.node_count);
-    return executor_.arena().execute([&] { return body(topology, positions); });
+    return run_in(executor_.arena(), [&] { return body(topology, positions); });
   }
 
   static std::span<const ElementId> caller_ids(const JobElements<CpuExecutor>& elements) {
@@ -137,7 +135,7 @@ class CpuSmoother final : public Smoother {
   SmoothSummary smooth(const TopologyView& topology, PositionsSpan positions,
                        const SmoothOptions& options, const JobControl& control) override {
     validate(options);
-    arena_.execute([&] { validate(topology, as_view(positions)); });
+    run_in(arena_, [&] { validate(topology, as_view(positions)); });
     return run(positions, control, [&](CpuExecutor& executor, auto span) {
       return run_pipeline(executor, topology, span, options, control,
                           CpuJudge(executor, options.judgement));
@@ -151,7 +149,7 @@ class CpuSmoother final : public Smoother {
   [[nodiscard]] std::shared_ptr<const PreparedTopology> prepare(
       const TopologyView& topology, const JobControl& control) override {
     refuse_too_large(topology);
-    arena_.execute([&] { validate(topology); });
+    run_in(arena_, [&] { validate(topology); });
     const Interrupt interrupt(control);
     CpuExecutor executor(arena_, interrupt);
     executor.check();
@@ -162,7 +160,7 @@ class CpuSmoother final : public Smoother {
                        const SmoothOptions& options, const JobControl& control) override {
     validate(options);
     const auto& own = dynamic_cast<const CpuPreparedTopology&>(prepared);
-    arena_.execute([&] { validate_positions(own.topology, as_view(positions)); });
+    run_in(arena_, [&] { validate_positions(own.topology, as_view(positions)); });
     return run(positions, control,
                [&]<class Real>(CpuExecutor& executor, std::span<Vec3<Real>> span) {
                  StageTimes times;
