@@ -58,6 +58,7 @@ class Devices : public ::testing::Test {
     return named;
   }
   void wait_running() { wait_for_state(stub_, name_, v1::STATE_RUNNING); }
+  void wait_queued() { wait_for_state(stub_, name_, v1::STATE_QUEUED); }
   /// A lane is busy until it has put its job away, which callers do not wait for.
   void expect_busy_lanes(const std::vector<int>& wanted) {
     std::vector<int> busy;
@@ -96,7 +97,9 @@ TEST_F(Devices, ShareTheJobs) {
   wait_running();
   expect_busy_lanes({1, 1});
   send();
+  wait_queued();
   send();
+  wait_queued();
   EXPECT_EQ(get_job(stub_, name_).queue_position(), 1) << "of its own device";
   finish_all();
 }
