@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <future>
+#include <utility>
 
 #include "attach_call.hpp"
 #include "channel.hpp"
@@ -84,13 +86,21 @@ struct Client::Impl {
     RequestOptions attempt = request;
     if (attempt.request_id.empty()) attempt.request_id = make_request_id();
     Retry retry(attempt, request.timeout.value_or(default_timeout(mesh, options)));
+    std::size_t early_bytes = last_was_accepted ? kManyEarlyBytes : kFewEarlyBytes;
     for (;;) {
+      SmoothCall call(channel, name, mesh, options, attempt, retry.left(), early_bytes, topology);
       try {
-        return SmoothCall(channel, name, mesh, options, attempt, retry.left(), topology).run();
+        SmoothReport report = call.run();
+        last_was_accepted = true;
+        return report;
       } catch (const ServiceError& error) {
+        last_was_accepted = false;
         // The server said itself that it cannot: a proxy may take another.
         if (!error.reason().empty()) topology.route.clear();
-        retry.wait(error);
+        // Cut off with much under way: what a proxy may have said is heard with less.
+        const bool unheard =
+            std::exchange(early_bytes, kFewEarlyBytes) == kManyEarlyBytes && !call.answered();
+        if (!unheard || !error.reason().empty() || retry.left().count() <= 0) retry.wait(error);
       }
     }
   }
@@ -98,6 +108,8 @@ struct Client::Impl {
   std::shared_ptr<grpc::Channel> channel;
   std::unique_ptr<v1::SmoothingService::Stub> stub;
   std::string name;
+  std::atomic<bool> last_was_accepted =
+      false;  // the last job, by a server still behind the channel
 };
 
 struct Session::Impl {

@@ -19,10 +19,6 @@ static_assert(std::endian::native == std::endian::little, "arrays travel as they
 /// Smaller ones cost more CPU, larger ones only leave the caches (measured).
 constexpr std::size_t kChunkBytes = 1 << 20;
 
-/// What is sent before the server has accepted the job: a small mesh does not wait for that, of a
-/// large one little is sent in vain. The servers' advice unless set otherwise.
-constexpr std::size_t kEarlyBytes = 64 << 10;
-
 // What has happened on the stream.
 void* const kRead = reinterpret_cast<void*>(1);
 void* const kWritten = reinterpret_cast<void*>(2);
@@ -77,7 +73,7 @@ JobProgress decode_progress(const v1::Progress& message) {
 
 SmoothCall::SmoothCall(const std::shared_ptr<grpc::Channel>& channel, std::string server,
                        Mesh& mesh, const SmoothOptions& options, const RequestOptions& request,
-                       std::chrono::nanoseconds left, TopologyUse topology)
+                       std::chrono::nanoseconds left, std::size_t early_bytes, TopologyUse topology)
     : server_(std::move(server)),
       mesh_(mesh),
       options_(options),
@@ -87,7 +83,7 @@ SmoothCall::SmoothCall(const std::shared_ptr<grpc::Channel>& channel, std::strin
       left_(left),
       stub_(channel),
       to_send_(parts_to_send()),
-      early_bytes_(kEarlyBytes),
+      early_bytes_(early_bytes),
       result_(mesh) {}
 
 SmoothReport SmoothCall::run() {
@@ -245,15 +241,14 @@ std::vector<SmoothCall::Part> SmoothCall::parts_to_send() const {
 
 /// The next chunk, or that there are no more; beyond the first bytes once the server wants them.
 void SmoothCall::write_next() {
-  const bool answered = accepted_ || sending_stopped_;
-  if (writing_ || half_closed_ || (!answered && early_bytes_ == 0)) return;
+  if (writing_ || half_closed_ || (!answered() && early_bytes_ == 0)) return;
   writing_ = true;
   if (to_send_.empty()) {
     half_closed_ = true;
     return stream_->WritesDone(kWritten);
   }
   Part& part = to_send_.back();
-  const std::size_t most = answered ? kChunkBytes : early_bytes_;
+  const std::size_t most = answered() ? kChunkBytes : std::min(kChunkBytes, early_bytes_);
   const auto data = part.rest.first(std::min(part.rest.size(), most));
   early_bytes_ -= std::min(early_bytes_, data.size());
   const grpc::ByteBuffer chunk =

@@ -5,6 +5,7 @@
 #include <grpcpp/completion_queue.h>
 #include <grpcpp/generic/generic_stub.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -39,6 +40,12 @@ struct TopologyUse {
 /// The metadata's key.
 inline constexpr const char* kRouteKey = "meshsmooth-topology";
 
+/// What is sent before it is known whether the server accepts the job: of a large mesh little is in
+/// vain, and a proxy can be heard that refuses at once, which it cannot be while more is under way.
+inline constexpr std::size_t kFewEarlyBytes = 64 << 10;
+/// The same where the last job was accepted: a mesh of this size does not wait for the answer.
+inline constexpr std::size_t kManyEarlyBytes = 2 << 20;
+
 /// One Smooth call from spec to status. All on the caller's thread: one read and one write are
 /// under way at a time, so that progress, StopSending and early failures are seen while data is
 /// still going out.
@@ -47,10 +54,12 @@ class SmoothCall {
   /// `left` of the request's timeout is for this attempt.
   SmoothCall(const std::shared_ptr<grpc::Channel>& channel, std::string server, Mesh& mesh,
              const SmoothOptions& options, const RequestOptions& request,
-             std::chrono::nanoseconds left, TopologyUse topology = {});
+             std::chrono::nanoseconds left, std::size_t early_bytes, TopologyUse topology);
 
   /// Needs to be called once. Throws `ServiceError`, and what on_progress throws.
   SmoothReport run();
+  /// Whether the server has accepted the job, or refused it itself.
+  [[nodiscard]] bool answered() const { return accepted_ || sending_stopped_; }
 
  private:
   /// An array of the mesh, or the part of it that is still to be sent.

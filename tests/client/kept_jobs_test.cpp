@@ -55,6 +55,23 @@ TEST_F(Retries, SendTheSameRequestAgainWhenTheServerIsBusy) {
   EXPECT_EQ(ids_[0], ids_[2]);
 }
 
+TEST_F(Retries, ComeAtOnceWithLittleDataWhenMuchWasCutOffUnanswered) {
+  refuse(0, grpc::StatusCode::OK, {});
+  client_.smooth(mesh_, {});  // accepted: the next may send much
+  int call_count = 0;
+  server_.service.on_smooth = [&](grpc::ServerContext&, ServerStream&) {
+    ++call_count;
+    return grpc::Status(grpc::StatusCode::INTERNAL, "RST_STREAM");  // as if a proxy had cut it off
+  };
+  RequestOptions once;
+  once.max_attempts = 1;
+
+  EXPECT_THROW(client_.smooth(mesh_, {}, once), ServiceError);
+  EXPECT_EQ(call_count, 2);
+  EXPECT_THROW(client_.smooth(mesh_, {}, once), ServiceError);
+  EXPECT_EQ(call_count, 3) << "nothing was accepted before: it sent little";
+}
+
 TEST_F(Retries, EndAfterSoManyAttempts) {
   refuse(100, grpc::StatusCode::UNAVAILABLE, 0ms);
   RequestOptions request;

@@ -166,6 +166,41 @@ TEST(SmoothCall, SendsLittleUntilAccepted) {
   EXPECT_EQ(error.hint(), "try again in 2 s");
 }
 
+TEST(SmoothCall, SendsMoreUntilAcceptedOnceAJobWasAccepted) {
+  MockServer server;
+  server.service.on_smooth = [&](grpc::ServerContext&, ServerStream& stream) {
+    read_spec(stream);
+    accept(stream);
+    read_upload(stream);
+    send_header(stream, 7, v1::SCALAR_TYPE_FLOAT64, 7 * 24);
+    send_chunk(stream, 0, std::string(7 * 24, '\0'));
+    send_summary(stream);
+    return grpc::Status::OK;
+  };
+  Client client(server.address());
+  Mesh small = test::tet_ball();
+  client.smooth(small, {});
+  std::vector<std::size_t> sizes_bytes;
+  server.service.on_smooth = [&](grpc::ServerContext&, ServerStream& stream) {
+    read_spec(stream);
+    std::size_t size_bytes = 0;
+    const std::size_t due = sizes_bytes.empty() ? 2 << 20 : 64 << 10;
+    for (v1::SmoothRequest request; size_bytes < due && stream.Read(&request);) {
+      size_bytes += request.chunk().data().size();
+    }
+    stop_sending(stream);
+    sizes_bytes.push_back(size_bytes + read_upload(stream).size_bytes());
+    return refusal(grpc::StatusCode::RESOURCE_EXHAUSTED, "QUEUE_FULL", "100 jobs are waiting", {},
+                   std::chrono::milliseconds(1));
+  };
+  Mesh large = large_mesh();
+  RequestOptions request;
+  request.max_attempts = 2;
+
+  EXPECT_THROW(client.smooth(large, {}, request), ServiceError);
+  EXPECT_EQ(sizes_bytes, (std::vector<std::size_t>{2 << 20, 64 << 10}));
+}
+
 TEST(SmoothCall, StopsItsUploadWhenToldAndReadsTheStatus) {
   MockServer server;
   Mesh mesh = large_mesh();
