@@ -108,8 +108,8 @@ struct Client::Impl {
   std::shared_ptr<grpc::Channel> channel;
   std::unique_ptr<v1::SmoothingService::Stub> stub;
   std::string name;
-  std::atomic<bool> last_was_accepted =
-      false;  // the last job, by a server still behind the channel
+  /// Whether the last job succeeded: a server is behind the channel, and takes jobs.
+  std::atomic<bool> last_was_accepted = false;
 };
 
 struct Session::Impl {
