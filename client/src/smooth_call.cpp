@@ -18,7 +18,6 @@ static_assert(std::endian::native == std::endian::little, "arrays travel as they
 
 /// Smaller ones cost more CPU, larger ones only leave the caches (measured).
 constexpr std::size_t kChunkBytes = 1 << 20;
-constexpr std::size_t kLastChunkBytes = kChunkBytes * 3 / 2;
 
 // What has happened on the stream.
 void* const kRead = reinterpret_cast<void*>(1);
@@ -249,9 +248,8 @@ void SmoothCall::write_next() {
     return stream_->WritesDone(kWritten);
   }
   Part& part = to_send_.back();
-  // A small rest goes along: a message more costs more than a larger one.
-  const std::size_t whole = part.rest.size() <= kLastChunkBytes ? part.rest.size() : kChunkBytes;
-  const auto data = part.rest.first(answered() ? whole : std::min(whole, early_bytes_));
+  const std::size_t most = answered() ? kChunkBytes : std::min(kChunkBytes, early_bytes_);
+  const auto data = part.rest.first(std::min(part.rest.size(), most));
   early_bytes_ -= std::min(early_bytes_, data.size());
   const grpc::ByteBuffer chunk =
       wire::encode_chunk(v1::SmoothRequest::kChunkFieldNumber, part.id, part.offset_bytes, data);

@@ -130,24 +130,6 @@ TEST(SmoothCall, CutsLargeArraysIntoChunksOfOneMiB) {
   EXPECT_LE(chunk_count, kFewest + 1);  // one more was sent before the answer
 }
 
-TEST(SmoothCall, LetsASmallRestGoWithTheLastChunk) {
-  MockServer server;
-  Mesh mesh = large_mesh();
-  test::points(mesh).resize(60'000);  // 1.37 MiB
-  std::size_t chunk_count = 0;
-  server.service.on_smooth = after_upload([&](ServerStream& stream, const Upload& upload) {
-    chunk_count = upload.chunk_count;
-    send_header(stream, 60'000, v1::SCALAR_TYPE_FLOAT64, 1'440'000);
-    send_chunk(stream, 0, upload.coordinates);
-    send_summary(stream);
-  });
-
-  Client(server.address()).smooth(mesh, {});
-
-  EXPECT_GE(chunk_count, 2U);  // elements, coordinates
-  EXPECT_LE(chunk_count, 3U);  // one was sent before the answer
-}
-
 TEST(SmoothCall, SendsASmallMeshWithoutWaitingToBeAccepted) {
   MockServer server;
   Mesh mesh = test::tet_ball();

@@ -224,11 +224,6 @@ void SmoothReactor::perform(Step step) {
       return StartRead(&request_);
     case Step::write:
       return StartWrite(&response_, write_options_);
-    case Step::write_last:
-      alarm_.reset();
-      // Now: the client may read the summary when it likes, and nobody watches that.
-      engine_.leave(attendance_, nullptr);
-      return StartWriteAndFinish(&response_, write_options_, grpc::Status::OK);
     case Step::submit_job:
       return engine_.submit(job_);
     case Step::leave_job:
@@ -287,7 +282,7 @@ SmoothReactor::Step SmoothReactor::next_step() {
     return Step::submit_job;
   }
   if (!writing_) {
-    if (call_.validate_only && output_ == Output::progress) {
+    if (output_ == Output::done || (call_.validate_only && output_ == Output::progress)) {
       finished_ = true;
       return Step::finish;
     }
@@ -295,13 +290,7 @@ SmoothReactor::Step SmoothReactor::next_step() {
       output_ = Output::summary;
       return Step::succeed_job;
     }
-    const bool last = output_ == Output::summary;
     if (prepare_write(job, now)) {
-      if (last) {
-        result_.reset();
-        finished_ = true;
-        return Step::write_last;
-      }
       write_began_ = now;
       writing_ = true;
       return Step::write;
@@ -422,8 +411,10 @@ bool SmoothReactor::prepare_write(const JobSnapshot& job, Clock::time_point now)
     case Output::summary:
       *message.mutable_summary() = encode_job_summary(*job_, job);
       response_ = wire::encode(message);
+      output_ = Output::done;
       return true;
     case Output::nothing:
+    case Output::done:
       return false;
   }
   __builtin_unreachable();

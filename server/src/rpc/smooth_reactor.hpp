@@ -40,7 +40,6 @@ class SmoothReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grp
     none,
     read,
     write,
-    write_last,  // the summary, with the status: one event less for everyone
     submit_job,
     leave_job,    // by error_
     expire_job,   // waited too long in the queue
@@ -51,7 +50,7 @@ class SmoothReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grp
   };
 
   /// What is written next.
-  enum class Output { nothing, accepted, stop_sending, progress, chunks, summary };
+  enum class Output { nothing, accepted, stop_sending, progress, chunks, summary, done };
 
   SmoothReactor(Engine& engine, grpc::CallbackServerContext* context, Entry entry);
 
