@@ -257,8 +257,8 @@ void Engine::retire(const Job& job) {
 
 void Engine::hand_back_waiting() {
   for (const auto& job : store_.living()) {
-    const JobState state = job->state();
-    if (state == JobState::receiving || state == JobState::queued) cancel(*job, draining_error());
+    const std::exception_ptr cause = draining_error();
+    if (job->hand_back(cause) && queue_.remove(*job)) job->end(cause);
   }
 }
 

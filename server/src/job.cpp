@@ -148,15 +148,17 @@ void Job::queue() {
   now_.times.queued = Clock::now();
 }
 
-void Job::start() {
+bool Job::start() {
   QueuePlace place;
   {
     const std::lock_guard lock(mutex_);
+    if (stop_cause_) return false;
     now_.state = JobState::running;
     now_.times.started = Clock::now();
     place = std::move(place_);
   }
   notify();
+  return true;
 }
 
 void Job::finish(SmoothSummary summary) {
@@ -237,9 +239,19 @@ void Job::expire() {
 }
 
 bool Job::request_stop(std::exception_ptr cause) {
+  return request_stop(std::move(cause), [](JobState state) { return !has_ended(state); });
+}
+
+bool Job::hand_back(std::exception_ptr cause) {
+  return request_stop(std::move(cause), [](JobState state) {
+    return state == JobState::receiving || state == JobState::queued;
+  });
+}
+
+bool Job::request_stop(std::exception_ptr cause, bool (*may_stop)(JobState)) {
   {
     const std::lock_guard lock(mutex_);
-    if (has_ended(now_.state) || stop_cause_) return false;
+    if (!may_stop(now_.state) || stop_cause_) return false;
     stop_cause_ = std::move(cause);
     stop_requested_ = Clock::now();
   }

@@ -163,7 +163,9 @@ class Job {
 
   // The walk. Each step needs the state before it.
   void queue();
-  void start();  // gives the place in the queue back
+  /// Gives the place in the queue back. False when the job was asked to stop before: it does
+  /// not run.
+  bool start();
   /// Ends the job instead when a stop was requested; and when it is kept.
   void finish(SmoothSummary summary);
 
@@ -177,6 +179,8 @@ class Job {
 
   /// Asks the job to end by `cause`; false when it was asked before or is over.
   bool request_stop(std::exception_ptr cause);
+  /// The same for a job that does not run yet; false, and nothing asked, when it does.
+  bool hand_back(std::exception_ptr cause);
   [[nodiscard]] std::exception_ptr stop_cause() const;
   /// For how long it has been asked to stop; 0: it has not.
   [[nodiscard]] Clock::duration stopping_for(Clock::time_point now) const;
@@ -198,6 +202,8 @@ class Job {
   [[nodiscard]] JobSnapshot snapshot() const;
 
  private:
+  bool request_stop(std::exception_ptr cause, bool (*may_stop)(JobState));
+
   struct Watcher {
     int number;
     Observer observer;

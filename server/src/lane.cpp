@@ -67,16 +67,15 @@ double Lane::busy_seconds() const {
 }
 
 void Lane::run_job(Job& job) {
-  if (const std::exception_ptr cause = job.stop_cause()) {
-    job.end(cause);
-    return;
-  }
   if (job.past_deadline(Clock::now())) {
     job.end(std::make_exception_ptr(
         DeadlineExceeded("DEADLINE_IN_QUEUE", "the deadline passed before the job could run")));
     return;
   }
-  job.start();
+  if (!job.start()) {
+    job.end(job.stop_cause());
+    return;
+  }
   // No deadline: that of its calls ends them, and the last of them the job.
   const JobControl control{
       .stop = job.stop_token(),

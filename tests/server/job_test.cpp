@@ -79,6 +79,24 @@ TEST_F(JobTest, EndsInsteadOfSendingWhenAStopWasRequested) {
   EXPECT_EQ(end_count_, 1);
 }
 
+TEST_F(JobTest, IsHandedBackOnlyBeforeItRuns) {
+  job_->queue();
+  job_->start();
+
+  EXPECT_FALSE(job_->hand_back(failed()));
+  EXPECT_FALSE(job_->stop_token().stop_requested());
+  job_->finish({});
+  EXPECT_EQ(job_->state(), JobState::sending);
+}
+
+TEST_F(JobTest, DoesNotRunOnceItIsHandedBack) {
+  job_->queue();
+
+  EXPECT_TRUE(job_->hand_back(failed()));
+  EXPECT_FALSE(job_->start());
+  EXPECT_EQ(job_->state(), JobState::queued);
+}
+
 TEST_F(JobTest, TellsItsObserverOfEveryChange) {
   job_->queue();
   job_->start();
