@@ -26,7 +26,8 @@ namespace meshsmooth::detail {
 ///   RacingPositions<Real>    positions that bodies read and write at the same time
 ///   kKeptCorners          corners of a ball that a body may keep beside itself
 ///   Timer(executor, seconds)  adds the time of the work inside its lifetime, at the
-///                         latest when `collect_times()` returns
+///                         latest when `finish()` returns
+///   finish()              waits for all work; ends a job
 ///   check()               throws Cancelled or DeadlineExceeded when the job must end
 template <class E>
 concept Executor = requires(E& e, std::uint64_t* keys, std::int64_t* sums, std::uint32_t* slots) {
@@ -38,6 +39,7 @@ concept Executor = requires(E& e, std::uint64_t* keys, std::int64_t* sums, std::
   { e.adder()(slots[0], std::uint32_t{1}) } -> std::same_as<std::uint32_t>;
   {e.synchronize()};
   {e.check()};
+  {e.finish()};
 };
 
 }  // namespace meshsmooth::detail

@@ -4,6 +4,7 @@
 
 #include "meshsmooth/smoother.hpp"
 #include "smooth/boundary.hpp"
+#include "smooth/hold.hpp"
 #include "smooth/job_topology.hpp"
 #include "smooth/neighbours.hpp"
 
@@ -21,6 +22,12 @@ class StageTimer {
 
  private:
   typename E::Timer timer_;
+};
+
+/// What is found out about the elements of a result.
+struct Verdict {
+  QualityStats quality;
+  LockedStats locked;
 };
 
 /// A mesh as the sweeps need it, in internal numbers.
@@ -41,50 +48,15 @@ struct JobMesh {
   [[nodiscard]] bool volume() const { return elements.dimension == 3; }
 };
 
-/// What is counted when it is decided which nodes stay.
-struct FixedCounts {
-  NodeCounts nodes;
-  std::int64_t free = 0;
-
-  friend MESHSMOOTH_HD FixedCounts operator+(const FixedCounts& a, const FixedCounts& b) {
-    return {{a.nodes.total + b.nodes.total, a.nodes.boundary + b.nodes.boundary,
-             a.nodes.fixed + b.nodes.fixed, a.nodes.isolated + b.nodes.isolated, 0},
-            a.free + b.free};
-  }
-};
-
-/// Turns the boundary's marks into those of the nodes that stay: the boundary
-/// unless it is free, the caller's own, and nodes in no element. (`constrain` frees those
-/// that may slide.)
-///
-/// takes  `mask` by the caller's ids, or null
-template <Executor E>
-FixedCounts fix_nodes(E& executor, std::size_t node_count, const Rows<NodeId>& rings,
-                      const NodeId* caller_of, const std::uint8_t* mask, bool boundary_fixed,
-                      std::uint8_t* fixed) {
-  return executor.reduce(
-      node_count, FixedCounts{},
-      [=] MESHSMOOTH_HD(std::size_t node) {
-        const bool boundary = fixed[node] != 0;
-        const bool by_caller = mask != nullptr && mask[caller_of[node]] != 0;
-        const bool isolated = rings.size(node) == 0;
-        const bool held = (boundary && boundary_fixed) || by_caller;
-        fixed[node] = held || isolated ? 1 : 0;
-        return FixedCounts{{1, boundary ? 1 : 0, held ? 1 : 0, isolated ? 1 : 0, 0},
-                           held || isolated ? 0 : 1};
-      },
-      [] MESHSMOOTH_HD(const FixedCounts& a, const FixedCounts& b) { return a + b; });
-}
-
-/// `fix_nodes` of a job whose `fixed` has the boundary's marks.
+/// `hold_nodes` of a job whose `fixed` has the boundary's marks.
 template <Executor E, class Real>
 void hold_nodes(E& executor, const TopologyView& topology, const SmoothOptions& options,
                 JobMesh<E, Real>& job) {
   auto mask = executor.in_executor_memory(topology.fixed);
   const FixedCounts counts =
-      fix_nodes(executor, job.node_count, job.rings.view(), job.caller_of.data(),
-                topology.fixed.empty() ? nullptr : mask.data(),
-                options.boundary != BoundaryPolicy::free, job.fixed.data());
+      hold_nodes(executor, job.node_count, job.rings.view(),
+                 HoldRule{job.caller_of.data(), topology.fixed.empty() ? nullptr : mask.data(),
+                          options.boundary != BoundaryPolicy::free, job.fixed.data()});
   job.nodes = counts.nodes;
   job.free_count = static_cast<std::size_t>(counts.free);
 }

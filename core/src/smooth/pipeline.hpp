@@ -99,19 +99,22 @@ SmoothSummary run_prepared(E& executor, const TopologyView& topology, JobMesh<E,
   }
   {
     const StageTimer timer(executor, times.judge_seconds, control, Stage::judge);
-    summary.quality_after = judge.quality(job, orientation);
-    summary.locked = judge.locked(job, orientation);
+    Verdict verdict = judge.verdict(job, orientation);
+    summary.quality_after = std::move(verdict.quality);
+    summary.locked = std::move(verdict.locked);
     if (constraints.bent) {
       const Strayed strayed = measure_strayed(executor, job.node_count, constraints.view(),
                                               constraints.tolerance, job.places.data());
       summary.deviation = {constraints.tolerance, strayed.off_facets, strayed.cut_off};
     }
   }
+  const std::int64_t* moved = nullptr;  // known when all is finished
   {
     const StageTimer timer(executor, times.download_seconds, control, Stage::judge);
-    summary.nodes.moved = judge.write_back(job, positions);
+    moved = judge.write_back(job, positions);
   }
-  executor.collect_times();
+  executor.finish();
+  summary.nodes.moved = *moved;
   summary.times = times;
   return summary;
 }

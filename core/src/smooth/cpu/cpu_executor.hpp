@@ -259,7 +259,7 @@ class CpuExecutor {
     double& seconds_;
     Clock::time_point start_ = Clock::now();
   };
-  void collect_times() {}
+  void finish() {}
 
   /// Ranges of `for_each_range`: how many there are, and which begins at `begin`.
   [[nodiscard]] static std::size_t chunk_count(std::size_t count) {

@@ -58,23 +58,24 @@ class CpuJudge {
   }
 
   template <class Real>
-  [[nodiscard]] LockedStats locked(const Mesh<Real>& job, const Orientation& orientation) const {
-    return in_arena(job, [&](const auto& topology, const auto& positions) {
-      return measure_locked(topology, {job.fixed.data(), job.node_count}, positions,
-                            orientation.judged(), caller_ids(job.elements));
-    });
+  [[nodiscard]] Verdict verdict(const Mesh<Real>& job, const Orientation& orientation) const {
+    return {quality(job, orientation),
+            in_arena(job, [&](const auto& topology, const auto& positions) {
+              return measure_locked(topology, {job.fixed.data(), job.node_count}, positions,
+                                    orientation.judged(), caller_ids(job.elements));
+            })};
   }
 
-  /// Free nodes to the caller's array; returns how many differ from the input.
+  /// Free nodes to the caller's array; gives how many differ from the input.
   template <class Real>
-  std::int64_t write_back(const Mesh<Real>& job, std::span<Vec3<Real>> positions) const {
+  const std::int64_t* write_back(const Mesh<Real>& job, std::span<Vec3<Real>> positions) {
     const std::size_t node_count = positions.size();
     const NodeId* const caller_of = job.caller_of.data();
     const std::uint8_t* const fixed = job.fixed.data();
     const Vec3<Real>* const places = job.places.data();
     Vec3<Real>* const out = positions.data();
     executor_.check();  // the last chance to end without a result
-    return run_in(executor_.arena(), [&] {
+    moved_ = run_in(executor_.arena(), [&] {
       return parallel_reduce(
           node_count, std::int64_t{0},
           [=](std::size_t begin, std::size_t end) {
@@ -89,6 +90,7 @@ class CpuJudge {
           },
           std::plus<>());
     });
+    return &moved_;
   }
 
  private:
@@ -106,6 +108,7 @@ class CpuJudge {
 
   CpuExecutor& executor_;
   Judgement judgement_;
+  std::int64_t moved_ = 0;
 };
 
 std::string cpu_name() {

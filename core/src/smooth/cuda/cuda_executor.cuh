@@ -132,7 +132,8 @@ class CudaLane {
   explicit CudaLane(int device)
       : device_(device),
         pool_(stream, device, release_threshold(), slab_bytes()),
-        shapes_(kElementTypeCount, {pool_, resident_}) {
+        shapes_(kElementTypeCount, {pool_, resident_}),
+        ticket_(1, {pool_, resident_}) {
     int shared_bytes = 0;
     check_cuda(cudaDeviceGetAttribute(&patch_limits_.multiprocessors,
                                       cudaDevAttrMultiProcessorCount, device),
@@ -146,6 +147,8 @@ class CudaLane {
                                kElementTypeCount * sizeof(ElementShape), cudaMemcpyHostToDevice,
                                stream.get()),
                "copying to the device");
+    check_cuda(cudaMemsetAsync(ticket_.data(), 0, sizeof(unsigned int), stream.get()),
+               "clearing device memory");
     stream.synchronize();
   }
 
@@ -161,6 +164,8 @@ class CudaLane {
   [[nodiscard]] const DevicePool& pool() const { return pool_; }
   /// The element table.
   [[nodiscard]] const ElementShape* shapes() const { return shapes_.data(); }
+  /// Of `reduce_kernel`.
+  [[nodiscard]] unsigned int* ticket() { return ticket_.data(); }
 
   /// Host memory that kernels write to, kMappedBytes of it from `offset` on.
   template <class T>
@@ -197,6 +202,7 @@ class CudaLane {
   ByteCount resident_;
   DevicePool pool_;
   DeviceBuffer<ElementShape> shapes_;
+  DeviceBuffer<unsigned int> ticket_;
   MappedBuffer<unsigned char> mapped_{kMappedBytes};
   std::optional<MappedBuffer<unsigned char>> staging_;
   std::size_t staging_size_ = 0;
@@ -233,10 +239,7 @@ class CudaExecutor {
   using RacingPositions = CudaRacingPositions<Real>;
   static constexpr int kKeptCorners = 1;  // more would lie in memory anyway
 
-  CudaExecutor(CudaLane& lane, const Interrupt& interrupt) : lane_(lane), interrupt_(interrupt) {
-    ticket_ = allocate<unsigned int>(1);
-    clear(ticket_.data(), 1);
-  }
+  CudaExecutor(CudaLane& lane, const Interrupt& interrupt) : lane_(lane), interrupt_(interrupt) {}
   /// Nothing of the job may still run when its host memory goes.
   ~CudaExecutor() {
     cudaStreamSynchronize(lane_.uploads.get());
@@ -329,23 +332,21 @@ class CudaExecutor {
   template <class T, class Body, class Combine>
   [[nodiscard]] T reduce(std::size_t count, T zero, const Body& body, const Combine& combine) {
     if (count == 0) return zero;
-    const T* const result = reduce_later(count, zero, body, combine);
+    static_assert(std::is_trivially_copyable_v<T> && sizeof(T) <= kResultBytes);
+    T* const result = lane_.mapped<T>(0);
+    reduce_later(count, zero, body, combine, result);
     synchronize();
     check();
     return *result;
   }
-  /// `reduce` of at least one item, whose result is there at the next `synchronize` and until
-  /// the next reduction.
+  /// `reduce` of at least one item, whose result is in mapped memory at the next `synchronize`.
   template <class T, class Body, class Combine>
-  [[nodiscard]] const T* reduce_later(std::size_t count, T zero, const Body& body,
-                                      const Combine& combine) {
-    static_assert(std::is_trivially_copyable_v<T> && sizeof(T) <= kResultBytes);
+  void reduce_later(std::size_t count, T zero, const Body& body, const Combine& combine,
+                    T* result) {
     const unsigned int blocks = block_count(count, kReduceBlocks);
     auto partial = allocate<T>(blocks);
-    T* const result = lane_.mapped<T>(0);
     launch<&reduce_kernel<T, Body, Combine>>(blocks, count, zero, body, combine, partial.data(),
-                                             ticket_.data(), result);
-    return result;
+                                             lane_.ticket(), result);
   }
 
   template <class T>
@@ -429,7 +430,15 @@ class CudaExecutor {
     return static_cast<volatile T&>(slot);
   }
 
-  void synchronize() { lane_.stream.synchronize(); }
+  void synchronize() {
+    lane_.stream.synchronize();
+    stream_end_.reset();  // time has passed
+  }
+  /// Until the stream has come to a mark.
+  void synchronize(std::size_t mark) {
+    lane_.events[mark].synchronize();
+    stream_end_.reset();
+  }
   void check() const { interrupt_.check(); }
 
   /// Runs a CUB call twice: for the size of its workspace, and with it.
@@ -525,13 +534,11 @@ class CudaExecutor {
     stretches_.push_back({begin, end, &seconds});
   }
 
-  /// Adds the times of all timers; waits for the stream. By then the answer is out: what fails here
-  /// shows up at the next job.
-  void collect_times() {
-    if (cudaStreamSynchronize(lane_.stream.get()) == cudaSuccess) {
-      for (const Stretch& s : stretches_) {
-        *s.seconds += lane_.events[s.end].seconds_since(lane_.events[s.begin]);
-      }
+  /// Waits for all that is queued, and adds the times of all timers.
+  void finish() {
+    synchronize();
+    for (const Stretch& s : stretches_) {
+      *s.seconds += lane_.events[s.end].seconds_since(lane_.events[s.begin]);
     }
     stretches_.clear();
     event_count_ = 0;
@@ -544,7 +551,8 @@ class CudaExecutor {
  public:
   /// Where in the lane's mapped memory who writes.
   static constexpr std::size_t kResultBytes = 1U << 12, kStateOffset = kResultBytes,
-                               kSweepsOffset = 2 * kResultBytes;
+                               kSweepsOffset = 2 * kResultBytes,
+                               kMovedOffset = CudaLane::kMappedBytes - kResultBytes;
 
  private:
   struct Stretch {
@@ -564,7 +572,6 @@ class CudaExecutor {
   CudaLane& lane_;
   const Interrupt& interrupt_;
   ByteCount bytes_;
-  DeviceBuffer<unsigned int> ticket_;
   std::vector<Stretch> stretches_;
   std::size_t event_count_ = 0;
   std::optional<std::size_t> stream_end_, uploads_end_;  // marks with nothing behind them

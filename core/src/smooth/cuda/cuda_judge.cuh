@@ -292,6 +292,46 @@ class CudaJudge {
 
   template <class Real>
   [[nodiscard]] QualityStats quality(const Mesh<Real>& job, const Orientation& orientation) {
+    return judge(job, orientation, [] {}).quality;
+  }
+
+  /// Of the result, which takes the caller's order while the host reads what was found.
+  template <class Real>
+  [[nodiscard]] Verdict verdict(Mesh<Real>& job, const Orientation& orientation) {
+    return judge(job, orientation, [&] { restore_order(job); });
+  }
+
+  /// Queues the way back of all positions, after `verdict`; gives how many differ from the input,
+  /// once that is done.
+  template <class Real>
+  const std::int64_t* write_back(Mesh<Real>& job, std::span<Vec3<Real>> positions) const {
+    executor_.download_later(job.given.data(), positions.data(), positions.size());
+    return moved();
+  }
+
+  /// Queues that: what has moved goes where the caller has it.
+  template <class Real>
+  void restore_order(Mesh<Real>& job) const {
+    Vec3<Real>* const given = job.given.data();
+    const Vec3<Real>* const places = job.places.data();
+    const NodeId* const caller_of = job.caller_of.data();
+    const std::uint8_t* const fixed = job.fixed.data();
+    executor_.reduce_later(
+        job.node_count, std::int64_t{0},
+        [=] __device__(std::size_t node) -> std::int64_t {
+          Vec3<Real>& target = given[caller_of[node]];
+          if (fixed[node] != 0 || places[node] == target) return 0;
+          target = places[node];
+          return 1;
+        },
+        [] __device__(std::int64_t a, std::int64_t b) { return a + b; }, moved());
+  }
+
+ private:
+  /// `meanwhile` queues what need not wait for the answer.
+  template <class Real>
+  [[nodiscard]] Verdict judge(const Mesh<Real>& job, const Orientation& orientation,
+                              const auto& meanwhile) {
     CudaExecutor& executor = executor_;
     unsigned int blocks_of[kElementTypeCount];
     unsigned int block_total = 0;
@@ -325,7 +365,10 @@ class CudaJudge {
                                                 job.places.data());
     }
     unsigned char* const copy = executor.lane().staging(bytes);
-    executor.download(found.data(), bytes, copy);
+    executor.download_later(found.data(), copy, bytes);
+    const std::size_t answered = executor.mark(executor.lane().stream);
+    meanwhile();
+    executor.synchronize(answered);
     executor.check();
     const auto& counted = *reinterpret_cast<const DeviceTally*>(copy);
     const std::span blocks(reinterpret_cast<const BlockTally*>(&counted + 1), block_total);
@@ -343,38 +386,16 @@ class CudaJudge {
         }
       }
     }
-    return to_stats(counted, blocks, worst, job.elements.view);
+    return to_verdict(counted, blocks, worst, job.elements.view);
   }
 
-  /// Of the last `quality`.
-  template <class Real>
-  [[nodiscard]] LockedStats locked(const Mesh<Real>&, const Orientation&) const {
-    return locked_;
+  [[nodiscard]] std::int64_t* moved() const {
+    return executor_.lane().mapped<std::int64_t>(CudaExecutor::kMovedOffset);
   }
 
-  /// All positions in the caller's order; returns how many differ from the input.
-  template <class Real>
-  std::int64_t write_back(Mesh<Real>& job, std::span<Vec3<Real>> positions) const {
-    Vec3<Real>* const given = job.given.data();
-    const Vec3<Real>* const places = job.places.data();
-    const NodeId* const caller_of = job.caller_of.data();
-    const std::uint8_t* const fixed = job.fixed.data();
-    const std::int64_t* const moved = executor_.reduce_later(
-        job.node_count, std::int64_t{0},
-        [=] __device__(std::size_t node) -> std::int64_t {
-          Vec3<Real>& target = given[caller_of[node]];
-          if (fixed[node] != 0 || places[node] == target) return 0;
-          target = places[node];
-          return 1;
-        },
-        [] __device__(std::int64_t a, std::int64_t b) { return a + b; });
-    executor_.download(given, positions.size(), positions.data());
-    return *moved;
-  }
-
- private:
-  QualityStats to_stats(const DeviceTally& counted, std::span<const BlockTally> blocks,
-                        const std::vector<RankedElement>& worst, const Elements& elements) {
+  [[nodiscard]] Verdict to_verdict(const DeviceTally& counted, std::span<const BlockTally> blocks,
+                                   const std::vector<RankedElement>& worst,
+                                   const Elements& elements) const {
     auto total = std::make_unique<Tally>();
     for (std::size_t m = 0; m < kMetricCount; ++m) {
       std::copy(std::begin(counted.bins[m]), std::end(counted.bins[m]), total->bins[m].begin());
@@ -383,9 +404,9 @@ class CudaJudge {
     }
     total->inverted = static_cast<std::int64_t>(counted.inverted);
     total->degenerate = static_cast<std::int64_t>(counted.degenerate);
-    locked_ = {.element_count = static_cast<std::int64_t>(counted.locked),
-               .inverted_count = static_cast<std::int64_t>(counted.locked_inverted),
-               .worst = std::nullopt};
+    LockedStats locked{.element_count = static_cast<std::int64_t>(counted.locked),
+                       .inverted_count = static_cast<std::int64_t>(counted.locked_inverted),
+                       .worst = std::nullopt};
     ChunkSums sums;
     const auto name = [&](const RankedElement& e) {
       return ElementQuality{static_cast<std::int64_t>(e.element), type_of(e.element), e.mean_ratio,
@@ -397,10 +418,10 @@ class CudaJudge {
       sums.enclosed_volume += block.sums.enclosed_volume;
       const RankedElement& e = block.worst_locked;
       if (e.element == RankedElement::kNoElement) continue;
-      if (!locked_.worst || worse(name(e), *locked_.worst)) locked_.worst = name(e);
+      if (!locked.worst || worse(name(e), *locked.worst)) locked.worst = name(e);
     }
     for (const RankedElement& e : worst) total->keep_if_worst(name(e));
-    return summarize(*total, sums, static_cast<std::int64_t>(elements.count));
+    return {summarize(*total, sums, static_cast<std::int64_t>(elements.count)), locked};
   }
 
   /// Of one of the caller's elements.
@@ -415,7 +436,6 @@ class CudaJudge {
   CudaExecutor& executor_;
   const TopologyView& topology_;
   PositionsView positions_;
-  LockedStats locked_;
 };
 
 }  // namespace meshsmooth::detail

@@ -146,9 +146,17 @@ struct UploadedPiece {
   int width;
   std::size_t arrival;  // a mark in the stream of uploads
 };
-/// Elements of a piece: enough to keep the bus busy, few enough that the first
-/// are counted while the last are still on their way.
-inline constexpr std::size_t kPieceSize = std::size_t{1} << 18;
+/// Elements of the next piece, of so many that are left. Each is counted while those behind it are
+/// on their way, 2.5 times as fast as they come; that of the last nothing hides, so it is small.
+/// They are few, for each costs 5 us (H200).
+[[nodiscard]] inline std::size_t piece_size(std::size_t left) {
+  std::size_t last = std::size_t{1} << 16, behind = 0;
+  while (behind + last < left) {
+    behind += last;
+    last = last * 5 / 2;
+  }
+  return left - behind;
+}
 
 /// Room for the caller's elements, grouped by type.
 inline DeviceBuffer<NodeId> allocate_connectivity(CudaExecutor& executor,
@@ -180,13 +188,19 @@ inline JobElements<CudaExecutor> upload_elements(CudaExecutor& executor,
 
   for (const ElementType type : kElementTypes) {
     const std::size_t first = elements.view.count;
+    std::size_t left = 0;
+    for (const ElementBlockView& block : topology.blocks) {
+      if (block.type == type) left += block.element_count();
+    }
+    std::size_t piece = piece_size(left);
     NodeId* const begin = next;
     const auto width = static_cast<std::size_t>(element_shape(type).node_count);
     UploadedPiece open{begin, 0, static_cast<int>(width), 0};
     const auto close = [&] {
-      if (open.element_count == 0) return;
       open.arrival = executor.mark(executor.lane().uploads);
       pieces.push_back(open);
+      left -= open.element_count;
+      piece = piece_size(left);
       open = {open.nodes + open.element_count * width, 0, open.width, 0};
     };
     std::size_t first_caller = 0;
@@ -194,11 +208,11 @@ inline JobElements<CudaExecutor> upload_elements(CudaExecutor& executor,
       const std::size_t count = block.element_count();
       if (block.type == type && count > 0) {
         for (std::size_t done = 0; done < count;) {
-          const std::size_t part = std::min(kPieceSize - open.element_count, count - done);
+          const std::size_t part = std::min(piece - open.element_count, count - done);
           executor.upload_early(&block.nodes[done * width], part * width, next + done * width);
           done += part;
           open.element_count += part;
-          if (open.element_count == kPieceSize) close();
+          if (open.element_count == piece) close();
         }
         if (!in_order) {
           ElementId* const caller_of = elements.caller_of.data() + elements.view.count;
@@ -211,7 +225,6 @@ inline JobElements<CudaExecutor> upload_elements(CudaExecutor& executor,
       }
       first_caller += count;
     }
-    close();
     if (elements.view.count == first) continue;
     next += (begin - next) & (kRunAlignment - 1);
     elements.view.runs[elements.view.run_count++] = {
@@ -296,12 +309,13 @@ inline FoundBalls find_balls(CudaExecutor& executor, std::size_t node_count,
   return found;
 }
 
-/// Launches the search for rings and boundary, room for `capacity` entries.
+/// Launches the search for rings and boundary, room for `capacity` entries. What has become of the
+/// state lies in the lane's mapped memory at the next `synchronize`.
 inline RowBuffer<CudaExecutor, NodeId> find_rows(CudaExecutor& executor, std::size_t node_count,
                                                  const JobElements<CudaExecutor>& elements,
-                                                 FoundBalls& balls, const NodeId* caller_of,
-                                                 bool keep_balls, std::size_t capacity,
-                                                 std::uint8_t* on_boundary, PrepareState* state) {
+                                                 FoundBalls& balls, bool keep_balls,
+                                                 std::size_t capacity, const HoldRule& hold,
+                                                 PrepareState* state) {
   const std::size_t blocks = (node_count + kRowsPerBlock - 1) / kRowsPerBlock;
   RowBuffer<CudaExecutor, NodeId> rings;
   rings.offsets = executor.allocate<std::int64_t>(node_count + 1);
@@ -313,15 +327,16 @@ inline RowBuffer<CudaExecutor, NodeId> find_rows(CudaExecutor& executor, std::si
                      balls.in_slots(),
                      balls.rows.offsets.data(),
                      balls.rows.entries.data(),
-                     caller_of,
+                     hold.caller_of,
                      elements.caller_of.data(),
                      keep_balls,
                      rings.offsets.data(),
                      rings.entries.data(),
                      capacity,
-                     on_boundary,
+                     hold,
                      words.data(),
-                     state};
+                     state,
+                     executor.lane().mapped<PrepareState>(CudaExecutor::kStateOffset)};
   const auto grid = static_cast<unsigned int>(blocks);
   const auto is_only = [&](ElementType type) {
     return elements.view.run_count == 1 && node_count < kManyKeys &&
@@ -372,21 +387,13 @@ JobMesh<CudaExecutor, Real> prepare_job(CudaExecutor& executor, const TopologyVi
   JobMesh<CudaExecutor, Real> job;
   job.node_count = node_count;
   job.given = executor.allocate<Vec3<Real>>(node_count);
-  job.places = executor.allocate<Vec3<Real>>(node_count);
-  job.fixed = executor.allocate<std::uint8_t>(node_count);
   auto mask = executor.allocate<std::uint8_t>(topology.fixed.size());
   auto connectivity = allocate_connectivity(executor, topology);
-  auto state_buffer = executor.allocate<PrepareState>(1);
-  PrepareState* const state = state_buffer.data();
   // Whatever ends this: memory must not go while something is copied into it.
   const UploadsEnd uploads_end_first(executor);
   executor.start_uploads();
   const std::size_t uploads_begin = executor.mark(lane.uploads);
   executor.upload_early(positions.data(), node_count, job.given.data());
-  PrepareState start;
-  std::fill(start.lower, start.lower + 3, ~0ULL);
-  std::fill(start.upper, start.upper + 3, 0ULL);
-  executor.upload(&start, 1, state);
   executor.await_uploads();
   executor.upload_early(topology.fixed.data(), topology.fixed.size(), mask.data());
   std::vector<UploadedPiece> pieces;
@@ -394,15 +401,19 @@ JobMesh<CudaExecutor, Real> prepare_job(CudaExecutor& executor, const TopologyVi
   const std::size_t uploads_end = executor.mark(lane.uploads);
   executor.add_stretch(uploads_begin, uploads_end, times.upload_seconds);
 
+  job.places = executor.allocate<Vec3<Real>>(node_count);
+  job.fixed = executor.allocate<std::uint8_t>(node_count);
+  auto state_buffer = executor.allocate<PrepareState>(1);
+  PrepareState* const state = state_buffer.data();
+  executor.clear(state, 1);
   job.caller_of = executor.allocate<NodeId>(node_count);
   auto internal_of = executor.allocate<NodeId>(node_count);
   auto ball_sizes = executor.allocate<std::uint32_t>(node_count + 1);
-  const NodeId* const caller_of = job.caller_of.data();
-  std::uint8_t* const fixed = job.fixed.data();
-  order_nodes(executor,
-              NodeOrder<Real>{node_count, job.given.data(), job.caller_of.data(),
-                              internal_of.data(), job.places.data(), fixed, ball_sizes.data()},
-              state);
+  order_nodes(
+      executor,
+      NodeOrder<Real>{node_count, job.given.data(), job.caller_of.data(), internal_of.data(),
+                      job.places.data(), job.fixed.data(), ball_sizes.data()},
+      state);
 
   const MeshSize size = size_of(topology);
   BallPlan plan = BallPlan::of(size, options);
@@ -410,19 +421,18 @@ JobMesh<CudaExecutor, Real> prepare_job(CudaExecutor& executor, const TopologyVi
                                 std::move(ball_sizes), pieces, state);
   internal_of = {};
   PrepareState* const seen = lane.template mapped<PrepareState>(CudaExecutor::kStateOffset);
-  const bool boundary_fixed = options.boundary != BoundaryPolicy::free;
-  FixedCounts counts;
+  const HoldRule hold{job.caller_of.data(), topology.fixed.empty() ? nullptr : mask.data(),
+                      options.boundary != BoundaryPolicy::free, job.fixed.data()};
   std::size_t rows_end = 0;
   for (std::size_t capacity = ring_entry_estimate(size);;
        capacity = std::max<std::size_t>(capacity, seen->ring_entries)) {
     job.rings = {};
-    job.rings = find_rows(executor, node_count, job.elements, balls, caller_of, plan.kept, capacity,
-                          fixed, state);
+    job.rings =
+        find_rows(executor, node_count, job.elements, balls, plan.kept, capacity, hold, state);
     rows_end = executor.mark(lane.stream);
-    executor.for_each(1, [=] __device__(std::size_t) { *seen = *state; });
     if (control.on_progress) control.on_progress({Stage::find_boundary, 0, 0, 0});
-    counts = fix_nodes(executor, node_count, job.rings.view(), caller_of,
-                       topology.fixed.empty() ? nullptr : mask.data(), boundary_fixed, fixed);
+    executor.synchronize();
+    executor.check();
     if (seen->wrong_position != 0 || seen->wrong_element != 0) {
       validate(topology, positions);
       throw DeviceError("DEVICE_LOST", "the device finds a mesh wrong that the host finds right",
@@ -431,9 +441,10 @@ JobMesh<CudaExecutor, Real> prepare_job(CudaExecutor& executor, const TopologyVi
     const bool overfull = seen->overfull_ball != 0;
     if (!overfull && seen->overused_facet != 0) throw_overused_facet(topology);
     if (!overfull && seen->ring_entries <= capacity) break;
-    executor.clear(fixed, node_count);
-    PrepareState again = *seen;
-    again.next_block = again.overused_facet = again.overfull_ball = 0;
+    executor.clear(job.fixed.data(), node_count);
+    PrepareState again{};
+    std::ranges::copy(seen->lower, again.lower);
+    std::ranges::copy(seen->upper, again.upper);
     executor.upload(&again, 1, state);
     if (overfull) {
       plan.slotted = false;
@@ -448,8 +459,11 @@ JobMesh<CudaExecutor, Real> prepare_job(CudaExecutor& executor, const TopologyVi
   executor.add_stretch(uploads_end, rows_end, times.find_neighbours_seconds);
   executor.add_stretch(rows_end, executor.mark(lane.stream), times.find_boundary_seconds);
   job.box = box_of(*seen);
-  job.nodes = counts.nodes;
-  job.free_count = static_cast<std::size_t>(counts.free);
+  job.nodes.total = static_cast<std::int64_t>(node_count);
+  job.nodes.boundary = static_cast<std::int64_t>(seen->boundary);
+  job.nodes.fixed = static_cast<std::int64_t>(seen->held);
+  job.nodes.isolated = static_cast<std::int64_t>(seen->isolated);
+  job.free_count = static_cast<std::size_t>(seen->free);
   return job;
 }
 

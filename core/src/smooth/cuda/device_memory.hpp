@@ -44,7 +44,7 @@ class DevicePool {
   /// throws  OutOfMemory
   [[nodiscard]] void* allocate(std::size_t bytes) {
     // What is large would push many others out, and its call is a small part of its job.
-    const std::size_t offset = bytes <= slab_size_ / 8 ? slab_.take(bytes) : Slab::kFull;
+    const std::size_t offset = bytes <= slab_size_ / 4 ? slab_.take(bytes) : Slab::kFull;
     return offset == Slab::kFull ? allocate_from_driver(bytes) : slab_data_ + offset;
   }
   void release(void* data, std::size_t bytes) noexcept {

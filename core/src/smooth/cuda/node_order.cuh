@@ -26,11 +26,10 @@ MESHSMOOTH_HD inline double from_ordered_bits(unsigned long long ordered) {
 }
 
 MESHSMOOTH_HD inline Box box_of(const PrepareState& state) {
-  const auto at = [](const unsigned long long* ordered) {
-    return Vec3d{from_ordered_bits(ordered[0]), from_ordered_bits(ordered[1]),
-                 from_ordered_bits(ordered[2])};
-  };
-  return {at(state.lower), at(state.upper)};
+  const auto [x, y, z] = state.lower;
+  const auto [u, v, w] = state.upper;
+  return {{from_ordered_bits(~x), from_ordered_bits(~y), from_ordered_bits(~z)},
+          {from_ordered_bits(u), from_ordered_bits(v), from_ordered_bits(w)}};
 }
 
 /// Widens the state's box to finite positions, and tells whether there are others. The
@@ -61,9 +60,9 @@ __device__ void find_box(std::size_t count, const Vec3<Real>* positions, Vec3<Re
     return Vec3<Real>{higher(a.x, b.x), higher(a.y, b.y), higher(a.z, b.z)};
   });
   if (threadIdx.x != 0) return;
-  atomicMin(&state->lower[0], ordered_bits(low.x));
-  atomicMin(&state->lower[1], ordered_bits(low.y));
-  atomicMin(&state->lower[2], ordered_bits(low.z));
+  atomicMax(&state->lower[0], ~ordered_bits(low.x));
+  atomicMax(&state->lower[1], ~ordered_bits(low.y));
+  atomicMax(&state->lower[2], ~ordered_bits(low.z));
   atomicMax(&state->upper[0], ordered_bits(high.x));
   atomicMax(&state->upper[1], ordered_bits(high.y));
   atomicMax(&state->upper[2], ordered_bits(high.z));

@@ -2,15 +2,17 @@
 
 namespace meshsmooth::detail {
 
-/// What the kernels of `prepare_job` tell the host.
+/// What the kernels of `prepare_job` find out; all 0 before.
 struct PrepareState {
-  unsigned long long lower[3], upper[3];  // of the box, as `ordered_bits`
-  unsigned int wrong_position = 0;
-  unsigned int wrong_element = 0;
-  unsigned int overused_facet = 0;
-  unsigned int overfull_ball = 0;  // has no room in `BallSlots`
-  unsigned int next_block = 0;
-  unsigned long long ring_entries = 0;
+  // Of the box, as `ordered_bits`; of its lower corner their complement, so that all grow.
+  unsigned long long lower[3], upper[3];
+  unsigned int wrong_position;
+  unsigned int wrong_element;
+  unsigned int overused_facet;
+  unsigned int overfull_ball;  // has no room in `BallSlots`
+  unsigned int next_block, blocks_done;
+  unsigned long long ring_entries;
+  unsigned long long boundary, held, isolated, free;  // nodes, see `HoldRule`
 };
 
 }  // namespace meshsmooth::detail

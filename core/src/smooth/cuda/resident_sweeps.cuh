@@ -351,7 +351,7 @@ inline constexpr int kMostResidentMovers = 768;  // threads that move nodes
 /// sweep s + 2, when the positions after s are still there.
 __global__ void __launch_bounds__(kMostResidentMovers + kWarp, 1)
     resident_kernel(Surroundings around, float factor, PatchSizes sizes, Vec3<float>* positions,
-                    TaggedPosition* tagged, unsigned int* misfits, SweepBatch batch) {
+                    TaggedPosition* tagged, SweepBatch batch) {
   extern __shared__ __align__(16) unsigned char memory[];
   __shared__ bool stop[2];  // by the sweep's parity: fast warps are one sweep ahead
   const auto grid = cooperative_groups::this_grid();
@@ -360,7 +360,7 @@ __global__ void __launch_bounds__(kMostResidentMovers + kWarp, 1)
   const int threads = static_cast<int>(blockDim.x) - kWarp;  // but the clerk's
   const bool is_clerk = t >= threads;
 
-  if (!patch.load(positions) && t == 0) atomicAdd(misfits, 1U);
+  if (!patch.load(positions) && t == 0) atomicAdd(batch.misfits, 1U);
   for (int own = t; own < sizes.nodes; own += static_cast<int>(blockDim.x)) {
     patch.squared_moves(0)[own] = patch.squared_moves(1)[own] = -1;
     if (!patch.has(own)) continue;
@@ -370,7 +370,7 @@ __global__ void __launch_bounds__(kMostResidentMovers + kWarp, 1)
   }
   if (t < 2) stop[t] = false;
   grid.sync();
-  if (*static_cast<volatile unsigned int*>(misfits) != 0) {
+  if (*static_cast<volatile unsigned int*>(batch.misfits) != 0) {
     if (blockIdx.x == 0 && t == 0) *batch.done = 0;
     return;
   }
@@ -434,14 +434,11 @@ inline bool run_resident_sweeps(CudaExecutor& executor, const PatchSizes& sizes,
   const auto threads =
       static_cast<unsigned int>(std::clamp(sizes.nodes, 6 * kWarp, kMostResidentMovers) + kWarp);
   auto tagged = executor.allocate<TaggedPosition>(2 * around.node_count);
-  auto misfits = executor.allocate<unsigned int>(1);
-  executor.clear(misfits.data(), 1);
   return run_batches(
       executor, around.node_count, blocks, watch,
       [&](const SweepBatch& batch) {
         executor.launch_cooperative<kKernel>(blocks, threads, sizes.bytes(), around, factor, sizes,
-                                             sweeper.current(), tagged.data(), misfits.data(),
-                                             batch);
+                                             sweeper.current(), tagged.data(), batch);
       },
       [](int) {});
 }

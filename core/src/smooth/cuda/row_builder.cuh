@@ -8,6 +8,7 @@
 #include "smooth/cuda/ball_plan.hpp"
 #include "smooth/cuda/cuda_executor.cuh"
 #include "smooth/cuda/prepare_state.hpp"
+#include "smooth/hold.hpp"
 #include "smooth/topology.hpp"
 
 namespace meshsmooth::detail {
@@ -40,9 +41,10 @@ struct RowTask {
   std::int64_t* offsets;
   NodeId* entries;
   std::size_t capacity;  // entries that there is room for
-  std::uint8_t* on_boundary;
+  HoldRule hold;
   unsigned long long* look_back;  // one word a block, 0 before
   PrepareState* state;
+  PrepareState* seen;  // becomes a copy of it, for the host
 };
 
 /// The ball of a node.
@@ -365,7 +367,7 @@ __device__ int find_simplex_row(const RowTask& task, int node, RowEntries& row, 
   if (end_place > kRowCapacity) return kTooLong;
   const FacetUses::Counts counts = uses.count(end_place);
   const std::uint32_t all_uses = ball.size() * (kNodes == 3 ? 2 : 3);
-  if (counts.odd != 0) task.on_boundary[node] = 1;
+  if (counts.odd != 0) task.hold.fixed[node] = 1;
   if (all_uses != static_cast<std::uint32_t>(2 * counts.used - counts.odd))
     task.state->overused_facet = 1;
   const int degree = end_place - kFirst;
@@ -439,7 +441,7 @@ class RowSearch {
     for (unsigned int slot = threadIdx.x % kThreads; slot < kSlots; slot += kThreads) {
       const unsigned int count = tables_.facet_counts[slot];
       if (count > 2) task_.state->overused_facet = 1;
-      if (count == 1) task_.on_boundary[node_] = 1;
+      if (count == 1) task_.hold.fixed[node_] = 1;
     }
     sync();
   }
@@ -685,6 +687,35 @@ __device__ inline unsigned int share_by_ball_size(const RowTask& task, std::size
   return order[(t + block / kApart * kWarp) % kRowsPerBlock];
 }
 
+/// Decides whether the nodes of a block stay, each by its thread, and counts them; all threads
+/// call.
+__device__ inline void hold_own(const RowTask& task, std::size_t own, int degree) {
+  FixedCounts counts;
+  if (own < task.node_count) counts = task.hold(own, degree == 0);
+  const auto add = [](unsigned long long& total, bool counted) {
+    const int count = __syncthreads_count(counted);
+    if (threadIdx.x == 0 && count > 0) atomicAdd(&total, static_cast<unsigned long long>(count));
+  };
+  add(task.state->boundary, counts.nodes.boundary != 0);
+  add(task.state->held, counts.nodes.fixed != 0);
+  add(task.state->isolated, counts.nodes.isolated != 0);
+  add(task.state->free, counts.free != 0);
+}
+
+/// The last block that ends has the state copied for the host. One thread of each calls, once the
+/// others have said what they have to say.
+__device__ inline void end_block(const RowTask& task) {
+  __threadfence();
+  if (atomicAdd(&task.state->blocks_done, 1U) + 1 != gridDim.x) return;
+  __threadfence();
+  using Word = unsigned long long;
+  static_assert(sizeof(PrepareState) % sizeof(Word) == 0);
+  const volatile Word* const from = reinterpret_cast<const volatile Word*>(task.state);
+  for (std::size_t w = 0; w < sizeof(PrepareState) / sizeof(Word); ++w) {
+    reinterpret_cast<Word*>(task.seen)[w] = from[w];
+  }
+}
+
 /// Rings, boundary and, where they are kept, balls: rows are found in
 /// shared memory and put one behind the other by a look-back over the blocks, in
 /// one pass.
@@ -724,6 +755,7 @@ __global__ void __launch_bounds__(kRowsPerBlock, kBlocks) row_kernel(RowTask tas
   const bool mine = own < task.node_count;
   if (task.state->wrong_element != 0 || task.state->overfull_ball != 0) {
     if (mine) task.offsets[own] = task.offsets[own + 1] = 0;
+    if (t == 0) end_block(task);
     return;
   }
 
@@ -770,6 +802,7 @@ __global__ void __launch_bounds__(kRowsPerBlock, kBlocks) row_kernel(RowTask tas
     __syncthreads();
   }
   degree = degrees[t];
+  hold_own(task, own, degree);
   const bool is_short = cuts[t] == 0;
   // Where the rows go.
   unsigned int sum = static_cast<unsigned int>(degree);  // up to and with this row
@@ -807,6 +840,7 @@ __global__ void __launch_bounds__(kRowsPerBlock, kBlocks) row_kernel(RowTask tas
   }
   const bool room = base + total <= task.capacity;  // else the host will see and call again
   const bool all_short = __syncthreads_and(is_short) != 0;
+  if (t == 0) end_block(task);
   if (room && all_short) {
     store_rows(rows, columns[t], scratch.entries, task.entries + stretch, start,
                static_cast<unsigned int>(degree));

@@ -40,6 +40,9 @@ class Event {
   void record(const Stream& stream) {
     check_cuda(cudaEventRecord(event_, stream.get()), "marking a stream");
   }
+  void synchronize() const {
+    check_cuda(cudaEventSynchronize(event_), "waiting for a point in a stream");
+  }
   /// What comes later in `stream` waits for this event.
   void hold_up(const Stream& stream) const {
     check_cuda(cudaStreamWaitEvent(stream.get(), event_), "ordering two streams");

@@ -15,6 +15,7 @@ struct SweepBatch {
   int most;                     // sweeps
   double tolerance;             // ends when the largest move is below
   unsigned long long* largest;  // a word per sweep, 0 before
+  unsigned int* misfits;        // blocks that have no room for their share, 0 before
   SweepStats* partial;          // [sweep][block]
   SweepStats* stats;            // [sweep], host memory
   int* done;                    // sweeps done, host memory; 0: it could not be done this way
@@ -125,7 +126,7 @@ __device__ void report(const Grid& grid, const SweepBatch& batch, int done) {
 template <class Launch, class Finish>
 bool run_batches(CudaExecutor& executor, std::size_t node_count, unsigned int blocks,
                  ConvergenceWatch& watch, const Launch& launch, const Finish& finish) {
-  auto largest = executor.allocate<unsigned long long>(kMostInBatch);
+  auto words = executor.allocate<unsigned long long>(kMostInBatch + 1);
   auto partial = executor.allocate<SweepStats>(std::size_t{kMostInBatch} * blocks);
   auto* const stats = executor.lane().mapped<SweepStats>(CudaExecutor::kSweepsOffset);
   int* const done = reinterpret_cast<int*>(stats + kMostInBatch);
@@ -133,11 +134,12 @@ bool run_batches(CudaExecutor& executor, std::size_t node_count, unsigned int bl
   for (bool ended = false; !ended;) {
     const SweepBatch batch{pace.next(watch.sweeps_ahead()),
                            watch.tolerance(),
-                           largest.data(),
+                           words.data(),
+                           reinterpret_cast<unsigned int*>(words.data() + kMostInBatch),
                            partial.data(),
                            stats,
                            done};
-    executor.clear(largest.data(), largest.size());
+    executor.clear(words.data(), words.size());
     pace.start();
     launch(batch);
     executor.synchronize();
