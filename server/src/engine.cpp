@@ -230,14 +230,14 @@ void Engine::submit(const std::shared_ptr<Job>& job) {
   job->queue();
   queue_.push(job, job->request().priority);
   // A stop that came before the push did not find the job in the queue.
-  if (job->stop_cause() && queue_.remove(*job)) job->end(job->stop_cause());
+  if (job->stop_cause()) end_waiting(*job, job->stop_cause());
 }
 
 void Engine::cancel(Job& job, std::exception_ptr cause) {
-  if (job.request_stop(cause) && queue_.remove(job)) job.end(cause);
+  if (job.request_stop(cause)) end_waiting(job, cause);
 }
 
-void Engine::expire(Job& job, std::exception_ptr cause) {
+void Engine::end_waiting(Job& job, std::exception_ptr cause) {
   if (queue_.remove(job)) job.end(cause);
 }
 
@@ -258,7 +258,7 @@ void Engine::retire(const Job& job) {
 void Engine::hand_back_waiting() {
   for (const auto& job : store_.living()) {
     const std::exception_ptr cause = draining_error();
-    if (job->hand_back(cause) && queue_.remove(*job)) job->end(cause);
+    if (job->hand_back(cause)) end_waiting(*job, cause);
   }
 }
 
@@ -283,7 +283,7 @@ void Engine::keep_house(const std::stop_token& stop) {
     results_.expire(now);
     for (const auto& lane : lanes_) lane->watch(now, patience);
     for (const auto& job : store_.living()) {
-      if (job->waited_too_long(now)) expire(*job, queue_timeout_error());
+      if (job->waited_too_long(now)) end_waiting(*job, queue_timeout_error());
     }
   }
 }

@@ -81,7 +81,7 @@ class Engine {
   /// once.
   void cancel(Job& job, std::exception_ptr cause);
   /// Ends the job only if it still waits in the queue.
-  void expire(Job& job, std::exception_ptr cause);
+  void end_waiting(Job& job, std::exception_ptr cause);
 
   /// Forgets a job that has ended. Throws Error (JOB_NOT_FINISHED).
   void forget(Job& job);

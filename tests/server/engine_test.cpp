@@ -337,8 +337,8 @@ TEST_F(EngineTest, ExpiresOnlyJobsThatStillWait) {
   }
   fake_->wait_started(2);
 
-  engine_.expire(first.job(), cancelled());
-  engine_.expire(waiting.job(), cancelled());
+  engine_.end_waiting(first.job(), cancelled());
+  engine_.end_waiting(waiting.job(), cancelled());
 
   EXPECT_EQ(first.job().state(), JobState::running);
   EXPECT_EQ(waiting.job().state(), JobState::cancelled);

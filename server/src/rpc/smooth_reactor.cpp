@@ -229,7 +229,7 @@ void SmoothReactor::perform(Step step) {
     case Step::leave_job:
       return engine_.leave(attendance_, error_);
     case Step::expire_job:
-      return engine_.expire(*job_, queue_timeout_error());
+      return engine_.end_waiting(*job_, queue_timeout_error());
     case Step::succeed_job:
       job_->end();
       return;
