@@ -8,6 +8,7 @@
 #include <array>
 #include <atomic>
 #include <future>
+#include <mutex>
 #include <utility>
 
 #include "attach_call.hpp"
@@ -53,6 +54,28 @@ JobInfo decode_job(const v1::Job& job) {
   return info;
 }
 
+/// Memory for the next result: large blocks come from the kernel page by page, which takes longer
+/// than to fill them (40 MB down at 1.2 instead of 2.8 GB/s).
+class SpareMemory {
+ public:
+  [[nodiscard]] Positions take() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(memory_, {});
+  }
+  void keep(Positions memory) {
+    const auto bytes = std::visit(
+        [](const auto& places) { return places.capacity() * sizeof(places[0]); }, memory);
+    if (bytes > kMostSpareBytes) return;
+    const std::lock_guard lock(mutex_);
+    memory_.swap(memory);
+  }
+
+ private:
+  static constexpr std::size_t kMostSpareBytes = 256 << 20;
+  std::mutex mutex_;
+  Positions memory_;
+};
+
 }  // namespace
 
 struct Client::Impl {
@@ -88,10 +111,12 @@ struct Client::Impl {
     Retry retry(attempt, request.timeout.value_or(default_timeout(mesh, options)));
     std::size_t early_bytes = last_was_accepted ? kManyEarlyBytes : kFewEarlyBytes;
     for (;;) {
-      SmoothCall call(channel, name, mesh, options, attempt, retry.left(), early_bytes, topology);
+      SmoothCall call(channel, name, mesh, options, attempt, retry.left(), early_bytes, topology,
+                      spare.take());
       try {
         SmoothReport report = call.run();
         last_was_accepted = true;
+        spare.keep(call.take_memory());
         return report;
       } catch (const ServiceError& error) {
         last_was_accepted = false;
@@ -110,6 +135,7 @@ struct Client::Impl {
   std::string name;
   /// Whether the last job succeeded: a server is behind the channel, and takes jobs.
   std::atomic<bool> last_was_accepted = false;
+  SpareMemory spare;
 };
 
 struct Session::Impl {
@@ -129,7 +155,10 @@ struct Session::Impl {
                              std::to_string(node_count) + " nodes",
                          {}, {});
     }
-    auto& own = mesh.positions.emplace<std::vector<Vec3<Real>>>(positions.begin(), positions.end());
+    using Own = std::vector<Vec3<Real>>;
+    if (!std::holds_alternative<Own>(mesh.positions)) mesh.positions.emplace<Own>();
+    auto& own = std::get<Own>(mesh.positions);
+    own.assign(positions.begin(), positions.end());
     SmoothReport report;
     const auto begin = std::chrono::steady_clock::now();
     try {

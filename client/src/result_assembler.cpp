@@ -3,6 +3,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <type_traits>
@@ -39,10 +40,17 @@ void ResultAssembler::begin(const v1::ResultHeader& header) {
   }
   std::visit(
       [this](const auto& input) {
-        auto& positions = positions_.emplace<std::remove_cvref_t<decltype(input)>>();
-        positions.reserve(input.size());
+        using Places = std::remove_cvref_t<decltype(input)>;
+        auto* positions = std::get_if<Places>(&positions_);
+        if (positions == nullptr) positions = &positions_.emplace<Places>();
+        // Of about the size: the mesh shall not hold much more than it needs.
+        const bool is_new = positions->capacity() < input.size() ||
+                            positions->capacity() > input.size() + input.size() / 4;
+        if (is_new) *positions = {};
+        positions->reserve(input.size());
+        positions->resize(std::min(positions->size(), input.size()));
         size_bytes_ = input.size() * sizeof(input[0]);
-        advise_large_pages(positions.data(), size_bytes_);
+        if (is_new) advise_large_pages(positions->data(), size_bytes_);
       },
       mesh_.positions);
   begun_ = true;
@@ -70,14 +78,15 @@ void ResultAssembler::add(const wire::ChunkView& chunk) {
       [&](auto& positions) {
         // Only now: places that are made for all at once leave the caches before they are filled.
         constexpr std::size_t kPlaceBytes = sizeof(positions[0]);
-        positions.resize((received_bytes_ + chunk.size_bytes + kPlaceBytes - 1) / kPlaceBytes);
+        const std::size_t end = received_bytes_ + chunk.size_bytes;
+        positions.resize(std::max(positions.size(), (end + kPlaceBytes - 1) / kPlaceBytes));
         chunk.copy_to(std::as_writable_bytes(std::span(positions)).data() + received_bytes_);
       },
       positions_);
   received_bytes_ += chunk.size_bytes;
 }
 
-decltype(Mesh::positions) ResultAssembler::take() {
+Positions ResultAssembler::take() {
   if (!begun_ || received_bytes_ != size_bytes_) {
     throw broken_answer("the result is incomplete: " + std::to_string(received_bytes_) + " of " +
                         std::to_string(size_bytes_) + " bytes arrived");

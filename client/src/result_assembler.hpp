@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <utility>
 
 #include "meshsmooth/mesh.hpp"
 #include "meshsmooth/v1/smoothing.pb.h"
@@ -8,22 +9,26 @@
 
 namespace meshsmooth::client {
 
+using Positions = decltype(Mesh::positions);
+
 /// Puts the chunks of a result together, apart from the mesh it is for. Throws
 /// `ServiceError` at whatever does not fit that mesh.
 class ResultAssembler {
  public:
-  explicit ResultAssembler(const Mesh& mesh) : mesh_(mesh) {}
+  /// `memory` is filled instead of new where it is about as large as the result.
+  explicit ResultAssembler(const Mesh& mesh, Positions memory = {})
+      : mesh_(mesh), positions_(std::move(memory)) {}
 
   void begin(const v1::ResultHeader& header);
   void add(const wire::ChunkView& chunk);
   [[nodiscard]] bool begun() const { return begun_; }
   [[nodiscard]] std::size_t received_bytes() const { return received_bytes_; }
   /// The positions, in the mesh's precision; throws unless complete.
-  [[nodiscard]] decltype(Mesh::positions) take();
+  [[nodiscard]] Positions take();
 
  private:
   const Mesh& mesh_;
-  decltype(Mesh::positions) positions_;  // as far as they have come
+  Positions positions_;  // behind `received_bytes_` anything
   bool begun_ = false;
   std::size_t size_bytes_ = 0;
   std::size_t received_bytes_ = 0;

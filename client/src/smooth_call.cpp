@@ -73,7 +73,8 @@ JobProgress decode_progress(const v1::Progress& message) {
 
 SmoothCall::SmoothCall(const std::shared_ptr<grpc::Channel>& channel, std::string server,
                        Mesh& mesh, const SmoothOptions& options, const RequestOptions& request,
-                       std::chrono::nanoseconds left, std::size_t early_bytes, TopologyUse topology)
+                       std::chrono::nanoseconds left, std::size_t early_bytes, TopologyUse topology,
+                       Positions memory)
     : server_(std::move(server)),
       mesh_(mesh),
       options_(options),
@@ -84,7 +85,7 @@ SmoothCall::SmoothCall(const std::shared_ptr<grpc::Channel>& channel, std::strin
       stub_(channel),
       to_send_(parts_to_send()),
       early_bytes_(early_bytes),
-      result_(mesh) {}
+      result_(mesh, std::move(memory)) {}
 
 SmoothReport SmoothCall::run() {
   v1::SmoothRequest first;
@@ -103,7 +104,7 @@ SmoothReport SmoothCall::run() {
   }
   if (!summary_) throw broken_answer("the server ended the call without a summary");
   SmoothReport report = decode_report(std::move(*summary_), job_name_, request_id_);
-  mesh_.positions = result_.take();
+  memory_ = std::exchange(mesh_.positions, result_.take());
   return report;
 }
 

@@ -35,6 +35,50 @@ TEST(Client, SmoothsThroughTheRealServer) {
   EXPECT_THAT(report.to_json(), HasSubstr("\"stop_reason\": \"STOP_REASON_CONVERGED\""));
 }
 
+TEST(Client, PutsAResultWhereThePositionsBeforeTheLastOneWere) {
+  InProcessServer server;
+  Client client = connect(server);
+  Mesh mesh = test::lattice(ElementType::tetrahedron, 8);
+  const std::vector<Vec3d> before = test::points(mesh);
+  const Vec3d* const first = test::points(mesh).data();
+  client.smooth(mesh, {});
+  const Vec3d* const second = test::points(mesh).data();
+
+  client.smooth(mesh, {});
+  EXPECT_EQ(test::points(mesh).data(), first);
+  client.smooth(mesh, {});
+  EXPECT_EQ(test::points(mesh).data(), second);
+
+  for (std::size_t node = 0; node < before.size(); ++node) {
+    const Vec3d moved = before[node] + Vec3d{3, 0, 0};
+    ASSERT_EQ(test::points(mesh)[node], moved) << node;
+  }
+}
+
+TEST(Client, GivesEveryMeshMemoryOfItsOwnSize) {
+  InProcessServer server;
+  Client client = connect(server);
+  Mesh large = test::lattice(ElementType::tetrahedron, 8);
+  for (const int cells : {2, 9}) {
+    Mesh other = test::lattice(ElementType::tetrahedron, cells);
+    const std::vector<Vec3d> before = test::points(other);
+    client.smooth(large, {});
+
+    client.smooth(other, {});
+
+    ASSERT_EQ(test::points(other).size(), before.size());
+    EXPECT_LE(test::points(other).capacity(), before.size() + before.size() / 4);
+    EXPECT_EQ(test::points(other).back().x, before.back().x + 1);
+  }
+  Mesh floats = large;
+  floats.positions = std::vector<Vec3f>(large.node_count(), Vec3f{1, 2, 3});
+  client.smooth(large, {});
+
+  client.smooth(floats, {});
+
+  EXPECT_EQ(std::get<std::vector<Vec3f>>(floats.positions).back(), (Vec3f{2, 2, 3}));
+}
+
 TEST(Client, SendsRegions) {
   InProcessServer server;
   Mesh mesh = test::tet_ball();
