@@ -46,7 +46,7 @@ void ResultAssembler::begin(const v1::ResultHeader& header) {
         // Of about the size: the mesh shall not hold much more than it needs.
         const bool is_new = positions->capacity() < input.size() ||
                             positions->capacity() > input.size() + input.size() / 4;
-        if (is_new) *positions = {};
+        if (is_new) *positions = Places();  // {} would keep the memory
         positions->reserve(input.size());
         positions->resize(std::min(positions->size(), input.size()));
         size_bytes_ = input.size() * sizeof(input[0]);
