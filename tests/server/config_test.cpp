@@ -122,6 +122,7 @@ TEST_F(Config, NamesFieldValueAndSourceOfAWrongValue) {
   EXPECT_THAT(error_of({"--lame-duck-seconds", "soon"}),
               AllOf(HasSubstr("lame-duck-seconds: "), HasSubstr("\"soon\"")));
   EXPECT_THAT(error_of({"--lame-duck-seconds", "nan"}), HasSubstr("nan is no number"));
+  EXPECT_THAT(error_of({"--max-receive-message-bytes", "1048576"}), HasSubstr("2097152 to"));
   EXPECT_THAT(error_of({"--max-job-bytes", "lots"}), HasSubstr("\"lots\" (flag --max-job-bytes)"));
   for (const char* wrong : {"0,0", "-1", "1,", ",1", "a", "0 1"}) {
     EXPECT_THAT(error_of({"--devices", wrong}), HasSubstr("devices: ")) << wrong;
