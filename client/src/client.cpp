@@ -8,7 +8,6 @@
 #include <array>
 #include <atomic>
 #include <future>
-#include <mutex>
 #include <utility>
 
 #include "attach_call.hpp"
@@ -19,6 +18,7 @@
 #include "retry.hpp"
 #include "service_error.hpp"
 #include "smooth_call.hpp"
+#include "spare_memory.hpp"
 #include "wire/codec.hpp"
 #include "wire/topology_name.hpp"
 
@@ -53,28 +53,6 @@ JobInfo decode_job(const v1::Job& job) {
   info.json = json_of(job);
   return info;
 }
-
-/// Memory for the next result: large blocks come from the kernel page by page, which takes longer
-/// than to fill them (40 MB down at 1.2 instead of 2.8 GB/s).
-class SpareMemory {
- public:
-  [[nodiscard]] Positions take() {
-    const std::lock_guard lock(mutex_);
-    return std::exchange(memory_, {});
-  }
-  void keep(Positions memory) {
-    const auto bytes = std::visit(
-        [](const auto& places) { return places.capacity() * sizeof(places[0]); }, memory);
-    if (bytes > kMostSpareBytes) return;
-    const std::lock_guard lock(mutex_);
-    memory_.swap(memory);
-  }
-
- private:
-  static constexpr std::size_t kMostSpareBytes = 256 << 20;
-  std::mutex mutex_;
-  Positions memory_;
-};
 
 }  // namespace
 
@@ -112,7 +90,7 @@ struct Client::Impl {
     std::size_t early_bytes = last_was_accepted ? kManyEarlyBytes : kFewEarlyBytes;
     for (;;) {
       SmoothCall call(channel, name, mesh, options, attempt, retry.left(), early_bytes, topology,
-                      spare.take());
+                      spare.take(mesh));
       try {
         SmoothReport report = call.run();
         last_was_accepted = true;

@@ -43,10 +43,8 @@ void ResultAssembler::begin(const v1::ResultHeader& header) {
         using Places = std::remove_cvref_t<decltype(input)>;
         auto* positions = std::get_if<Places>(&positions_);
         if (positions == nullptr) positions = &positions_.emplace<Places>();
-        // Of about the size: the mesh shall not hold much more than it needs.
-        const bool is_new = positions->capacity() < input.size() ||
-                            positions->capacity() > input.size() + input.size() / 4;
-        if (is_new) *positions = Places();  // {} would keep the memory
+        const bool is_new = positions->capacity() < input.size();
+        if (is_new) *positions = Places();  // {} would keep what is then copied
         positions->reserve(input.size());
         positions->resize(std::min(positions->size(), input.size()));
         size_bytes_ = input.size() * sizeof(input[0]);

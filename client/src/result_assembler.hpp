@@ -3,19 +3,17 @@
 #include <cstddef>
 #include <utility>
 
-#include "meshsmooth/mesh.hpp"
 #include "meshsmooth/v1/smoothing.pb.h"
+#include "spare_memory.hpp"
 #include "wire/raw_message.hpp"
 
 namespace meshsmooth::client {
-
-using Positions = decltype(Mesh::positions);
 
 /// Puts the chunks of a result together, apart from the mesh it is for. Throws
 /// `ServiceError` at whatever does not fit that mesh.
 class ResultAssembler {
  public:
-  /// `memory` is filled instead of new where it is about as large as the result.
+  /// `memory` is filled instead of new where it is large enough.
   explicit ResultAssembler(const Mesh& mesh, Positions memory = {})
       : mesh_(mesh), positions_(std::move(memory)) {}
 

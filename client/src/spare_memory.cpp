@@ -1,0 +1,47 @@
+#include "spare_memory.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+#include <variant>
+
+namespace meshsmooth::client {
+namespace {
+
+std::size_t bytes_of(const Positions& memory) {
+  return std::visit([](const auto& places) { return places.capacity() * sizeof(places[0]); },
+                    memory);
+}
+
+}  // namespace
+
+Positions SpareMemory::take(const Mesh& mesh) {
+  const std::size_t least = mesh.node_count();
+  const auto fits = [&](const Positions& memory) {
+    if (memory.index() != mesh.positions.index()) return false;
+    const std::size_t room =
+        std::visit([](const auto& places) { return places.capacity(); }, memory);
+    return room >= least && room <= least + least / 4;
+  };
+  const std::lock_guard lock(mutex_);
+  const auto found = std::find_if(blocks_.rbegin(), blocks_.rend(), fits);
+  if (found == blocks_.rend()) return {};
+  Positions memory = std::move(*found);
+  blocks_.erase(std::next(found).base());
+  bytes_ -= bytes_of(memory);
+  return memory;
+}
+
+void SpareMemory::keep(Positions memory) {
+  const std::size_t bytes = bytes_of(memory);
+  if (bytes < kLeastBytes || bytes > kMostBytes) return;
+  const std::lock_guard lock(mutex_);
+  while (bytes_ + bytes > kMostBytes) {
+    bytes_ -= bytes_of(blocks_.front());
+    blocks_.pop_front();
+  }
+  blocks_.push_back(std::move(memory));
+  bytes_ += bytes;
+}
+
+}  // namespace meshsmooth::client
