@@ -104,6 +104,7 @@ void parallel_for_ranges(std::size_t count, const Body& body) {
 template <class T, class Body, class Combine>
 [[nodiscard]] T parallel_reduce(std::size_t count, T zero, const Body& body,
                                 const Combine& combine) {
+  static_assert(!std::is_same_v<T, bool>, "bodies would share the words of a vector<bool>");
   std::vector<T> partial((count + kRange - 1) / kRange, zero);
   parallel_for_ranges(count, [&](std::size_t begin, std::size_t end) {
     partial[begin / kRange] = body(begin, end);
