@@ -88,13 +88,13 @@ struct Client::Impl {
     if (attempt.request_id.empty()) attempt.request_id = make_request_id();
     Retry retry(attempt, request.timeout.value_or(default_timeout(mesh, options)));
     std::size_t early_bytes = last_was_accepted ? kManyEarlyBytes : kFewEarlyBytes;
+    BorrowedMemory memory(spare, mesh);
     for (;;) {
       SmoothCall call(channel, name, mesh, options, attempt, retry.left(), early_bytes, topology,
-                      spare.take(mesh));
+                      memory.places);
       try {
         SmoothReport report = call.run();
         last_was_accepted = true;
-        spare.keep(call.take_memory());
         return report;
       } catch (const ServiceError& error) {
         last_was_accepted = false;

@@ -27,7 +27,7 @@ void advise_large_pages(void* data, std::size_t bytes) {
 
 }  // namespace
 
-void ResultAssembler::begin(const v1::ResultHeader& header) {
+void ResultAssembler::begin(const v1::ResultHeader& header, Positions memory) {
   if (begun_) throw broken_answer("the server announced its result twice");
   const bool float64 = std::holds_alternative<std::vector<Vec3d>>(mesh_.positions);
   const v1::ScalarType type = float64 ? v1::SCALAR_TYPE_FLOAT64 : v1::SCALAR_TYPE_FLOAT32;
@@ -38,6 +38,7 @@ void ResultAssembler::begin(const v1::ResultHeader& header) {
                         std::to_string(mesh_.node_count()) + " nodes in " +
                         v1::ScalarType_Name(type));
   }
+  positions_ = std::move(memory);
   std::visit(
       [this](const auto& input) {
         using Places = std::remove_cvref_t<decltype(input)>;

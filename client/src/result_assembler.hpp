@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstddef>
-#include <utility>
 
 #include "meshsmooth/v1/smoothing.pb.h"
 #include "spare_memory.hpp"
@@ -13,11 +12,10 @@ namespace meshsmooth::client {
 /// `ServiceError` at whatever does not fit that mesh.
 class ResultAssembler {
  public:
-  /// `memory` is filled instead of new where it is large enough.
-  explicit ResultAssembler(const Mesh& mesh, Positions memory = {})
-      : mesh_(mesh), positions_(std::move(memory)) {}
+  explicit ResultAssembler(const Mesh& mesh) : mesh_(mesh) {}
 
-  void begin(const v1::ResultHeader& header);
+  /// `memory` is filled instead of new where it is large enough.
+  void begin(const v1::ResultHeader& header, Positions memory = {});
   void add(const wire::ChunkView& chunk);
   [[nodiscard]] bool begun() const { return begun_; }
   [[nodiscard]] std::size_t received_bytes() const { return received_bytes_; }

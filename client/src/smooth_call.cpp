@@ -74,7 +74,7 @@ JobProgress decode_progress(const v1::Progress& message) {
 SmoothCall::SmoothCall(const std::shared_ptr<grpc::Channel>& channel, std::string server,
                        Mesh& mesh, const SmoothOptions& options, const RequestOptions& request,
                        std::chrono::nanoseconds left, std::size_t early_bytes, TopologyUse topology,
-                       Positions memory)
+                       Positions& memory)
     : server_(std::move(server)),
       mesh_(mesh),
       options_(options),
@@ -85,7 +85,8 @@ SmoothCall::SmoothCall(const std::shared_ptr<grpc::Channel>& channel, std::strin
       stub_(channel),
       to_send_(parts_to_send()),
       early_bytes_(early_bytes),
-      result_(mesh, std::move(memory)) {}
+      result_(mesh),
+      memory_(memory) {}
 
 SmoothReport SmoothCall::run() {
   v1::SmoothRequest first;
@@ -192,7 +193,7 @@ void SmoothCall::handle(const v1::SmoothResponse& response) {
       if (request_.on_progress) request_.on_progress(decode_progress(response.progress()));
       return;
     case v1::SmoothResponse::kResult:
-      return result_.begin(response.result());
+      return result_.begin(response.result(), std::exchange(memory_, {}));
     case v1::SmoothResponse::kChunk:
       return result_.add(wire::ChunkView(response.chunk()));
     case v1::SmoothResponse::kSummary:

@@ -51,16 +51,15 @@ inline constexpr std::size_t kManyEarlyBytes = 2 << 20;
 /// still going out.
 class SmoothCall {
  public:
-  /// `left` of the request's timeout is for this attempt, `memory` for the result.
+  /// `left` of the request's timeout is for this attempt. `memory` is for the result; when that is
+  /// there, it has what the mesh had before.
   SmoothCall(const std::shared_ptr<grpc::Channel>& channel, std::string server, Mesh& mesh,
              const SmoothOptions& options, const RequestOptions& request,
              std::chrono::nanoseconds left, std::size_t early_bytes, TopologyUse topology,
-             Positions memory);
+             Positions& memory);
 
   /// Needs to be called once. Throws `ServiceError`, and what on_progress throws.
   SmoothReport run();
-  /// What the mesh had before `run`, which others may fill.
-  [[nodiscard]] Positions take_memory() { return std::move(memory_); }
   /// Whether the server has accepted the job, or refused it itself.
   [[nodiscard]] bool answered() const { return accepted_ || sending_stopped_; }
 
@@ -102,7 +101,7 @@ class SmoothCall {
   std::size_t early_bytes_;    // that may still be sent before the server has answered
   std::string job_name_;
   ResultAssembler result_;
-  Positions memory_;
+  Positions& memory_;
   std::optional<v1::Summary> summary_;
 };
 

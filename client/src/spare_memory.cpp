@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <new>
 #include <utility>
 #include <variant>
 
@@ -32,16 +33,21 @@ Positions SpareMemory::take(const Mesh& mesh) {
   return memory;
 }
 
-void SpareMemory::keep(Positions memory) {
+void SpareMemory::keep(Positions memory) noexcept {
   const std::size_t bytes = bytes_of(memory);
   if (bytes < kLeastBytes || bytes > kMostBytes) return;
-  const std::lock_guard lock(mutex_);
-  while (bytes_ + bytes > kMostBytes) {
-    bytes_ -= bytes_of(blocks_.front());
-    blocks_.pop_front();
+  std::deque<Positions> forgotten;  // goes when nobody waits for it any more
+  try {
+    const std::lock_guard lock(mutex_);
+    while (bytes_ + bytes > kMostBytes) {
+      forgotten.push_back(std::move(blocks_.front()));
+      blocks_.pop_front();
+      bytes_ -= bytes_of(forgotten.back());
+    }
+    blocks_.push_back(std::move(memory));
+    bytes_ += bytes;
+  } catch (const std::bad_alloc&) {  // then there is nothing spare
   }
-  blocks_.push_back(std::move(memory));
-  bytes_ += bytes;
 }
 
 }  // namespace meshsmooth::client

@@ -88,7 +88,9 @@ void visit_settings(Config& config, const Visit& visit) {
   const CLI::Validator none;
   const auto text = text_that("printable", is_printable);
   const auto seconds = seconds_range();
-  constexpr int kClientsChunk = 1 << 20;  // which no setting may shut out
+  const auto message_bytes = CLI::Range(4096, 1 << 30);
+  // Clients send chunks of 1 MiB, whatever is set.
+  const auto received_message_bytes = CLI::Range(2 << 20, 1 << 30);
   const auto counts = CLI::Range(std::int64_t{1}, std::int64_t{INT32_MAX});
 
   visit("listen", config.listen, "HOST:PORT or unix:PATH to serve on; port 0 picks one",
@@ -171,11 +173,10 @@ void visit_settings(Config& config, const Visit& visit) {
   visit("early-data-bytes", config.early_data_bytes,
         "What clients may send before they are accepted", CLI::Range(0, 1 << 22));
   visit("max-chunk-bytes", config.max_chunk_bytes, "Largest chunk clients should send",
-        CLI::Range(kClientsChunk, 1 << 30));
-  visit("result-chunk-bytes", config.result_chunk_bytes, "Size of the chunks sent",
-        CLI::Range(4096, 1 << 30));
+        message_bytes);
+  visit("result-chunk-bytes", config.result_chunk_bytes, "Size of the chunks sent", message_bytes);
   visit("max-receive-message-bytes", config.max_receive_message_bytes,
-        "Larger messages end the call", CLI::Range(2 * kClientsChunk, 1 << 30));
+        "Larger messages end the call", received_message_bytes);
   visit("stream-window-bytes", config.stream_window_bytes,
         "Flow-control window of a stream; 0: adapts to the network", CLI::Range(0, 1 << 30));
   visit("max-concurrent-streams", config.max_concurrent_streams, "Calls per connection",

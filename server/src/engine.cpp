@@ -205,8 +205,8 @@ void Engine::leave(Attendance& attendance, const std::exception_ptr& cause) {
   const bool last = job->leave(attendance.watcher, cause);
   if (brings_mesh || (last && job->state() == JobState::sending)) {
     job->end(cause);
-  } else if (last && queue_.remove(*job)) {
-    job->end(cause);
+  } else if (last) {
+    end_waiting(*job, cause);
   }
   attendance.stream = {};
 }

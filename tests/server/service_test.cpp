@@ -206,6 +206,19 @@ TEST_F(Service, DescribesItself) {
   EXPECT_FALSE(info.draining());
 }
 
+TEST(ServiceWithOtherLimits, TellsAChunkThatItWouldReceive) {
+  server::ServerConfig config = quiet_config();
+  config.max_chunk_bytes = 8 << 20;
+  config.max_receive_message_bytes = 4 << 20;
+  InProcessServer server(config);
+  const auto stub = v1::SmoothingService::NewStub(server.channel());
+
+  const std::int32_t most = server_info(*stub).limits().max_chunk_bytes();
+
+  EXPECT_LT(most, 4 << 20);
+  EXPECT_GT(most, 3 << 20);
+}
+
 TEST_F(Service, IsFoundByReflection) {
   RawCall call(server_.channel(), "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo");
   call.send(string_message(7, "*"));  // list_services

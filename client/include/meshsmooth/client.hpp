@@ -182,8 +182,8 @@ class Session {
 };
 
 /// A connection to one server, or to several that do the same. Thread-safe: calls may run at the
-/// same time. Every call throws `ServiceError`. Of positions that results have replaced it keeps
-/// the memory for others, up to 256 MiB.
+/// same time. Every call throws `ServiceError`. Of positions that results of `smooth` have replaced
+/// it keeps the memory for others, up to 64 MiB.
 class Client {
  public:
   /// `target` is HOST:PORT or unix:PATH; or all servers that dns:///NAME:PORT resolves to, or

@@ -331,7 +331,9 @@ v1::GetServerInfoResponse encode_server_info(const Engine& engine) {
   info.set_draining(engine.draining());
 
   v1::Limits* limits = info.mutable_limits();
-  limits->set_max_chunk_bytes(config.max_chunk_bytes);
+  constexpr int kAroundAChunk = 1 << 10;  // in its message
+  limits->set_max_chunk_bytes(
+      std::min(config.max_chunk_bytes, config.max_receive_message_bytes - kAroundAChunk));
   limits->set_max_job_bytes(config.max_job_bytes);
   limits->set_max_node_count(config.max_node_count);
   limits->set_max_element_count(config.max_element_count);

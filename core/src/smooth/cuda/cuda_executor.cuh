@@ -332,7 +332,7 @@ class CudaExecutor {
   template <class T, class Body, class Combine>
   [[nodiscard]] T reduce(std::size_t count, T zero, const Body& body, const Combine& combine) {
     if (count == 0) return zero;
-    static_assert(std::is_trivially_copyable_v<T> && sizeof(T) <= kResultBytes);
+    static_assert(sizeof(T) <= kResultBytes);
     T* const result = lane_.mapped<T>(0);
     reduce_later(count, zero, body, combine, result);
     synchronize();
@@ -343,6 +343,7 @@ class CudaExecutor {
   template <class T, class Body, class Combine>
   void reduce_later(std::size_t count, T zero, const Body& body, const Combine& combine,
                     T* result) {
+    static_assert(std::is_trivially_copyable_v<T>);
     const unsigned int blocks = block_count(count, kReduceBlocks);
     auto partial = allocate<T>(blocks);
     launch<&reduce_kernel<T, Body, Combine>>(blocks, count, zero, body, combine, partial.data(),
@@ -434,8 +435,8 @@ class CudaExecutor {
     lane_.stream.synchronize();
     stream_end_.reset();  // time has passed
   }
-  /// Until the stream has come to a mark.
-  void synchronize(std::size_t mark) {
+  /// Until the stream has come to a mark; what is queued behind it may still run.
+  void wait_for(std::size_t mark) {
     lane_.events[mark].synchronize();
     stream_end_.reset();
   }

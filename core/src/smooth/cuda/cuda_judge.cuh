@@ -309,7 +309,7 @@ class CudaJudge {
     return moved();
   }
 
-  /// Queues that: what has moved goes where the caller has it.
+  /// Queues the copying of what has moved to where the caller has it.
   template <class Real>
   void restore_order(Mesh<Real>& job) const {
     Vec3<Real>* const given = job.given.data();
@@ -368,7 +368,7 @@ class CudaJudge {
     executor.download_later(found.data(), copy, bytes);
     const std::size_t answered = executor.mark(executor.lane().stream);
     meanwhile();
-    executor.synchronize(answered);
+    executor.wait_for(answered);
     executor.check();
     const auto& counted = *reinterpret_cast<const DeviceTally*>(copy);
     const std::span blocks(reinterpret_cast<const BlockTally*>(&counted + 1), block_total);

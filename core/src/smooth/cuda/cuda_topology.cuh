@@ -309,8 +309,9 @@ inline FoundBalls find_balls(CudaExecutor& executor, std::size_t node_count,
   return found;
 }
 
-/// Launches the search for rings and boundary, room for `capacity` entries. What has become of the
-/// state lies in the lane's mapped memory at the next `synchronize`.
+/// Launches the search for rings and boundary, room for `capacity` entries, and what decides which
+/// nodes stay: `hold.fixed` must be all 0, and nothing counted in the state. What has become of
+/// that lies in the lane's mapped memory at the next `synchronize`.
 inline RowBuffer<CudaExecutor, NodeId> find_rows(CudaExecutor& executor, std::size_t node_count,
                                                  const JobElements<CudaExecutor>& elements,
                                                  FoundBalls& balls, bool keep_balls,

@@ -2,7 +2,8 @@
 
 namespace meshsmooth::detail {
 
-/// What the kernels of `prepare_job` find out; all 0 before.
+/// What the kernels of `prepare_job` find out; all 0 before, but for the box when rows are searched
+/// again.
 struct PrepareState {
   // Of the box, as `ordered_bits`; of its lower corner their complement, so that all grow.
   unsigned long long lower[3], upper[3];

@@ -28,7 +28,7 @@ struct BallSlots {
   }
 };
 
-/// Rings and boundary, from the balls.
+/// Rings, boundary and the nodes that stay, from the balls.
 struct RowTask {
   std::size_t node_count;
   Elements elements;
@@ -40,8 +40,8 @@ struct RowTask {
   bool keep_balls;                 // in rows, sorted
   std::int64_t* offsets;
   NodeId* entries;
-  std::size_t capacity;  // entries that there is room for
-  HoldRule hold;
+  std::size_t capacity;           // entries that there is room for
+  HoldRule hold;                  // of marks that are all 0 before
   unsigned long long* look_back;  // one word a block, 0 before
   PrepareState* state;
   PrepareState* seen;  // becomes a copy of it, for the host
@@ -716,7 +716,7 @@ __device__ inline void end_block(const RowTask& task) {
   }
 }
 
-/// Rings, boundary and, where they are kept, balls: rows are found in
+/// Rings, boundary, the nodes that stay and, where they are kept, balls: rows are found in
 /// shared memory and put one behind the other by a look-back over the blocks, in
 /// one pass.
 /// kNodes: of the only type of element, a simplex, whose short rows are found by
