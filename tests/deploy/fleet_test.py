@@ -186,6 +186,7 @@ class FleetTest(CliTest):
         self.assertEqual((figures["answers"], figures["lost"], figures["different"]), (JOBS, 0, 0))
         scraped = self.query(metrics, "count(count_over_time(meshsmooth_build_info[1h]))")
         self.assertEqual(scraped, "3")
+        self.assertEqual(self.query(metrics, served), "3")
 
     @needs(HAPROXY, "haproxy")
     def test_sends_the_steps_of_a_mesh_to_the_worker_that_knows_it(self):
