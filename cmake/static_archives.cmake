@@ -1,3 +1,37 @@
+# Linked by the compiler anyhow, and shared.
+set(meshsmooth_system_libraries atomic c dl m pthread rt)
+
+# meshsmooth_private_archives(VARIABLE MODULE): what the archive of a pkg-config module must be
+# linked with (Libs.private: zlib and zstd for OpenSSL 3.5), as archives where these exist.
+# VARIABLE-NOTFOUND when a library is not installed or there is no pkg-config; the shared library
+# is to be used then.
+function(meshsmooth_private_archives variable module)
+  find_package(PkgConfig QUIET)
+  if(PkgConfig_FOUND)
+    pkg_check_modules(MESHSMOOTH_${module} QUIET ${module})
+  endif()
+  if(NOT MESHSMOOTH_${module}_FOUND)
+    set(${variable} ${variable}-NOTFOUND PARENT_SCOPE)
+    return()
+  endif()
+  set(archives)
+  set(names ${MESHSMOOTH_${module}_STATIC_LIBRARIES})
+  list(REMOVE_ITEM names ${MESHSMOOTH_${module}_LIBRARIES} ${meshsmooth_system_libraries})
+  list(REVERSE names)  # of duplicates the last one counts for the linker
+  list(REMOVE_DUPLICATES names)
+  list(REVERSE names)
+  foreach(name IN LISTS names)
+    find_library(MESHSMOOTH_ARCHIVE_${name} NAMES lib${name}.a ${name})
+    mark_as_advanced(MESHSMOOTH_ARCHIVE_${name})
+    if(NOT MESHSMOOTH_ARCHIVE_${name})
+      set(${variable} ${variable}-NOTFOUND PARENT_SCOPE)
+      return()
+    endif()
+    list(APPEND archives ${MESHSMOOTH_ARCHIVE_${name}})
+  endforeach()
+  set(${variable} "${archives}" PARENT_SCOPE)
+endfunction()
+
 # Debian's CMake packages name shared libraries only, although the archives lie
 # beside them. meshsmooth_prefer_archives(TARGET…) points the imported targets,
 # and all they link to, at the archives that exist, so that a program runs where
@@ -13,6 +47,14 @@ function(meshsmooth_prefer_archives)
       continue()
     endif()
     list(APPEND seen ${target})
+
+    if(target STREQUAL "OpenSSL::Crypto")  # FindOpenSSL knows only what the shared library needs
+      meshsmooth_private_archives(private libcrypto)
+      if(private MATCHES "NOTFOUND")
+        continue()
+      endif()
+      set_property(TARGET ${target} APPEND PROPERTY INTERFACE_LINK_LIBRARIES ${private})
+    endif()
 
     get_target_property(type ${target} TYPE)
     if(NOT type STREQUAL INTERFACE_LIBRARY)
@@ -36,11 +78,13 @@ function(meshsmooth_prefer_archives)
     if(libraries)
       set(archived)
       foreach(library IN LISTS libraries)
-        if(library STREQUAL "-lre2")  # the one that comes by pkg-config
-          find_library(MESHSMOOTH_RE2_ARCHIVE libre2.a)
-          mark_as_advanced(MESHSMOOTH_RE2_ARCHIVE)
-          if(MESHSMOOTH_RE2_ARCHIVE)
-            set(library ${MESHSMOOTH_RE2_ARCHIVE})
+        # Those that come by pkg-config: RE2 and what it needs.
+        if(library MATCHES "^-l(.+)$" AND NOT CMAKE_MATCH_1 IN_LIST meshsmooth_system_libraries)
+          set(name ${CMAKE_MATCH_1})
+          find_library(MESHSMOOTH_ARCHIVE_${name} lib${name}.a)
+          mark_as_advanced(MESHSMOOTH_ARCHIVE_${name})
+          if(MESHSMOOTH_ARCHIVE_${name})
+            set(library ${MESHSMOOTH_ARCHIVE_${name}})
           endif()
         endif()
         list(APPEND archived ${library})

@@ -15,7 +15,7 @@ die() {
 # What compiles the programs; the file formats beyond PLY, OBJ and TetGen's are apart. Versions
 # are those of Debian 12; cmake/dependencies.cmake checks them.
 program_packages=(
-  g++ cmake ninja-build ccache
+  g++ cmake ninja-build ccache pkgconf
   libgrpc++-dev libssl-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc
   libtbb-dev libspdlog-dev libcli11-dev prometheus-cpp-dev libcivetweb-dev
 )
@@ -28,7 +28,9 @@ test_packages=(
 # What scripts/fuzz needs beside both.
 fuzz_packages=(clang libclang-rt-14-dev)
 # What scripts/bundle needs beside the first.
-bundle_packages=(libgtest-dev libgmock-dev libeigen3-dev libbenchmark-dev binutils zstd)
+bundle_packages=(
+  libgtest-dev libgmock-dev libeigen3-dev libbenchmark-dev binutils zstd ca-certificates
+)
 # What checks manifests by the schemas of Kubernetes: 23 MB from PyPI, into build/python.
 test_wheels=(kubernetes-validate==1.37.0 PyYAML==6.0.3)
 # NVIDIA's compiler, its headers and the static runtime: 100 MB from PyPI, 270 MB on disk.
