@@ -4,11 +4,12 @@ import os
 import re
 import signal
 import subprocess
-import sys
 import tempfile
 import threading
 import unittest
 from pathlib import Path
+
+from test_main import main  # noqa: F401, for the tests
 
 CLI = os.environ["MESHSMOOTH_CLI"]
 SERVER = os.environ["MESHSMOOTH_SERVER"]
@@ -151,7 +152,3 @@ def read_vtk_points(path):
     match = re.search(rb"POINTS (\d+) (double|float)\n", data)
     size = int(match.group(1)) * 3 * (8 if match.group(2) == b"double" else 4)
     return data[match.end():match.end() + size]
-
-
-def main():
-    unittest.main(argv=[sys.argv[0], "-v", *sys.argv[1:]])

@@ -8,14 +8,13 @@ MESHSMOOTH_DEMO_NODES: how large the demo mesh is; 3000, and 100000 for the whol
 import os
 import re
 import subprocess
-import sys
 import tempfile
 import time
 import unittest
 from pathlib import Path
 
 from engine import NoEngine, docker_engine
-from programs import SERVER, CliTest
+from programs import SERVER, CliTest, main
 
 ROOT = Path(__file__).parents[2]
 NODES = int(os.environ.get("MESHSMOOTH_DEMO_NODES", "3000"))
@@ -51,7 +50,6 @@ class Containers(CliTest):
         try:
             cls.docker = cls.enterClassContext(docker_engine())
         except NoEngine as problem:
-            print(f"WARNING: {problem}: the tests of containers are SKIPPED", file=sys.stderr)
             raise unittest.SkipTest(str(problem)) from None
         cls.image = os.environ.get("MESHSMOOTH_IMAGE")
         if not cls.image:
@@ -148,4 +146,4 @@ class Containers(CliTest):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=[sys.argv[0], "-v", *sys.argv[1:]])
+    main()

@@ -22,7 +22,7 @@ import urllib.parse
 import urllib.request
 from pathlib import Path
 
-from programs import CLI, SERVER, CliTest, Program
+from programs import CLI, SERVER, CliTest, Program, main
 
 ROOT = Path(__file__).parents[2]
 LOAD = os.environ["MESHSMOOTH_FLEET_LOAD"]
@@ -292,4 +292,4 @@ def bench():
 if __name__ == "__main__":
     if sys.argv[1:] in (["bench"], ["compose"]):
         sys.exit({"bench": bench, "compose": compose}[sys.argv[1]]())
-    unittest.main(argv=[sys.argv[0], "-v", *sys.argv[1:]])
+    main()
