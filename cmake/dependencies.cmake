@@ -1,5 +1,5 @@
-# Every third-party library and its version, in one place. Versions are those of
-# Debian 12.
+# Every third-party library and its least version, in one place. The versions are those of
+# Debian 12; Debian 13 has newer ones of most.
 find_package(Threads REQUIRED)
 find_package(TBB 2021.8 REQUIRED)
 find_package(Protobuf 3.21 REQUIRED)

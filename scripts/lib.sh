@@ -12,8 +12,8 @@ die() {
   exit 1
 }
 
-# What compiles the programs; the file formats beyond PLY, OBJ and TetGen's are apart. Versions
-# are those of Debian 12; cmake/dependencies.cmake checks them.
+# What compiles the programs; the file formats beyond PLY, OBJ and TetGen's are apart. Names are
+# those of Debian 12 and 13; cmake/dependencies.cmake checks versions.
 program_packages=(
   g++ cmake ninja-build ccache pkgconf
   libgrpc++-dev libssl-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc
@@ -23,10 +23,10 @@ build_packages=("${program_packages[@]}" libvtk9-dev libgmsh-dev libtet1.5-dev)
 # What the tests need beside that.
 test_packages=(
   libgtest-dev libgmock-dev libeigen3-dev libbenchmark-dev
-  clang-format clang-tidy shellcheck python3 prometheus haproxy nginx iproute2
+  clang-format clang-tidy shellcheck python3 prometheus haproxy nginx iproute2 ca-certificates
 )
 # What scripts/fuzz needs beside both.
-fuzz_packages=(clang libclang-rt-14-dev)
+fuzz_packages=(clang libclang-rt-dev)
 # What scripts/bundle needs beside the first.
 bundle_packages=(
   libgtest-dev libgmock-dev libeigen3-dev libbenchmark-dev binutils zstd ca-certificates
