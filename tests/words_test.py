@@ -51,14 +51,14 @@ def parts_of(text):
 
 
 def read_words():
-    """[(word, the part that a text must have for it or "", pattern, instead, unless)]"""
+    """[(word, the parts that a text must have for it, pattern, instead, unless)]"""
     words = []
     for line in lines_of("words.txt"):
         left, instead = line.split(" => ", 1)
         instead, _, unless = instead.partition(" unless ")
         for name in [left] if left.startswith("/") else left.split(", "):
-            key = "" if name.startswith("/") else re.findall(r"[A-Z]?[a-z]+", name)[-1].lower()
-            words.append((name, key, re.compile(word_pattern(name)), instead,
+            keys = [] if name.startswith("/") else re.findall(r"[A-Z]?[a-z]+", name)
+            words.append((name, {key.lower() for key in keys}, re.compile(word_pattern(name)), instead,
                           re.compile(unless) if unless else None))
     return words
 
@@ -88,7 +88,7 @@ def main():
         name = path.relative_to(ROOT).as_posix()
         rules = [rule for rule in enumerate(allowed) if fnmatch.fnmatch(name, rule[1][0])]
         parts = parts_of(text)
-        matches = [(match, word) for word in words if not word[1] or word[1] in parts
+        matches = [(match, word) for word in words if word[1] <= parts
                    for match in word[2].finditer(text)]
         for match, (word, _, _, instead, unless) in sorted(matches, key=lambda m: m[0].start()):
             start = text.rfind("\n", 0, match.start()) + 1
