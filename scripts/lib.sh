@@ -23,7 +23,7 @@ build_packages=("${program_packages[@]}" libvtk9-dev libgmsh-dev libtet1.5-dev)
 # What the tests need beside that.
 test_packages=(
   libgtest-dev libgmock-dev libeigen3-dev libbenchmark-dev
-  clang-format clang-tidy shellcheck python3 prometheus haproxy nginx iproute2 ca-certificates
+  clang-format clang-tidy shellcheck doxygen python3 prometheus haproxy nginx iproute2 ca-certificates
 )
 # What scripts/fuzz needs beside both.
 fuzz_packages=(clang libclang-rt-dev)

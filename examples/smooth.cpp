@@ -1,5 +1,4 @@
-// A stranger's program: one tetrahedron split at an off-centre node, smoothed through a
-// server. Needs its address: HOST:PORT.
+// Smooths one tetrahedron, split into four at an off-centre node, on a server at HOST:PORT.
 #include <iostream>
 #include <meshsmooth/client.hpp>
 
