@@ -34,7 +34,9 @@ def skipped_tests(report):
     """Reason → names of the tests, of ctest's report in JUnit's format."""
     by_reason = defaultdict(list)
     for case in ElementTree.parse(report).getroot().iter("testcase"):
-        if case.get("status") != "notrun" or case.find("skipped") is None:
+        skipped = case.find("skipped")
+        # A test whose program is missing did not run either, but has failed.
+        if skipped is None or not (skipped.get("message") or "").startswith("SKIP_"):
             continue
         for reason in reasons(case.findtext("system-out") or ""):
             by_reason[reason].append(case.get("name"))

@@ -113,6 +113,12 @@ class RunCtest(unittest.TestCase):
         self.add_script("empty")
         self.run_ctest(exit_code=8)
 
+    def test_a_missing_program_is_a_failure(self):
+        self.add_test("absent", self.folder / "absent")
+        output = self.run_ctest(exit_code=8)
+        self.assertNotIn("SKIPPED", output)
+        self.assertIn("0% tests passed, 1 tests failed out of 1", output)
+
     def test_peers_are_tested_only_when_asked_for(self):
         self.add_script("needs_peers")
         self.assertIn("scripts/test --with-peers", self.run_ctest(MESHSMOOTH_WITH_PEERS=""))

@@ -101,7 +101,7 @@ Header read_header(Scanner& scanner) {
 template <class T>
 double decode(std::string_view word, bool big_endian) {
   std::array<char, sizeof(T)> bytes{};
-  std::copy(word.begin(), word.end(), bytes.begin());
+  std::copy_n(word.begin(), bytes.size(), bytes.begin());  // it has no other size
   if (big_endian) std::reverse(bytes.begin(), bytes.end());
   return static_cast<double>(std::bit_cast<T>(bytes));
 }

@@ -1,8 +1,10 @@
 """meshsmooth bench: what it counts, and how it ends."""
 
 import json
+import re
 import subprocess
 import time
+from pathlib import Path
 
 from programs import CLI, REFUSED, STOPPED, USAGE, CliTest, ServerProgram, main
 
@@ -77,11 +79,19 @@ class Bench(CliTest):
                 [CLI, "bench", "--server", server.address, *QUICK, "--nodes", "300", "--seconds",
                  "1000", *flags], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
             self.addCleanup(bench.kill)
+            self.wait_until_interrupts_are_caught(bench)
             wait(server)
             bench.send_signal(2)
             output, error = bench.communicate(timeout=60)
         self.assertEqual(bench.returncode, STOPPED, error)
         return output
+
+    def wait_until_interrupts_are_caught(self, process):
+        """Before that an interrupt ends it."""
+        blocked = re.compile(r"^SigBlk:\t\w+[2367abef]$", re.M)  # SIGINT is the second bit
+        while not blocked.search(Path(f"/proc/{process.pid}/status").read_text()):
+            self.assertIsNone(process.poll())
+            time.sleep(0.01)
 
     def wait_until_jobs_run(self, server):
         for _ in range(1000):
