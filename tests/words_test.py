@@ -93,7 +93,7 @@ def main():
         for match, (word, _, _, instead, unless) in sorted(matches, key=lambda m: m[0].start()):
             start = text.rfind("\n", 0, match.start()) + 1
             end = text.find("\n", match.end())
-            if unless and unless.search(text[start:end if end >= 0 else None]):
+            if unless and unless.search(f"{name}: {text[start:end if end >= 0 else None]}"):
                 continue
             rule = next((i for i, (_, its) in rules if "*" in its or word in its), None)
             if rule is not None:
