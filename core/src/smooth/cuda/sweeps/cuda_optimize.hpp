@@ -1,7 +1,8 @@
 #pragma once
 
 #include "smooth/cuda/device/cuda_executor.cuh"
-#include "smooth/steps/optimize.hpp"
+#include "smooth/steps/optimize_sweeper.hpp"
+#include "smooth/steps/phase_monitor.hpp"
 
 namespace meshsmooth::detail {
 

@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "smooth/cuda/device/cuda_executor.cuh"
-#include "smooth/rules/rules.hpp"
+#include "smooth/rules/surroundings.hpp"
 
 namespace meshsmooth::detail {
 

@@ -6,7 +6,7 @@
 
 #include "smooth/cuda/device/cuda_executor.cuh"
 #include "smooth/cuda/sweeps/batch_pace.hpp"
-#include "smooth/steps/iterate.hpp"
+#include "smooth/steps/sweeper.hpp"
 
 namespace meshsmooth::detail {
 

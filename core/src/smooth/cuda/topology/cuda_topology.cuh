@@ -8,6 +8,7 @@
 #include "smooth/cuda/topology/row_builder.cuh"
 #include "smooth/steps/job_mesh.hpp"
 #include "smooth/steps/memory_model.hpp"
+#include "smooth/steps/refusals.hpp"
 
 namespace meshsmooth::detail {
 

@@ -7,9 +7,9 @@
 #include "smooth/cuda/device/cuda_executor.cuh"
 #include "smooth/cuda/topology/ball_plan.hpp"
 #include "smooth/cuda/topology/prepare_state.hpp"
+#include "smooth/rules/facet_key.hpp"
 #include "smooth/rules/fixed_nodes.hpp"
 #include "smooth/rules/topology.hpp"
-#include "smooth/steps/boundary.hpp"
 
 namespace meshsmooth::detail {
 
