@@ -11,7 +11,7 @@
 namespace meshsmooth {
 
 /// How much is said of the elements of a mesh.
-enum class Judgement {
+enum class QualityDetail {
   full,   // every metric of every element
   brief,  // what is inverted and degenerate, the volumes, the worst elements: a third of the time
 };
@@ -71,7 +71,7 @@ struct LockedStats {
   std::optional<ElementQuality> worst;
 };
 
-/// What one element is worth. All measures in double from the stored
+/// What one element is energy. All measures in double from the stored
 /// coordinates.
 struct ElementMeasure {
   double mean_ratio = 0;
@@ -137,7 +137,7 @@ class SurfaceOrientation {
                                            const PositionsView& positions,
                                            const SurfaceOrientation& orientation,
                                            std::span<const std::uint32_t> element_ids = {},
-                                           Judgement judgement = Judgement::full);
+                                           QualityDetail quality_detail = QualityDetail::full);
 
 /// Convenience over a mesh's own orientation.
 [[nodiscard]] QualityStats measure_quality(const Mesh& mesh);

@@ -18,7 +18,7 @@
 
 namespace meshsmooth {
 
-enum class Stage { find_neighbours, find_boundary, iterate, judge };
+enum class Stage { find_neighbours, find_boundary, iterate, evaluate };
 
 struct Progress {
   Stage stage = Stage::find_neighbours;
@@ -95,7 +95,7 @@ class Smoother {
 
   /// Smooths `positions` in place: they are written once, when all has gone
   /// well. Fixed and isolated nodes keep their bits. The same input gives the
-  /// same bits on every call and with every number of threads, `Form::racing`
+  /// same bits on every call and with every number of threads, `Form::asynchronous`
   /// excepted.
   ///
   /// Throws InvalidMesh, InvalidOption, NotSupported, OutOfMemory, DeviceError,

@@ -7,9 +7,9 @@
 #include <algorithm>
 #include <array>
 
+#include "mesh/accumulator.hpp"
 #include "mesh/measure.hpp"
 #include "mesh/parallel.hpp"
-#include "mesh/tally.hpp"
 #include "mesh/tetrahedron_batch.hpp"
 
 namespace meshsmooth {
@@ -60,19 +60,19 @@ ElementMeasure measure_in(const ElementRun<Real>& run, std::size_t element,
 }
 
 template <class Real>
-void tally_run(const ElementRun<Real>& run, const SurfaceOrientation& orientation, Tally& tally,
-               ChunkSums& sums) {
+void accumulate_run(const ElementRun<Real>& run, const SurfaceOrientation& orientation,
+                    QualityAccumulator& accumulate, ChunkSums& sums) {
   for (std::size_t e = run.begin; e < run.end; ++e) {
-    tally.add(measure_in(run, e, orientation), run.type, run.id_of(e), sums);
+    accumulate.add(measure_in(run, e, orientation), run.type, run.id_of(e), sums);
   }
 }
 
 template <class Real>
-void tally_briefly(const ElementRun<Real>& run, const SurfaceOrientation& orientation, Tally& tally,
-                   ChunkSums& sums) {
+void accumulate_briefly(const ElementRun<Real>& run, const SurfaceOrientation& orientation,
+                        QualityAccumulator& accumulate, ChunkSums& sums) {
   if (run.type != ElementType::tetrahedron) {
     for (std::size_t e = run.begin; e < run.end; ++e) {
-      tally.add_briefly(measure_in(run, e, orientation), run.type, run.id_of(e), sums);
+      accumulate.add_briefly(measure_in(run, e, orientation), run.type, run.id_of(e), sums);
     }
     return;
   }
@@ -83,14 +83,14 @@ void tally_briefly(const ElementRun<Real>& run, const SurfaceOrientation& orient
     for (int t = 0; t < count; ++t) {
       batch.set(t, run.positions, run.nodes_of(first + static_cast<std::size_t>(t)).data());
     }
-    batch.compute(tally.cube_below_which_kept());
+    batch.compute(accumulate.cube_below_which_kept());
     for (int t = 0; t < count; ++t) {
       if (batch.clear(t)) {
         sums.volume += batch.volume(t);
         sums.enclosed_volume += batch.volume(t);
       } else {
         const std::size_t e = first + static_cast<std::size_t>(t);
-        tally.add_briefly(measure_in(run, e, orientation), run.type, run.id_of(e), sums);
+        accumulate.add_briefly(measure_in(run, e, orientation), run.type, run.id_of(e), sums);
       }
     }
   }
@@ -116,16 +116,17 @@ std::vector<ElementRun<Real>> cut_into_runs(const TopologyView& topology,
 
 template <class Real>
 QualityStats measure_runs(const std::vector<ElementRun<Real>>& runs,
-                          const SurfaceOrientation& orientation, Judgement judgement) {
+                          const SurfaceOrientation& orientation, QualityDetail quality_detail) {
   std::vector<ChunkSums> chunk_sums(runs.size());
-  tbb::enumerable_thread_specific<Tally> tallies;
+  tbb::enumerable_thread_specific<QualityAccumulator> tallies;
   parallel_for(runs.size(), [&](std::size_t r) {
-    const auto tally = judgement == Judgement::brief ? tally_briefly<Real> : tally_run<Real>;
-    tally(runs[r], orientation, tallies.local(), chunk_sums[r]);
+    const auto accumulate =
+        quality_detail == QualityDetail::brief ? accumulate_briefly<Real> : accumulate_run<Real>;
+    accumulate(runs[r], orientation, tallies.local(), chunk_sums[r]);
   });
 
-  Tally total;
-  for (const Tally& tally : tallies) total.merge(tally);
+  QualityAccumulator total;
+  for (const QualityAccumulator& accumulate : tallies) total.merge(accumulate);
   ChunkSums sums;
   for (const ChunkSums& chunk : chunk_sums) {
     for (std::size_t m = 0; m < kMetricCount; ++m) sums.values[m] += chunk.values[m];
@@ -151,10 +152,12 @@ std::string_view metric_name(QualityMetric metric) {
 
 QualityStats measure_quality(const TopologyView& topology, const PositionsView& positions,
                              const SurfaceOrientation& orientation,
-                             std::span<const std::uint32_t> element_ids, Judgement judgement) {
+                             std::span<const std::uint32_t> element_ids,
+                             QualityDetail quality_detail) {
   return std::visit(
       [&](auto span) {
-        return measure_runs(cut_into_runs(topology, span, element_ids), orientation, judgement);
+        return measure_runs(cut_into_runs(topology, span, element_ids), orientation,
+                            quality_detail);
       },
       positions);
 }

@@ -4,8 +4,8 @@
 
 namespace meshsmooth::detail {
 
-/// The brief judgement of some tetrahedra side by side, as the vector units of a processor take
-/// them, without roots and divisions but that of the volume.
+/// The brief quality_detail of some tetrahedra side by side, as the vector units of a processor
+/// take them, without roots and divisions but that of the volume.
 class TetrahedronBatch {
  public:
   static constexpr int kSize = 8;

@@ -2,8 +2,8 @@
 
 #include "meshsmooth/error.hpp"
 #include "smooth/cpu/cpu_smoother.hpp"
-#include "smooth/cuda/cuda_smoother.hpp"
-#include "smooth/cuda/device_name.hpp"
+#include "smooth/cuda/device/cuda_smoother.hpp"
+#include "smooth/cuda/device/device_name.hpp"
 
 namespace meshsmooth {
 namespace {

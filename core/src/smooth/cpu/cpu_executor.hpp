@@ -16,9 +16,9 @@
 #include "mesh/parallel.hpp"
 #include "meshsmooth/error.hpp"
 #include "meshsmooth/vec3.hpp"
-#include "smooth/byte_count.hpp"
-#include "smooth/executor.hpp"
-#include "smooth/interrupt.hpp"
+#include "smooth/steps/byte_count.hpp"
+#include "smooth/steps/executor.hpp"
+#include "smooth/steps/interrupt.hpp"
 
 namespace meshsmooth::detail {
 
@@ -91,10 +91,10 @@ class CpuBuffer {
   ByteCount* count_ = nullptr;  // null: borrowed, or empty
 };
 
-/// Positions that others write at the same time (Form::racing): each coordinate
+/// Positions that others write at the same time (Form::asynchronous): each coordinate
 /// is whole, a node may be a mixture of old and new.
 template <class R>
-struct CpuRacingPositions {
+struct CpuAsynchronousPositions {
   using Real = R;
   Vec3<R>* data;
 
@@ -119,7 +119,7 @@ class CpuExecutor {
   template <class T>
   using Buffer = CpuBuffer<T>;
   template <class Real>
-  using RacingPositions = CpuRacingPositions<Real>;
+  using AsynchronousPositions = CpuAsynchronousPositions<Real>;
   static constexpr int kKeptCorners = 96;
 
   CpuExecutor(tbb::task_arena& arena, const Interrupt& interrupt)

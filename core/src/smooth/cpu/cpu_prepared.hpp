@@ -5,14 +5,14 @@
 
 #include "meshsmooth/smoother.hpp"
 #include "smooth/cpu/cpu_topology.hpp"
-#include "smooth/job_mesh.hpp"
+#include "smooth/steps/job_mesh.hpp"
 
 namespace meshsmooth::detail {
 
 /// Rings, balls and boundary that many jobs use at the same time.
 struct CpuPreparedTopology final : PreparedTopology {
   ByteCount count;  // of the buffers, so before them
-  CpuBuffer<NodeId> caller_of;
+  CpuBuffer<NodeId> caller_ids;
   JobElements<CpuExecutor> elements;
   RowBuffer<CpuExecutor, ElementId> balls;
   RowBuffer<CpuExecutor, NodeId> rings;
@@ -35,9 +35,9 @@ inline Renumbering<CpuExecutor> renumber_by_rings(CpuExecutor& executor, std::si
                                                   const Rows<NodeId>& rings) {
   constexpr std::size_t kNodesPerLook = 65536;
   Renumbering<CpuExecutor> result;
-  result.caller_of = executor.allocate<NodeId>(node_count);
+  result.caller_ids = executor.allocate<NodeId>(node_count);
   result.internal_of = executor.allocate<NodeId>(node_count);
-  NodeId* const queue = result.caller_of.data();
+  NodeId* const queue = result.caller_ids.data();
   NodeId* const number = result.internal_of.data();
   executor.for_each(node_count, [=](std::size_t node) { number[node] = -1; });
   std::size_t end = 0;
@@ -80,17 +80,17 @@ inline std::shared_ptr<CpuPreparedTopology> prepare_topology(CpuExecutor& execut
     executor.for_each(node_count,
                       [=](std::size_t node) { same[node] = static_cast<NodeId>(node); });
     const JobElements<CpuExecutor> elements = renumber_elements(executor, topology, same);
-    const auto balls = find_balls(executor, node_count, elements.view, elements.caller_of.data());
+    const auto balls = find_balls(executor, node_count, elements.view, elements.caller_ids.data());
     const auto rings = find_rings(executor, node_count, elements.view, balls.view(), same);
     order = renumber_by_rings(executor, node_count, rings.view());
   }
   result->elements = renumber_elements(executor, topology, order.internal_of.data());
   order.internal_of = {};
-  result->caller_of = std::move(order.caller_of);
+  result->caller_ids = std::move(order.caller_ids);
   result->balls =
-      find_balls(executor, node_count, result->elements.view, result->elements.caller_of.data());
+      find_balls(executor, node_count, result->elements.view, result->elements.caller_ids.data());
   result->rings = find_rings(executor, node_count, result->elements.view, result->balls.view(),
-                             result->caller_of.data());
+                             result->caller_ids.data());
 
   tell(Stage::find_boundary);
   result->on_boundary = executor.allocate<std::uint8_t>(node_count);
@@ -106,8 +106,8 @@ inline std::shared_ptr<CpuPreparedTopology> prepare_topology(CpuExecutor& execut
 
   // They outlive the job that made them.
   const auto keep = [&](auto&... buffers) { (buffers.count_by(result->count), ...); };
-  keep(result->caller_of, result->elements.shapes, result->elements.connectivity,
-       result->elements.caller_of, result->balls.offsets, result->balls.entries,
+  keep(result->caller_ids, result->elements.shapes, result->elements.connectivity,
+       result->elements.caller_ids, result->balls.offsets, result->balls.entries,
        result->rings.offsets, result->rings.entries, result->on_boundary);
   return result;
 }
@@ -126,11 +126,11 @@ JobMesh<CpuExecutor, Real> prepare_job(CpuExecutor& executor, const CpuPreparedT
                            Stage::find_neighbours);
     job.given = positions;
     job.box = find_box(executor, positions.data(), node_count);
-    job.caller_of = prepared.caller_of.borrow();
-    job.places = places_of(executor, positions.data(), job.caller_of.data(), node_count);
+    job.caller_ids = prepared.caller_ids.borrow();
+    job.places = places_of(executor, positions.data(), job.caller_ids.data(), node_count);
     job.elements = {prepared.elements.view, prepared.elements.dimension,
                     prepared.elements.shapes.borrow(), prepared.elements.connectivity.borrow(),
-                    prepared.elements.caller_of.borrow()};
+                    prepared.elements.caller_ids.borrow()};
     job.balls = {prepared.balls.offsets.borrow(), prepared.balls.entries.borrow()};
     job.rings = {prepared.rings.offsets.borrow(), prepared.rings.entries.borrow()};
   }
@@ -138,7 +138,7 @@ JobMesh<CpuExecutor, Real> prepare_job(CpuExecutor& executor, const CpuPreparedT
     const StageTimer timer(executor, times.find_boundary_seconds, control, Stage::find_boundary);
     job.fixed = executor.allocate<std::uint8_t>(node_count);
     executor.upload(prepared.on_boundary.data(), node_count, job.fixed.data());
-    hold_nodes(executor, prepared.topology, options, job);
+    fix_nodes(executor, prepared.topology, options, job);
   }
   return job;
 }

@@ -10,18 +10,18 @@
 
 #include "smooth/cpu/cpu_prepared.hpp"
 #include "smooth/cpu/cpu_topology.hpp"
-#include "smooth/memory_model.hpp"
-#include "smooth/pipeline.hpp"
+#include "smooth/steps/memory_model.hpp"
+#include "smooth/steps/pipeline.hpp"
 
 namespace meshsmooth::detail {
 namespace {
 
 /// Judges a job in host memory and in internal order, and gives the caller's
 /// ids back.
-class CpuJudge {
+class CpuEvaluator {
  public:
-  CpuJudge(CpuExecutor& executor, Judgement judgement)
-      : executor_(executor), judgement_(judgement) {}
+  CpuEvaluator(CpuExecutor& executor, QualityDetail quality_detail)
+      : executor_(executor), quality_detail_(quality_detail) {}
 
   class Orientation {
    public:
@@ -53,7 +53,7 @@ class CpuJudge {
   [[nodiscard]] QualityStats quality(const Mesh<Real>& job, const Orientation& orientation) const {
     return in_arena(job, [&](const auto& topology, const auto& positions) {
       return measure_quality(topology, positions, orientation.judged(), caller_ids(job.elements),
-                             judgement_);
+                             quality_detail_);
     });
   }
 
@@ -70,7 +70,7 @@ class CpuJudge {
   template <class Real>
   const std::int64_t* write_back(const Mesh<Real>& job, std::span<Vec3<Real>> positions) {
     const std::size_t node_count = positions.size();
-    const NodeId* const caller_of = job.caller_of.data();
+    const NodeId* const caller_ids = job.caller_ids.data();
     const std::uint8_t* const fixed = job.fixed.data();
     const Vec3<Real>* const places = job.places.data();
     Vec3<Real>* const out = positions.data();
@@ -81,7 +81,7 @@ class CpuJudge {
           [=](std::size_t begin, std::size_t end) {
             std::int64_t moved = 0;
             for (std::size_t node = begin; node != end; ++node) {
-              Vec3<Real>& target = out[caller_of[node]];
+              Vec3<Real>& target = out[caller_ids[node]];
               if (fixed[node] != 0 || places[node] == target) continue;
               target = places[node];
               ++moved;
@@ -103,11 +103,11 @@ class CpuJudge {
   }
 
   static std::span<const ElementId> caller_ids(const JobElements<CpuExecutor>& elements) {
-    return {elements.caller_of.data(), elements.view.count};
+    return {elements.caller_ids.data(), elements.view.count};
   }
 
   CpuExecutor& executor_;
-  Judgement judgement_;
+  QualityDetail quality_detail_;
   std::int64_t moved_ = 0;
 };
 
@@ -141,7 +141,7 @@ class CpuSmoother final : public Smoother {
     run_in(arena_, [&] { validate(topology, as_view(positions)); });
     return run(positions, control, [&](CpuExecutor& executor, auto span) {
       return run_pipeline(executor, topology, span, options, control,
-                          CpuJudge(executor, options.judgement));
+                          CpuEvaluator(executor, options.quality_detail));
     });
   }
 
@@ -170,7 +170,7 @@ class CpuSmoother final : public Smoother {
                  auto job = prepare_job(executor, own, std::span<const Vec3<Real>>(span), options,
                                         control, times);
                  return run_prepared(executor, own.topology, std::move(job), span, options, control,
-                                     CpuJudge(executor, options.judgement), times);
+                                     CpuEvaluator(executor, options.quality_detail), times);
                });
   }
 

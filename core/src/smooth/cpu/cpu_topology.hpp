@@ -5,9 +5,9 @@
 #include <bit>
 #include <vector>
 
-#include "smooth/boundary.hpp"
 #include "smooth/cpu/cpu_executor.hpp"
-#include "smooth/neighbours.hpp"
+#include "smooth/cpu/neighbours.hpp"
+#include "smooth/steps/boundary.hpp"
 
 namespace meshsmooth::detail {
 
