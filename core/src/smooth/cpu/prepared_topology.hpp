@@ -67,8 +67,7 @@ inline std::shared_ptr<CpuPreparedTopology> prepare_topology(CpuExecutor& execut
   }
   result->boundary_nodes = executor.reduce(
       node_count, std::int64_t{0},
-      [=](std::size_t node) -> std::int64_t { return on_boundary[node] != 0 ? 1 : 0; },
-      [](std::int64_t a, std::int64_t b) { return a + b; });
+      [=](std::size_t node) -> std::int64_t { return on_boundary[node] != 0 ? 1 : 0; }, Plus{});
 
   // They outlive the job that made them.
   const auto keep = [&](auto&... buffers) { (buffers.count_by(result->count), ...); };

@@ -9,6 +9,7 @@
 #include "smooth/constraints/node_constraint.hpp"
 #include "smooth/steps/find_facets.hpp"
 #include "smooth/steps/job_mesh.hpp"
+#include "smooth/steps/mesh_counts.hpp"
 
 namespace meshsmooth::detail {
 
@@ -30,6 +31,24 @@ struct Constraints {
   }
 };
 
+/// Bytes of `Constraints`.
+[[nodiscard]] inline std::int64_t constraint_bytes(const MeshCounts& mesh,
+                                                   const SmoothOptions& options) {
+  if (options.boundary != BoundaryPolicy::slide) return 0;
+  // A boundary node has two triangles and six entries in their rows, or one quad or edge.
+  const std::int64_t facets = mesh.dimension == 3 && !mesh.only(8) ? 2 : 1;
+  // `across` has four entries a facet; a slot has an offset.
+  const auto facet = static_cast<std::int64_t>(sizeof(ConstrainedFacet) + 4 * sizeof(ElementId));
+  const auto constraint = static_cast<std::int64_t>(sizeof(NodeConstraint));
+  return mesh.nodes * 4 + mesh.surface * (facets * (facet + 3 * 4) + constraint + 8);
+}
+
+/// Bytes that `constrain` holds while it runs.
+[[nodiscard]] inline std::int64_t constraining_bytes(const MeshCounts& mesh,
+                                                     const SmoothOptions& options) {
+  return options.boundary == BoundaryPolicy::slide ? mesh.nodes * 8 : 0;
+}
+
 /// Which nodes slide.
 struct SlidingCounts {
   std::int64_t in_plane = 0;
@@ -42,12 +61,6 @@ struct SlidingCounts {
   friend MESHSMOOTH_HD SlidingCounts operator+(const SlidingCounts& a, const SlidingCounts& b) {
     return {a.in_plane + b.in_plane, a.on_line + b.on_line, a.on_surface + b.on_surface,
             a.on_curve + b.on_curve, a.curved + b.curved};
-  }
-};
-
-struct AddSlidingCounts {
-  MESHSMOOTH_HD SlidingCounts operator()(const SlidingCounts& a, const SlidingCounts& b) const {
-    return a + b;
   }
 };
 
@@ -132,7 +145,7 @@ SlidingCounts find_node_constraints(E& executor, const JobMesh<E, Real>& job,
                              .on_line = found.kind == NodeConstraint::line ? 1 : 0,
                              .curved = found.curved() ? 1 : 0};
       },
-      AddSlidingCounts{});
+      Plus{});
 }
 
 /// Where some parts are curved: looks again at the node_constraints that `find_node_constraints`
@@ -179,7 +192,7 @@ SlidingCounts find_curved_constraints(E& executor, const JobMesh<E, Real>& job,
         return constraint.kind == NodeConstraint::surface ? SlidingCounts{.on_surface = 1}
                                                           : SlidingCounts{.on_curve = 1};
       },
-      AddSlidingCounts{});
+      Plus{});
 }
 
 /// After step 2: fixes the nodes between regions, and lets those of the boundary and between

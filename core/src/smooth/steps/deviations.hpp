@@ -45,7 +45,7 @@ OneSidedDeviations measure_deviations(E& executor, std::size_t node_count,
             std::sqrt(off),
             std::sqrt(closest_of_constraint(sliding, node, place, home, lies).squared)};
       },
-      [] MESHSMOOTH_HD(const OneSidedDeviations& a, const OneSidedDeviations& b) { return a + b; });
+      Plus{});
 }
 
 }  // namespace meshsmooth::detail

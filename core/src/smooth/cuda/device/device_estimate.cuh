@@ -5,7 +5,8 @@
 #include "smooth/cuda/sweeps/sell_rings.cuh"
 #include "smooth/cuda/sweeps/sweep_batch.cuh"
 #include "smooth/cuda/topology/ball_plan.hpp"
-#include "smooth/steps/memory_model.hpp"
+#include "smooth/steps/constrain.hpp"
+#include "smooth/steps/iterate.hpp"
 
 namespace meshsmooth::detail {
 
@@ -31,7 +32,7 @@ namespace meshsmooth::detail {
   // Numbers and sizes; places while rows are filled, or slots while rings are searched for.
   const std::int64_t counting =
       n * 8 + n / 4 + (plan.slotted ? n * 4 * BallPlan::kSlots : mesh.entries);
-  std::int64_t iterating = sweep_bytes(mesh, size.float64, options);
+  std::int64_t iterating = iterate_bytes(mesh, options);
   // What the blocks of a sweep have summed up.
   std::int64_t sums = std::min<std::int64_t>(n / 256 + 1, 1056) * kMostInBatch *
                       static_cast<std::int64_t>(sizeof(SweepStats));

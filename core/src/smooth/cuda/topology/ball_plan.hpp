@@ -1,6 +1,7 @@
 #pragma once
 
-#include "smooth/steps/memory_model.hpp"
+#include "smooth/steps/form.hpp"
+#include "smooth/steps/mesh_counts.hpp"
 
 namespace meshsmooth::detail {
 

@@ -7,7 +7,7 @@
 #include "smooth/cuda/topology/node_order.cuh"
 #include "smooth/cuda/topology/row_builder.cuh"
 #include "smooth/steps/job_mesh.hpp"
-#include "smooth/steps/memory_model.hpp"
+#include "smooth/steps/mesh_counts.hpp"
 #include "smooth/steps/refusals.hpp"
 
 namespace meshsmooth::detail {
