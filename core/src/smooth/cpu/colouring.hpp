@@ -11,10 +11,9 @@ namespace meshsmooth::detail {
 [[nodiscard]] constexpr std::int64_t colouring_bytes(std::int64_t n) { return n * 4; }
 [[nodiscard]] constexpr std::int64_t colouring_nodes_bytes(std::int64_t n) { return n * (4 + 8); }
 
-/// First-fit in the order of `colour_priority`, found in parallel: a node
-/// chooses once all its neighbours of higher priority have. The result is that
-/// of the serial first-fit, whatever the schedule. Source: Jones, Plassmann
-/// 1993, "A parallel graph coloring heuristic".
+/// First-fit in the order of `colour_priority`, in parallel: a node chooses once all its
+/// neighbours of higher priority have. The result is that of the serial first-fit. Source: Jones,
+/// Plassmann 1993, "A parallel graph coloring heuristic".
 ///
 /// needs  `around.balls`
 /// cost   O(ball entries) in about log n rounds; 12 B a node while it runs

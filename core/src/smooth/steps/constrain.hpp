@@ -13,7 +13,7 @@
 
 namespace meshsmooth::detail {
 
-/// Owns what the sweeps need to know of sliding nodes.
+/// Owns the `SlidingConstraints` of a job.
 template <Executor E>
 struct Constraints {
   typename E::template Buffer<std::int32_t> slots;
@@ -55,7 +55,7 @@ struct SlidingCounts {
   std::int64_t on_line = 0;
   std::int64_t on_surface = 0;
   std::int64_t on_curve = 0;
-  std::int64_t curved = 0;  // beside a part that is not planar
+  std::int64_t curved = 0;  // next to a part that is not planar
 
   [[nodiscard]] std::int64_t sliding() const { return in_plane + on_line + on_surface + on_curve; }
   friend MESHSMOOTH_HD SlidingCounts operator+(const SlidingCounts& a, const SlidingCounts& b) {
@@ -77,8 +77,8 @@ struct VisitSlots {
   }
 };
 
-/// How far from its plane or line a node may lie: 1e-13 of the box, and what the rounding of
-/// the coordinates makes.
+/// How far a node may be from its plane or line: 1e-13 of the box, plus the rounding of the
+/// coordinates.
 template <class Real>
 [[nodiscard]] double flatness_of(const Box& box) {
   const double farthest =
@@ -111,9 +111,9 @@ std::size_t number_slots(E& executor, std::size_t node_count, const ConstrainedF
   return static_cast<std::size_t>(count);
 }
 
-/// Finds the constraint of each node with a slot that the caller does not hold (`mask`, by the
-/// caller's ids, or null), as if all parts were planar: those with one are no longer fixed.
-/// Those beside curved parts get a curved one to begin with, and stay fixed.
+/// Finds the constraint of each node with a slot that the caller has not fixed (`mask`, by the
+/// caller's ids, or null), as if all parts were planar: nodes with one are no longer fixed.
+/// Nodes next to curved parts get a preliminary curved one, and stay fixed.
 ///
 /// cost   O(facets at a node squared)
 template <Executor E, class Real>
@@ -148,9 +148,9 @@ SlidingCounts find_node_constraints(E& executor, const JobMesh<E, Real>& job,
       Plus{});
 }
 
-/// Where some parts are curved: looks again at the node_constraints that `find_node_constraints`
-/// gave, by the creases between facets. Nodes in a plane or on a line become curved ones too: what
-/// is around them may now change its outline.
+/// If some parts are curved: replaces the constraints of `find_node_constraints`, by the creases
+/// between facets. Nodes in a plane or on a line become curved ones too, because the outline
+/// around them may change.
 ///
 /// cost   O(facets at a node squared); 16 B a facet
 template <Executor E, class Real>
@@ -180,7 +180,7 @@ SlidingCounts find_curved_constraints(E& executor, const JobMesh<E, Real>& job,
         if (flat == NodeConstraint::point) return SlidingCounts{};
         const CurvedConstraint found = volume ? FacetsAtNode(sliding, node, rule).find()
                                               : find_constraint_on_edges(sliding, node);
-        // Not its home: bodies of other nodes read that.
+        // Not its home: functors of other nodes read that.
         constraint.direction = found.constraint.direction;
         constraint.kind = found.constraint.kind;
         for (int k = 0; k < 2; ++k) constraint.next[k] = found.constraint.next[k];

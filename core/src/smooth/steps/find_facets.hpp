@@ -39,7 +39,7 @@ InterfaceCounts fix_interfaces(E& executor, std::size_t node_count, const Rows<E
       Plus{});
 }
 
-/// The facets that keep their place: on the boundary, and between regions.
+/// Finds the constrained facets: on the boundary, and between regions.
 ///
 /// takes  `fixed`: 1 for the nodes of the boundary and between regions, and for others
 /// gives  the facets by their lowest node, in the order of its ball

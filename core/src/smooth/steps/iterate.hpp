@@ -8,18 +8,18 @@
 
 namespace meshsmooth::detail {
 
-/// Calls `body(mean)` with the rule of a weighting.
-template <class Body>
-void with_mean(Weighting weighting, const Body& body) {
+/// Calls `functor(mean)` with the rule of a weighting.
+template <class Functor>
+void with_mean(Weighting weighting, const Functor& functor) {
   switch (weighting) {
     case Weighting::uniform:
-      return body(UniformMean{});
+      return functor(UniformMean{});
     case Weighting::inverse_edge_length:
-      return body(EdgeLengthMean<-1>{});
+      return functor(EdgeLengthMean<-1>{});
     case Weighting::edge_length:
-      return body(EdgeLengthMean<1>{});
+      return functor(EdgeLengthMean<1>{});
     case Weighting::ball_volume:
-      return body(BallVolumeMean{});
+      return functor(BallVolumeMean{});
   }
 }
 
