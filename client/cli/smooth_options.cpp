@@ -21,7 +21,7 @@ const std::map<std::string, Weighting> kWeightings = {
 const std::map<std::string, Goal> kGoals = {
     {"average", Goal::average}, {"balanced", Goal::balanced}, {"worst", Goal::worst}};
 const std::map<std::string, Form> kForms = {
-    {"jacobi", Form::jacobi}, {"gauss-seidel", Form::gauss_seidel}, {"racing", Form::racing}};
+    {"jacobi", Form::jacobi}, {"gauss-seidel", Form::gauss_seidel}, {"racing", Form::asynchronous}};
 
 const std::map<std::string, BoundaryPolicy> kBoundaries = {{"fixed", BoundaryPolicy::fixed},
                                                            {"slide", BoundaryPolicy::slide},

@@ -170,7 +170,7 @@ std::string times_sentence(const client::SmoothReport& report, double total_seco
                                                    {"neighbours", times.find_neighbours_seconds},
                                                    {"boundary", times.find_boundary_seconds},
                                                    {"iterate", times.iterate_seconds},
-                                                   {"judge", times.judge_seconds},
+                                                   {"evaluate", times.evaluate_seconds},
                                                    {"download", times.download_seconds},
                                                    {"send", report.send_seconds}};
   std::string text = "time " + duration(total_seconds) + ": ";

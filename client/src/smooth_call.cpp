@@ -130,7 +130,8 @@ v1::JobSpec SmoothCall::make_spec() const {
     *spec.mutable_result_ttl() = wire::encode_duration(*request_.result_ttl);
   }
   spec.set_iteration_history_included(options_.history);
-  if (options_.judgement == Judgement::brief) spec.set_quality_detail(v1::QUALITY_DETAIL_BRIEF);
+  if (options_.quality_detail == QualityDetail::brief)
+    spec.set_quality_detail(v1::QUALITY_DETAIL_BRIEF);
   return spec;
 }
 
@@ -230,7 +231,7 @@ std::vector<SmoothCall::Part> SmoothCall::parts_to_send() const {
       offset_bytes += static_cast<std::int64_t>(bytes.size());
     }
     add(v1::ARRAY_ID_FIXED_MASK, std::as_bytes(std::span(mesh_.fixed)));
-    add(v1::ARRAY_ID_ELEMENT_TAGS, std::as_bytes(std::span(mesh_.regions)));
+    add(v1::ARRAY_ID_ELEMENT_REGIONS, std::as_bytes(std::span(mesh_.regions)));
   }
   std::visit(
       [&](const auto& positions) {

@@ -18,7 +18,7 @@ class SpareMemory {
   /// Room for positions like the mesh's and hardly more, with anything in it, or nothing.
   [[nodiscard]] Positions take(const Mesh& mesh);
   /// Forgets what it has had longest when it would have more than kMostBytes. Smaller ones than
-  /// kLeastBytes are not worth it: malloc has them at hand.
+  /// kLeastBytes are not energy it: malloc has them at hand.
   void keep(Positions memory) noexcept;
 
   static constexpr std::size_t kMostBytes = 64 << 20, kLeastBytes = 1 << 20;

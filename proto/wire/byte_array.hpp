@@ -7,7 +7,7 @@
 
 namespace meshsmooth::wire {
 
-/// Bytes of an array, not initialised, aligned to 64. Moves, never copies.
+/// Bytes of an array, not initialized, aligned to 64. Moves, never copies.
 class ByteArray {
  public:
   ByteArray() = default;

@@ -159,8 +159,8 @@ Form decode_form(v1::Form form) {
       return Form::jacobi;
     case v1::FORM_GAUSS_SEIDEL:
       return Form::gauss_seidel;
-    case v1::FORM_RACING:
-      return Form::racing;
+    case v1::FORM_ASYNCHRONOUS:
+      return Form::asynchronous;
     default:
       throw_not_supported("form", "unknown form " + std::to_string(form));
   }
@@ -174,8 +174,8 @@ v1::Form encode_form(Form form) {
       return v1::FORM_JACOBI;
     case Form::gauss_seidel:
       return v1::FORM_GAUSS_SEIDEL;
-    case Form::racing:
-      return v1::FORM_RACING;
+    case Form::asynchronous:
+      return v1::FORM_ASYNCHRONOUS;
   }
   __builtin_unreachable();
 }
@@ -262,7 +262,7 @@ SmoothOptions decode_options(const v1::SmoothingOptions& message) {
   refuse_unknown_fields(message, "options");
   if (message.has_feature_angle_degrees() &&
       message.boundary_policy() != v1::BOUNDARY_POLICY_SLIDE) {
-    throw_not_supported("feature_angle_degrees", "only a boundary that slides has it");
+    throw_not_supported("feature_angle_degrees", "only a boundary that sliding has it");
   }
   if (message.has_target_quality() && !message.has_optimize()) {
     throw_not_supported("target_quality", "only optimize stops at a quality");
@@ -314,8 +314,8 @@ v1::Stage encode_stage(Stage stage) {
       return v1::STAGE_FIND_BOUNDARY;
     case Stage::iterate:
       return v1::STAGE_ITERATE;
-    case Stage::judge:
-      return v1::STAGE_JUDGE;
+    case Stage::evaluate:
+      return v1::STAGE_EVALUATE;
   }
   __builtin_unreachable();
 }

@@ -36,7 +36,7 @@ TopologyArrays::TopologyArrays(const MeshLayout& layout, std::pmr::memory_resour
     : node_count_(size_of(layout.node_count)),
       elements_(size_of(layout.elements_bytes), memory),
       fixed_mask_(size_of(layout.fixed_mask_bytes), memory),
-      element_tags_(size_of(layout.element_tags_bytes), memory) {
+      element_regions_(size_of(layout.element_regions_bytes), memory) {
   const auto* nodes = reinterpret_cast<const NodeId*>(elements_.data());
   blocks_.reserve(layout.blocks.size());
   for (const MeshLayout::Block& block : layout.blocks) {
@@ -51,12 +51,12 @@ TopologyView TopologyArrays::view() const {
   return {.node_count = node_count_,
           .blocks = blocks_,
           .fixed = {reinterpret_cast<const std::uint8_t*>(fixed_mask_.data()), fixed_mask_.size()},
-          .regions = {reinterpret_cast<const std::int32_t*>(element_tags_.data()),
-                      element_tags_.size() / sizeof(std::int32_t)}};
+          .regions = {reinterpret_cast<const std::int32_t*>(element_regions_.data()),
+                      element_regions_.size() / sizeof(std::int32_t)}};
 }
 
 std::int64_t TopologyArrays::size_bytes() const {
-  return static_cast<std::int64_t>(elements_.size() + fixed_mask_.size() + element_tags_.size());
+  return static_cast<std::int64_t>(elements_.size() + fixed_mask_.size() + element_regions_.size());
 }
 
 MeshAssembler::MeshAssembler(MeshLayout layout, std::pmr::memory_resource* memory)
@@ -67,7 +67,7 @@ MeshAssembler::MeshAssembler(MeshLayout layout, std::pmr::memory_resource* memor
   };
   arrays_ = {array(v1::ARRAY_ID_ELEMENTS, topology->elements_),
              array(v1::ARRAY_ID_FIXED_MASK, topology->fixed_mask_),
-             array(v1::ARRAY_ID_ELEMENT_TAGS, topology->element_tags_),
+             array(v1::ARRAY_ID_ELEMENT_REGIONS, topology->element_regions_),
              array(v1::ARRAY_ID_COORDINATES, coordinates_)};
   topology_ = topology;
   skip_complete_arrays();
@@ -79,7 +79,7 @@ MeshAssembler::MeshAssembler(MeshLayout layout, std::shared_ptr<const TopologyAr
       topology_(std::move(topology)),
       coordinates_(size_of(layout_.coordinates_bytes), memory),
       arrays_{Array{v1::ARRAY_ID_ELEMENTS, nullptr, 0}, Array{v1::ARRAY_ID_FIXED_MASK, nullptr, 0},
-              Array{v1::ARRAY_ID_ELEMENT_TAGS, nullptr, 0},
+              Array{v1::ARRAY_ID_ELEMENT_REGIONS, nullptr, 0},
               Array{v1::ARRAY_ID_COORDINATES, coordinates_.data(), coordinates_.size()}} {
   skip_complete_arrays();
 }

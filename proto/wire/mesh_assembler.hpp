@@ -31,7 +31,7 @@ class TopologyArrays {
  private:
   friend class MeshAssembler;
   std::size_t node_count_;
-  ByteArray elements_, fixed_mask_, element_tags_;
+  ByteArray elements_, fixed_mask_, element_regions_;
   std::vector<ElementBlockView> blocks_;
 };
 

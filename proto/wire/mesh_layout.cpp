@@ -50,7 +50,7 @@ std::int64_t MeshLayout::element_count() const {
 MeshLayout MeshLayout::coordinates_only(bool as_float64) const {
   MeshLayout layout = *this;
   layout.float64 = as_float64;
-  layout.elements_bytes = layout.fixed_mask_bytes = layout.element_tags_bytes = 0;
+  layout.elements_bytes = layout.fixed_mask_bytes = layout.element_regions_bytes = 0;
   layout.coordinates_bytes =
       node_count * static_cast<std::int64_t>(as_float64 ? sizeof(Vec3d) : sizeof(Vec3f));
   return layout;
@@ -107,14 +107,14 @@ MeshLayout decode_layout(const v1::TopologySpec& topology, v1::ScalarType coordi
   need_at_most(element_count, limits.max_element_count, "elements");
 
   layout.fixed_mask_bytes = topology.fixed_mask_present() ? layout.node_count : 0;
-  layout.tagged = topology.element_tags_present();
+  layout.tagged = topology.element_regions_present();
   if (layout.tagged) {
-    layout.element_tags_bytes = saturating_multiply(element_count, sizeof(std::int32_t));
+    layout.element_regions_bytes = saturating_multiply(element_count, sizeof(std::int32_t));
   }
   layout.coordinates_bytes =
       saturating_multiply(layout.node_count, layout.float64 ? sizeof(Vec3d) : sizeof(Vec3f));
   std::int64_t total_bytes = saturating_add(layout.elements_bytes, layout.fixed_mask_bytes);
-  total_bytes = saturating_add(total_bytes, layout.element_tags_bytes);
+  total_bytes = saturating_add(total_bytes, layout.element_regions_bytes);
   total_bytes = saturating_add(total_bytes, layout.coordinates_bytes);
   need_at_most(total_bytes, limits.max_mesh_bytes, "bytes");
   return layout;

@@ -28,12 +28,12 @@ struct MeshLayout {
   bool float64 = true;
   bool tagged = false;  // the elements have tags, which come or are here already
   std::int64_t elements_bytes = 0;
-  std::int64_t fixed_mask_bytes = 0;    // 0: no mask follows
-  std::int64_t element_tags_bytes = 0;  // 0: no tags follow
+  std::int64_t fixed_mask_bytes = 0;       // 0: no mask follows
+  std::int64_t element_regions_bytes = 0;  // 0: no tags follow
   std::int64_t coordinates_bytes = 0;
 
   [[nodiscard]] std::int64_t total_bytes() const {
-    return elements_bytes + fixed_mask_bytes + element_tags_bytes + coordinates_bytes;
+    return elements_bytes + fixed_mask_bytes + element_regions_bytes + coordinates_bytes;
   }
   [[nodiscard]] std::int64_t element_count() const;
   /// Of a mesh whose topology is there already: only coordinates come, of this type.

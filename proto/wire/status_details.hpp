@@ -21,7 +21,7 @@ struct StatusDetails {
   std::optional<std::chrono::nanoseconds> retry_delay;  // RetryInfo; unset: do not retry
 };
 
-/// A serialised google.rpc.Status, at most 4 KiB: long texts are cut. A detail
+/// A serialized google.rpc.Status, at most 4 KiB: long texts are cut. A detail
 /// "field" also becomes a BadRequest.
 [[nodiscard]] std::string encode_status_details(const StatusDetails& details);
 

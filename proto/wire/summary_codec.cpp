@@ -166,7 +166,7 @@ void encode_times(const StageTimes& times, v1::Timings* message) {
   *message->mutable_find_neighbours() = encode_seconds(times.find_neighbours_seconds);
   *message->mutable_find_boundary() = encode_seconds(times.find_boundary_seconds);
   *message->mutable_iterate() = encode_seconds(times.iterate_seconds);
-  *message->mutable_judge() = encode_seconds(times.judge_seconds);
+  *message->mutable_evaluate() = encode_seconds(times.evaluate_seconds);
   *message->mutable_device_to_host() = encode_seconds(times.download_seconds);
 }
 
@@ -175,7 +175,7 @@ StageTimes decode_times(const v1::Timings& message) {
           .find_neighbours_seconds = decode_seconds(message.find_neighbours()),
           .find_boundary_seconds = decode_seconds(message.find_boundary()),
           .iterate_seconds = decode_seconds(message.iterate()),
-          .judge_seconds = decode_seconds(message.judge()),
+          .evaluate_seconds = decode_seconds(message.evaluate()),
           .download_seconds = decode_seconds(message.device_to_host())};
 }
 
@@ -269,7 +269,7 @@ SmoothSummary decode_summary(const v1::Summary& message) {
                    .fixed = message.nodes().fixed(),
                    .isolated = message.nodes().isolated(),
                    .moved = message.nodes().moved(),
-                   .between_regions = message.nodes().between_tags(),
+                   .between_regions = message.nodes().between_regions(),
                    .sliding_in_plane = message.nodes().sliding_in_plane(),
                    .sliding_on_line = message.nodes().sliding_on_line(),
                    .curved = message.nodes().curved(),

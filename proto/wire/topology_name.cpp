@@ -17,7 +17,7 @@ TopologyNamer::TopologyNamer(const MeshLayout& layout) {
     add_number(block.element_count);
   }
   add_number(layout.fixed_mask_bytes > 0 ? 1 : 0);
-  add_number(layout.element_tags_bytes > 0 ? 1 : 0);
+  add_number(layout.element_regions_bytes > 0 ? 1 : 0);
 }
 
 std::string topology_name(const TopologyView& topology) {
@@ -27,7 +27,7 @@ std::string topology_name(const TopologyView& topology) {
     layout.blocks.push_back({block.type, static_cast<std::int64_t>(block.element_count())});
   }
   layout.fixed_mask_bytes = static_cast<std::int64_t>(topology.fixed.size_bytes());
-  layout.element_tags_bytes = static_cast<std::int64_t>(topology.regions.size_bytes());
+  layout.element_regions_bytes = static_cast<std::int64_t>(topology.regions.size_bytes());
   TopologyNamer namer(layout);
   for (const ElementBlockView& block : topology.blocks) namer.add(std::as_bytes(block.nodes));
   namer.add(std::as_bytes(topology.fixed));

@@ -123,7 +123,7 @@ std::int64_t Engine::memory_ceiling_bytes() const {
 
 std::int64_t Engine::array_bytes(const wire::MeshLayout& layout) const {
   return array_bytes(layout.elements_bytes) + array_bytes(layout.fixed_mask_bytes) +
-         array_bytes(layout.element_tags_bytes) + array_bytes(layout.coordinates_bytes);
+         array_bytes(layout.element_regions_bytes) + array_bytes(layout.coordinates_bytes);
 }
 
 std::int64_t Engine::array_bytes(std::int64_t bytes) const {

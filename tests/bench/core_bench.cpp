@@ -8,8 +8,7 @@
 #include <string>
 
 #include "formats/mesh_file.hpp"
-#include "smooth/cpu/cpu_topology.hpp"
-#include "smooth/pipeline.hpp"
+#include "smooth/cpu/cpu_backend.hpp"
 
 namespace {
 
@@ -18,7 +17,7 @@ using namespace meshsmooth::detail;
 
 /// Everything up to the first sweep, in the arrays that the pipeline uses.
 struct Prepared {
-  Renumbering<CpuExecutor> renumbering;
+  Renumbering renumbering;
   JobElements<CpuExecutor> elements;
   RowBuffer<CpuExecutor, ElementId> balls;
   RowBuffer<CpuExecutor, NodeId> rings;
@@ -32,12 +31,12 @@ struct Prepared {
     const std::size_t node_count = positions.size();
     box = find_box(executor, positions.data(), node_count);
     renumbering = renumber_nodes(executor, positions.data(), node_count, box);
-    const NodeId* const caller_of = renumbering.caller_of.data();
+    const NodeId* const caller_ids = renumbering.caller_ids.data();
     executor.for_each(node_count,
-                      [&](std::size_t n) { places.data()[n] = positions[caller_of[n]]; });
+                      [&](std::size_t n) { places.data()[n] = positions[caller_ids[n]]; });
     elements = renumber_elements(executor, topology, renumbering.internal_of.data());
-    balls = find_balls(executor, node_count, elements.view, elements.caller_of.data());
-    rings = find_rings(executor, node_count, elements.view, balls.view(), caller_of);
+    balls = find_balls(executor, node_count, elements.view, elements.caller_ids.data());
+    rings = find_rings(executor, node_count, elements.view, balls.view(), caller_ids);
     if (!find_boundary(executor, node_count, elements.view, balls.view(), fixed.data())) {
       throw_overused_facet(topology);
     }
@@ -89,8 +88,9 @@ void uniform_jacobi_sweep(benchmark::State& state) {
     Vec3d* after = other.data();
     std::copy(before, before + prepared.places.size(), after);
     for (auto _ : state) {
-      benchmark::DoNotOptimize(sweep_jacobi(executor, prepared.around(), UniformMean{}, 1.0,
-                                            Acceptance{}, before, after));
+      benchmark::DoNotOptimize(sweep_jacobi(executor,
+                                            SweepContext<CpuExecutor, double>{prepared.around()},
+                                            UniformMean{}, 1.0, before, after));
       std::swap(before, after);
     }
   });
@@ -99,11 +99,12 @@ void uniform_jacobi_sweep(benchmark::State& state) {
 void smart_gauss_seidel_sweep(benchmark::State& state) {
   sweep(state, [&](CpuExecutor& executor, Prepared& prepared) {
     const auto colouring =
-        colour_nodes(executor, prepared.around(), prepared.renumbering.caller_of.data());
+        colour_nodes(executor, prepared.around(), prepared.renumbering.caller_ids.data());
+    const SweepContext<CpuExecutor, double> context{
+        prepared.around(), &colouring, {.guard = true, .smart = true}};
     for (auto _ : state) {
-      benchmark::DoNotOptimize(sweep_gauss_seidel(executor, prepared.around(), colouring,
-                                                  UniformMean{}, 1.0, Acceptance{true, true},
-                                                  prepared.places.data()));
+      benchmark::DoNotOptimize(
+          sweep_gauss_seidel(executor, context, UniformMean{}, 1.0, prepared.places.data()));
     }
   });
 }
@@ -112,7 +113,7 @@ void colour(benchmark::State& state) {
   sweep(state, [&](CpuExecutor& executor, Prepared& prepared) {
     for (auto _ : state) {
       const auto colouring =
-          colour_nodes(executor, prepared.around(), prepared.renumbering.caller_of.data());
+          colour_nodes(executor, prepared.around(), prepared.renumbering.caller_ids.data());
       state.counters["colours"] = static_cast<double>(colouring.count());
     }
   });

@@ -140,7 +140,7 @@ class Caller {
         milliseconds_.push_back(1e3 * elapsed.count());
         run_milliseconds_.push_back(1e3 * (times.upload_seconds + times.find_neighbours_seconds +
                                            times.find_boundary_seconds + times.iterate_seconds +
-                                           times.judge_seconds + times.download_seconds));
+                                           times.evaluate_seconds + times.download_seconds));
       }
     } catch (...) {
       failure_ = std::current_exception();

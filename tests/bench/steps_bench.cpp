@@ -36,7 +36,7 @@ struct Settings {
   int step_count = 100;
   int sweep_count = 3;
   bool guard = true;
-  bool full_judgement = false;
+  bool full_quality_detail = false;
   std::string json;
 };
 
@@ -71,7 +71,7 @@ SmoothOptions options_of(const Settings& settings) {
   options.guard = settings.guard;
   options.max_iterations = settings.sweep_count;
   options.tolerance = {0, false};
-  if (!settings.full_judgement) options.judgement = Judgement::brief;
+  if (!settings.full_quality_detail) options.quality_detail = QualityDetail::brief;
   return options;
 }
 
@@ -84,7 +84,7 @@ constexpr std::array<Stage, 7> kStages = {{
     {"boundary",
      [](const client::SmoothReport& r) { return r.summary.times.find_boundary_seconds; }},
     {"iterate", [](const client::SmoothReport& r) { return r.summary.times.iterate_seconds; }},
-    {"judge", [](const client::SmoothReport& r) { return r.summary.times.judge_seconds; }},
+    {"judge", [](const client::SmoothReport& r) { return r.summary.times.evaluate_seconds; }},
     {"download", [](const client::SmoothReport& r) { return r.summary.times.download_seconds; }},
     {"send", [](const client::SmoothReport& r) { return r.send_seconds; }},
 }};
@@ -214,7 +214,7 @@ void add_steps_command(CLI::App& app, Action& action) {
       ->check(CLI::Range(0, 100'000))
       ->capture_default_str();
   sub->add_flag("!--no-guard", settings->guard, "Plain averaging");
-  sub->add_flag("--full-judgement", settings->full_judgement,
+  sub->add_flag("--full-quality_detail", settings->full_quality_detail,
                 "All metrics before and after, in both");
   sub->add_option("--json", settings->json, "Write the figures to this file too");
   sub->callback([&action, settings] {

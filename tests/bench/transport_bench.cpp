@@ -247,7 +247,7 @@ SmoothOptions one_sweep() {
   options.method = Laplacian{};
   options.guard = false;
   options.max_iterations = 1;
-  options.judgement = Judgement::brief;
+  options.quality_detail = QualityDetail::brief;
   return options;
 }
 

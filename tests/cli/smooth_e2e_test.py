@@ -234,13 +234,13 @@ class Smooth(CliTest):
 
         free, report, _ = self.moved_nodes(mesh)
         self.assertEqual(len(free), 64)
-        self.assertEqual(report["nodes"]["between_tags"], "0")
+        self.assertEqual(report["nodes"]["between_regions"], "0")
         for server in (False, True):
             with contextlib.ExitStack() as stack:
                 where = ["--server", stack.enter_context(ServerProgram()).address] * server
                 held, report, output = self.moved_nodes(mesh, "--regions", "part", *where)
                 self.assertEqual(free - held, set(between))
-                self.assertEqual(report["nodes"]["between_tags"], "36")
+                self.assertEqual(report["nodes"]["between_regions"], "36")
                 self.assertIn("2 regions by part, 36 nodes between them\n", output)
 
     def test_nodes_between_regions_slide_in_the_interface(self):
@@ -248,7 +248,7 @@ class Smooth(CliTest):
 
         moved, report, _ = self.moved_nodes(mesh, "--regions", "part", "--boundary", "slide")
 
-        self.assertEqual(report["nodes"]["between_tags"], "36")
+        self.assertEqual(report["nodes"]["between_regions"], "36")
         self.assertGreater(len(moved & set(between)), 10)
         after = struct.unpack(f">{3 * 216}d", read_vtk_points(self.path("out.vtk")))
         self.assertEqual({after[3 * node] for node in between}, {2.0})
@@ -261,7 +261,7 @@ class Smooth(CliTest):
 
         self.assertEqual(free - held, set(between))
         self.assertIn("2 regions by gmsh:physical", output)
-        self.assertEqual(report["nodes"]["between_tags"], "0")
+        self.assertEqual(report["nodes"]["between_regions"], "0")
         self.assertNotIn("regions by", quiet)
         with self.subTest("as Gmsh's own file"):
             self.run_cli("smooth", mesh, "-o", self.path("in.msh"), "--iterations", "0")

@@ -77,7 +77,7 @@ TEST(Client, GivesTheServersReasonForTooFewRegions) {
     FAIL();
   } catch (const ServiceError& error) {
     EXPECT_EQ(error.code(), StatusCode::invalid_argument);
-    EXPECT_THAT(error.what(), HasSubstr("expected ARRAY_ID_ELEMENT_TAGS at byte 8"));
+    EXPECT_THAT(error.what(), HasSubstr("expected ARRAY_ID_ELEMENT_REGIONS at byte 8"));
   }
 }
 

@@ -106,12 +106,12 @@ inline void progress(ServerStream& stream, int iteration) {
 struct Upload {
   std::string elements;
   std::string fixed_mask;
-  std::string element_tags;
+  std::string element_regions;
   std::string coordinates;
   std::size_t chunk_count = 0;
 
   [[nodiscard]] std::size_t size_bytes() const {
-    return elements.size() + fixed_mask.size() + element_tags.size() + coordinates.size();
+    return elements.size() + fixed_mask.size() + element_regions.size() + coordinates.size();
   }
 };
 
@@ -122,7 +122,7 @@ inline Upload read_upload(ServerStream& stream) {
     ++upload.chunk_count;
     if (chunk.array_id() == v1::ARRAY_ID_ELEMENTS) upload.elements += chunk.data();
     if (chunk.array_id() == v1::ARRAY_ID_FIXED_MASK) upload.fixed_mask += chunk.data();
-    if (chunk.array_id() == v1::ARRAY_ID_ELEMENT_TAGS) upload.element_tags += chunk.data();
+    if (chunk.array_id() == v1::ARRAY_ID_ELEMENT_REGIONS) upload.element_regions += chunk.data();
     if (chunk.array_id() == v1::ARRAY_ID_COORDINATES) upload.coordinates += chunk.data();
   }
   return upload;

@@ -74,9 +74,9 @@ TEST(SmoothCall, SendsTheWholeMeshAndPutsTheResultIntoIt) {
   EXPECT_EQ(upload.elements.size(), 8 * 4 * sizeof(NodeId));
   EXPECT_EQ(std::memcmp(upload.elements.data(), before.blocks[0].nodes.data(), 128), 0);
   EXPECT_EQ(upload.fixed_mask, std::string("\1\0\0\0\0\0\0", 7));
-  EXPECT_TRUE(spec.inline_topology().element_tags_present());
-  ASSERT_EQ(upload.element_tags.size(), 8 * sizeof(std::int32_t));
-  EXPECT_EQ(std::memcmp(upload.element_tags.data(), before.regions.data(), 32), 0);
+  EXPECT_TRUE(spec.inline_topology().element_regions_present());
+  ASSERT_EQ(upload.element_regions.size(), 8 * sizeof(std::int32_t));
+  EXPECT_EQ(std::memcmp(upload.element_regions.data(), before.regions.data(), 32), 0);
   EXPECT_EQ(std::memcmp(upload.coordinates.data(), test::points(before).data(), 7 * 24), 0);
   EXPECT_EQ(test::points(mesh), std::vector<Vec3d>(7, Vec3d{1, 2, 3}));
   EXPECT_EQ(mesh.blocks[0].nodes, before.blocks[0].nodes);
@@ -103,7 +103,7 @@ TEST(SmoothCall, KeepsFloat32) {
   Client(server.address()).smooth(mesh, {});
 
   EXPECT_EQ(spec.coordinate_type(), v1::SCALAR_TYPE_FLOAT32);
-  EXPECT_FALSE(spec.inline_topology().element_tags_present());
+  EXPECT_FALSE(spec.inline_topology().element_regions_present());
   EXPECT_EQ(std::get<std::vector<Vec3f>>(mesh.positions), std::vector<Vec3f>(7, Vec3f{0, 0, 0}));
 }
 

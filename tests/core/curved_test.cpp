@@ -50,7 +50,7 @@ Vec3d shell(Vec3d p) {
   return {radius * std::sin(a) * std::cos(b), radius * std::sin(b),
           radius * std::cos(a) * std::cos(b)};
 }
-/// A plate that is bent up and down.
+/// A plate that is curved up and down.
 Vec3d wave(Vec3d p) { return {p.x, p.y, p.z + 0.06 * std::sin(6 * p.x) * std::cos(5 * p.y)}; }
 
 const std::vector<std::pair<std::string, Bend>> kBends = {
@@ -58,8 +58,8 @@ const std::vector<std::pair<std::string, Bend>> kBends = {
 
 constexpr int kCells = 5;
 
-/// The cells thrown about as far as leaves them valid, then bent.
-Mesh bent(const Cells& cells, Bend bend, unsigned seed, double size = 0.25, int n = kCells) {
+/// The cells thrown about as far as leaves them valid, then curved.
+Mesh curved(const Cells& cells, Bend bend, unsigned seed, double size = 0.25, int n = kCells) {
   for (;; size *= 0.8) {
     Mesh mesh =
         test::mapped(cells.thrown(size, seed), [&](Vec3d p) { return bend((1.0 / n) * p); });
@@ -72,7 +72,7 @@ Mesh bent(const Cells& cells, Bend bend, unsigned seed, double size = 0.25, int 
 std::vector<std::array<Point, 2>> crease_segments(const Cells& cells, const Mesh& mesh) {
   const test::oracle::Points x = test::oracle::to_points(mesh);
   std::set<std::pair<NodeId, NodeId>> edges;
-  for (const std::vector<NodeId>& nodes : test::kept_facets(mesh)) {
+  for (const std::vector<NodeId>& nodes : test::constrained_facets(mesh)) {
     for (std::size_t k = 0; k < nodes.size(); ++k) {
       edges.insert(std::minmax(nodes[k], nodes[(k + 1) % nodes.size()]));
     }
@@ -107,15 +107,15 @@ double strayed(const Cells& cells, const Mesh& before, const Mesh& after) {
   for (std::size_t n = 0; n < x.size(); ++n) {
     if (!used[n]) continue;
     double off = 0;
-    const int freedoms = cells.freedoms(n);
-    if (freedoms == 0) off = (y[n] - x[n]).norm();
-    if (freedoms == 1) {
+    const int node_constraints = cells.node_constraints(n);
+    if (node_constraints == 0) off = (y[n] - x[n]).norm();
+    if (node_constraints == 1) {
       off = std::numeric_limits<double>::infinity();
       for (const auto& [a, b] : segments) {
         off = std::min(off, test::distance_to_segment(a, b, y[n]));
       }
     }
-    if (freedoms == 2 && !surface) off = facets->distance(y[n]);
+    if (node_constraints == 2 && !surface) off = facets->distance(y[n]);
     farthest = std::max(farthest, off);
   }
   return farthest;
@@ -132,7 +132,7 @@ TEST_P(CurvedWay, KeepsTheInputsFacetsCreasesAndCorners) {
         SCOPED_TRACE(kBends[b].first + " " + shapes[s].first + " of " +
                      std::string(element_shape(type).name));
         const Cells cells(type, kCells, shapes[s].second);
-        const Mesh mesh = bent(cells, kBends[b].second, 1);
+        const Mesh mesh = curved(cells, kBends[b].second, 1);
 
         const Job job = test::smooth(mesh, sliding(GetParam().method, GetParam().form));
 
@@ -163,10 +163,10 @@ TEST(Curved, CountsWhatItFinds) {
         const std::vector<bool> used = cells.used();
         std::int64_t by_freedoms[4] = {0, 0, 0, 0};
         for (std::size_t n = 0; n < used.size(); ++n) {
-          by_freedoms[cells.freedoms(n)] += used[n] ? 1 : 0;
+          by_freedoms[cells.node_constraints(n)] += used[n] ? 1 : 0;
         }
 
-        const NodeCounts counts = test::smooth(bent(cells, bend, 3), sliding()).summary.nodes;
+        const NodeCounts counts = test::smooth(curved(cells, bend, 3), sliding()).summary.nodes;
 
         EXPECT_EQ(counts.fixed, by_freedoms[0]);
         EXPECT_EQ(counts.sliding_on_line + counts.sliding_on_curve, by_freedoms[1]);
@@ -184,14 +184,14 @@ TEST(Curved, CountsWhatItFinds) {
 TEST(Curved, SaysHowFarBoundaryAndInputAreApart) {
   for (const ElementType type : {ElementType::tetrahedron, ElementType::hexahedron}) {
     const Cells cells(type, kCells, test::shapes(kCells)[0].second);
-    const Mesh mesh = bent(cells, shell, 4);
+    const Mesh mesh = curved(cells, shell, 4);
     const Job job = test::smooth(mesh, sliding());
 
     const InputSurface now(job.mesh);
     const test::oracle::Points x = test::oracle::to_points(mesh);
     double farthest = 0;
     for (std::size_t n = 0; n < x.size(); ++n) {
-      if (cells.freedoms(n) < 3) farthest = std::max(farthest, now.distance(x[n]));
+      if (cells.node_constraints(n) < 3) farthest = std::max(farthest, now.distance(x[n]));
     }
     EXPECT_GT(farthest, 1e-4);
     EXPECT_NEAR(job.summary.deviation.cut_off, farthest, 0.3 * farthest);
@@ -208,7 +208,7 @@ TEST(Curved, SaysNothingWhereAllIsPlane) {
 TEST(Curved, KeepsItsPromisesInFloat32) {
   for (const ElementType type : kElementTypes) {
     const Cells cells(type, kCells, test::shapes(kCells)[4].second);
-    const Mesh mesh = test::as_float32(bent(cells, pipe, 5));
+    const Mesh mesh = test::as_float32(curved(cells, pipe, 5));
     ASSERT_TRUE(is_valid(mesh));
     for (const Method& method : std::vector<Method>{Optimize{}, SmartLaplacian{}, Laplacian{}}) {
       const Job job = test::smooth(mesh, sliding(method));
@@ -225,7 +225,7 @@ TEST(Curved, GivesTheSameBitsOnAnyNumberOfThreads) {
   const int n = 14;
   for (const ElementType type : {ElementType::tetrahedron, ElementType::hexahedron}) {
     const Cells cells(type, n, test::shapes(n)[4].second);
-    const Mesh mesh = bent(cells, shell, 6, 0.25, n);
+    const Mesh mesh = curved(cells, shell, 6, 0.25, n);
     for (const Method& method : std::vector<Method>{Optimize{}, SmartLaplacian{}, Laplacian{}}) {
       const Mesh one = test::smooth(mesh, sliding(method), 1).mesh;
       EXPECT_TRUE(same_bits(one, test::smooth(mesh, sliding(method), 2).mesh));
@@ -237,7 +237,7 @@ TEST(Curved, GivesTheSameBitsOnAnyNumberOfThreads) {
 TEST(Curved, KeepsTheCallersNodesAndTheMovementLimit) {
   for (const Form form : {Form::gauss_seidel, Form::jacobi}) {
     const Cells cells(ElementType::tetrahedron, kCells, test::shapes(kCells)[0].second);
-    Mesh mesh = bent(cells, shell, 7);
+    Mesh mesh = curved(cells, shell, 7);
     for (std::size_t n = 0; n < mesh.node_count(); ++n) mesh.fixed.push_back(n % 3 == 0 ? 1 : 0);
     SmoothOptions options = sliding(SmartLaplacian{}, form);
     options.movement_limit = MovementLimit{.value = 0.01};
@@ -247,7 +247,7 @@ TEST(Curved, KeepsTheCallersNodesAndTheMovementLimit) {
     double farthest = 0;
     for (std::size_t n = 0; n < mesh.node_count(); ++n) {
       const double way = norm(points(job.mesh)[n] - points(mesh)[n]);
-      if (cells.freedoms(n) < 3) farthest = std::max(farthest, way);
+      if (cells.node_constraints(n) < 3) farthest = std::max(farthest, way);
       EXPECT_LE(way, 0.01 * (1 + 1e-12));
       if (mesh.fixed[n] != 0) {
         EXPECT_EQ(way, 0);
@@ -263,7 +263,7 @@ TEST(Curved, MakesABetterMeshThanAFixedBoundaryAndNeverMoreEnergy) {
     for (const auto& [name, bend] : kBends) {
       SCOPED_TRACE(name + " of " + std::string(element_shape(type).name));
       const Cells cells(type, kCells, test::shapes(kCells)[0].second);
-      const Mesh mesh = bent(cells, bend, 8);
+      const Mesh mesh = curved(cells, bend, 8);
       SmoothOptions options = sliding();
       options.history = true;
       const Job slid = test::smooth(mesh, options);
@@ -285,11 +285,11 @@ TEST(Curved, UntanglesInsideACurvedBoundary) {
   for (const ElementType type : {ElementType::tetrahedron, ElementType::hexahedron}) {
     for (const auto& [name, bend] : kBends) {
       const Cells cells(type, kCells, test::shapes(kCells)[0].second);
-      Mesh mesh = bent(cells, bend, 9);
+      Mesh mesh = curved(cells, bend, 9);
       const Mesh thrown =
           test::mapped(cells.thrown(1.0, 9), [&](Vec3d p) { return bend((1.0 / kCells) * p); });
       for (std::size_t n = 0; n < mesh.node_count(); ++n) {
-        if (cells.freedoms(n) == 3) points(mesh)[n] = points(thrown)[n];
+        if (cells.node_constraints(n) == 3) points(mesh)[n] = points(thrown)[n];
       }
       ASSERT_GT(measure_quality(mesh).inverted_count, 0);
       SmoothOptions options = sliding();

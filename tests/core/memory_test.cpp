@@ -112,10 +112,10 @@ TEST(Estimate, BoundsTheMemoryOfSlidingNodes) {
                      {.method = method, .max_iterations = 1, .boundary = BoundaryPolicy::slide},
                      1.3);  // the lattice of pyramids has few nodes on its boundary
     }
-    const Mesh bent = test::mapped(mesh, [](Vec3d p) {
+    const Mesh curved = test::mapped(mesh, [](Vec3d p) {
       return Vec3d{p.x, p.y + std::sin(0.1 * p.x), p.z};
     });
-    expect_bounded(name + " bent", bent,
+    expect_bounded(name + " curved", curved,
                    {.method = Optimize{}, .max_iterations = 1, .boundary = BoundaryPolicy::slide},
                    1.3);
   }

@@ -120,9 +120,9 @@ TEST(ValidateOptions, SaysValueAndRange) {
 
 TEST(ValidateOptions, SaysWhichMethodsHaveOnlyOneForm) {
   const SmoothOptions wrong[] = {{.method = HcLaplacian{}, .form = Form::gauss_seidel},
-                                 {.method = HcLaplacian{}, .form = Form::racing},
+                                 {.method = HcLaplacian{}, .form = Form::asynchronous},
                                  {.method = Optimize{}, .form = Form::jacobi},
-                                 {.method = Optimize{}, .form = Form::racing}};
+                                 {.method = Optimize{}, .form = Form::asynchronous}};
   for (const SmoothOptions& options : wrong) {
     try {
       validate(options);

@@ -160,7 +160,7 @@ TEST(BriefJudgement, SaysTheSameOfWhatItSays) {
     options.max_iterations = 3;
     const Mesh now = test::noisy(mesh, 0.4, 5);  // tangled
     const test::Job full = test::smooth(now, options);
-    options.judgement = Judgement::brief;
+    options.quality_detail = QualityDetail::brief;
     const test::Job brief = test::smooth(now, options);
     EXPECT_TRUE(test::same_bits(full.mesh, brief.mesh));
     for (const auto& [a, b] :

@@ -188,7 +188,7 @@ TEST(RandomMeshes, KeepNodesOfCurvedPartsOnTheInputsFacets) {
       slid += nodes.sliding_on_surface + nodes.sliding_on_curve;
       const test::InputSurface facets(mesh);
       std::set<NodeId> kept;
-      for (const std::vector<NodeId>& of : test::kept_facets(mesh)) {
+      for (const std::vector<NodeId>& of : test::constrained_facets(mesh)) {
         kept.insert(of.begin(), of.end());
       }
       const test::oracle::Points x = test::oracle::to_points(job.mesh);
@@ -196,7 +196,7 @@ TEST(RandomMeshes, KeepNodesOfCurvedPartsOnTheInputsFacets) {
       for (const NodeId n : kept) farthest = std::max(farthest, facets.distance(x[n]));
       EXPECT_LE(farthest, deviation.tolerance) << seed << " " << way.name;
       const test::oracle::Points before = test::oracle::to_points(mesh);
-      for (const std::vector<NodeId>& of : test::kept_facets(mesh)) {
+      for (const std::vector<NodeId>& of : test::constrained_facets(mesh)) {
         if (of.size() != 3) continue;
         const auto normal = [&](const test::oracle::Points& at) {
           return (at[of[1]] - at[of[0]]).cross(at[of[2]] - at[of[0]]).normalized();

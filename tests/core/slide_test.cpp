@@ -126,9 +126,9 @@ TEST(Slide, CountsWhatItFinds) {
       std::int64_t in_plane = 0, on_line = 0, fixed = 0;
       for (std::size_t n = 0; n < used.size(); ++n) {
         if (!used[n]) continue;
-        fixed += cells.freedoms(n) == 0 ? 1 : 0;
-        on_line += cells.freedoms(n) == 1 ? 1 : 0;
-        in_plane += !flat && cells.freedoms(n) == 2 ? 1 : 0;
+        fixed += cells.node_constraints(n) == 0 ? 1 : 0;
+        on_line += cells.node_constraints(n) == 1 ? 1 : 0;
+        in_plane += !flat && cells.node_constraints(n) == 2 ? 1 : 0;
       }
 
       const NodeCounts counts = test::smooth(valid_mesh(cells, 3), sliding()).summary.nodes;
@@ -189,12 +189,12 @@ TEST(Slide, KeepsTheCallersNodesAndTheMovementLimit) {
   EXPECT_EQ(strayed(cells, mesh, job.mesh), 0);
 }
 
-/// Only nodes with `inner` freedoms are thrown about, until an element is inverted.
+/// Only nodes with `inner` node_constraints are thrown about, until an element is inverted.
 Mesh tangled_inside(const Cells& cells, int inner, unsigned seed = 7, double size = 0.7) {
   for (;; size *= 1.2) {
     Mesh mesh = cells.thrown(size, seed);
     for (std::size_t n = 0; n < mesh.node_count(); ++n) {
-      if (cells.freedoms(n) < inner) points(mesh)[n] = points(cells.mesh())[n];
+      if (cells.node_constraints(n) < inner) points(mesh)[n] = points(cells.mesh())[n];
     }
     if (measure_quality(mesh).inverted_count > 0) return mesh;
   }
@@ -262,7 +262,7 @@ TEST(Slide, FoldsNoFacetWithoutTheGuard) {
     const double area = boundary_area(cells.mesh());
     for (unsigned seed = 0; seed < 20; ++seed) {
       const Mesh mesh = valid_mesh(cells, seed, 0.5);
-      for (const Form form : {Form::jacobi, Form::gauss_seidel, Form::racing}) {
+      for (const Form form : {Form::jacobi, Form::gauss_seidel, Form::asynchronous}) {
         SmoothOptions options =
             sliding(Laplacian{.weighting = Weighting::edge_length, .relaxation = 1}, form);
         options.guard = false;
@@ -273,8 +273,8 @@ TEST(Slide, FoldsNoFacetWithoutTheGuard) {
   }
 }
 
-/// A block bent by an angle along the plane x = 2.
-Mesh bent(ElementType type, double degrees) {
+/// A block curved by an angle along the plane x = 2.
+Mesh curved(ElementType type, double degrees) {
   const double slope = std::tan(degrees * std::numbers::pi / 180);
   return test::mapped(test::lattice(type, 4), [=](Vec3d p) {
     const double rise = slope * std::max(0.0, p.x - 2);
@@ -293,7 +293,7 @@ TEST(Slide, TakesPlanesThatMeetAtLessThanTheFeatureAngleForCurved) {
     SmoothOptions options = sliding();
     options.feature_angle = expected.angle;
     const NodeCounts counts =
-        test::smooth(bent(ElementType::hexahedron, expected.degrees), options).summary.nodes;
+        test::smooth(curved(ElementType::hexahedron, expected.degrees), options).summary.nodes;
     SCOPED_TRACE(std::to_string(expected.degrees) + " " + std::to_string(expected.angle));
     EXPECT_EQ(counts.sliding_on_surface, expected.on_surface);
     EXPECT_EQ(counts.sliding_on_curve, expected.on_curve);
@@ -305,7 +305,7 @@ TEST(Slide, TakesPlanesThatMeetAtLessThanTheFeatureAngleForCurved) {
   for (const double angle : {15.0, 30.0}) {
     SmoothOptions options = sliding();
     options.feature_angle = angle;
-    const NodeCounts counts = test::smooth(bent(ElementType::quad, 20), options).summary.nodes;
+    const NodeCounts counts = test::smooth(curved(ElementType::quad, 20), options).summary.nodes;
     EXPECT_EQ(counts.sliding_on_curve, angle > 20 ? 2 : 0);
     EXPECT_EQ(counts.sliding_on_line, 4 * 3 - 2);
     EXPECT_EQ(counts.curved, 0);
@@ -363,7 +363,7 @@ TEST(Regions, AreKeptLikeTheBoundary) {
       std::int64_t between = 0;
       const std::set<NodeId> boundary = test::oracle::boundary_nodes(mesh);
       for (std::size_t n = 0; n < used.size(); ++n) {
-        const bool kept = used[n] && cells.freedoms(n) < inner;
+        const bool kept = used[n] && cells.node_constraints(n) < inner;
         between += kept && boundary.count(static_cast<NodeId>(n)) == 0 ? 1 : 0;
       }
       for (const Method& method : std::vector<Method>{Laplacian{}, SmartLaplacian{}, Optimize{}}) {
@@ -372,8 +372,8 @@ TEST(Regions, AreKeptLikeTheBoundary) {
 
         const Job job = test::smooth(mesh, options);
 
-        for (int freedoms = 0; freedoms < inner; ++freedoms) {
-          EXPECT_EQ(moved(cells, freedoms, mesh, job.mesh), 0);
+        for (int node_constraints = 0; node_constraints < inner; ++node_constraints) {
+          EXPECT_EQ(moved(cells, node_constraints, mesh, job.mesh), 0);
         }
         EXPECT_GT(moved(cells, inner, mesh, job.mesh), 0);
         const NodeCounts& counts = job.summary.nodes;

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "core/smoothing.hpp"
-#include "smooth/colouring.hpp"
+#include "smooth/steps/colouring.hpp"
 
 namespace meshsmooth {
 namespace {
@@ -32,7 +32,7 @@ std::vector<std::pair<std::string, Mesh>> noisy_meshes() {
 }
 
 /// Smart averaging in Jacobi form has no formula node by node: moves are cut
-/// back together; the optimiser goes down an energy. Their promises are tested instead.
+/// back together; the optimizer goes down an energy. Their promises are tested instead.
 std::vector<test::Way> ways_with_formula() {
   std::vector<test::Way> ways = test::ways(false);
   std::erase_if(ways, [](const test::Way& way) {
@@ -116,7 +116,7 @@ TEST(Sweep, MovesTheBoundaryWhenItIsFree) {
 
 class ConvergedLaplacian : public testing::TestWithParam<Form> {};
 INSTANTIATE_TEST_SUITE_P(Forms, ConvergedLaplacian,
-                         testing::Values(Form::jacobi, Form::gauss_seidel, Form::racing));
+                         testing::Values(Form::jacobi, Form::gauss_seidel, Form::asynchronous));
 
 TEST_P(ConvergedLaplacian, IsTheSolutionOfTheSparseSystem) {
   SmoothOptions options{.method = Laplacian{},

@@ -43,7 +43,7 @@ Mesh noisy_lattice(ElementType type, unsigned seed = 5) {
   return test::noisy(test::lattice(type, 5), 0.12, seed);
 }
 
-/// A lattice bent into most of a narrow ring: plain averaging pulls its nodes
+/// A lattice curved into most of a narrow ring: plain averaging pulls its nodes
 /// over the inner wall.
 Mesh horseshoe(ElementType type, unsigned seed) {
   const bool surface = test::oracle::is_surface(type);
@@ -432,7 +432,7 @@ TEST_P(EveryWay, ConvergesWhenTheLargestMoveIsBelowTheTolerance) {
 TEST_P(EveryWay, TellsEnergyAndWorstElementOfEverySweep) {
   const auto* const optimize = std::get_if<Optimize>(&GetParam().method);
   const double p = optimize == nullptr ? 2 : optimize->goal == Goal::average ? 1 : 2;
-  if (optimize != nullptr && optimize->goal == Goal::worst) return;  // see optimise_test.cpp
+  if (optimize != nullptr && optimize->goal == Goal::worst) return;  // see optimize_test.cpp
   for (const Mesh& mesh :
        {test::noisy(test::mixed_stack(4), 0.12, 7), noisy_lattice(ElementType::triangle)}) {
     for (int count = 1; count <= 3; ++count) {
@@ -450,7 +450,7 @@ TEST_P(EveryWay, TellsEnergyAndWorstElementOfEverySweep) {
       how.history = false;
       const Job unwatched = test::smooth(mesh, how);
       EXPECT_TRUE(unwatched.summary.convergence.energies.empty());
-      if (GetParam().form != Form::racing) {
+      if (GetParam().form != Form::asynchronous) {
         EXPECT_TRUE(test::same_bits(job.mesh, unwatched.mesh));
       }
     }
@@ -470,8 +470,8 @@ TEST_P(EveryWay, ReportsProgressStageByStageAndSweepBySweep) {
 
   test::smooth(noisy_lattice(ElementType::tetrahedron), options(4), 2, control);
 
-  EXPECT_THAT(stages, ElementsAre(Stage::find_neighbours, Stage::find_boundary, Stage::judge,
-                                  Stage::iterate, Stage::judge));
+  EXPECT_THAT(stages, ElementsAre(Stage::find_neighbours, Stage::find_boundary, Stage::evaluate,
+                                  Stage::iterate, Stage::evaluate));
   EXPECT_THAT(iterations, ElementsAre(0, 1, 2, 3, 4));
 }
 
@@ -505,7 +505,7 @@ TEST(Guard, CountsTheNodesThatItHeld) {
 }
 
 TEST(SmartLaplacian, NeverMakesTheWorstElementWorse) {
-  for (const Form form : {Form::automatic, Form::jacobi, Form::gauss_seidel, Form::racing}) {
+  for (const Form form : {Form::automatic, Form::jacobi, Form::gauss_seidel, Form::asynchronous}) {
     for (const ElementType type : kElementTypes) {
       Mesh mesh = horseshoe(type, 3);
       double worst = test::oracle::worst_mean_ratio(mesh);

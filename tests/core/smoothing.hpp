@@ -102,7 +102,7 @@ inline std::vector<Way> ways(bool with_racing) {
     result.push_back({name + "_jacobi", method, Form::jacobi});
     if (std::holds_alternative<HcLaplacian>(method)) continue;
     result.push_back({name + "_gauss_seidel", method, Form::gauss_seidel});
-    if (with_racing) result.push_back({name + "_racing", method, Form::racing});
+    if (with_racing) result.push_back({name + "_racing", method, Form::asynchronous});
   }
   return result;
 }

@@ -6,9 +6,9 @@
 #include <gtest/gtest.h>
 #include <oneapi/tbb/global_control.h>
 
-#include "smooth/colouring.hpp"
-#include "smooth/cpu/cpu_topology.hpp"
-#include "smooth/job_topology.hpp"
+#include "core/by_sorting.hpp"
+#include "smooth/cpu/colouring.hpp"
+#include "smooth/cpu/prepare.hpp"
 #include "support/oracle.hpp"
 
 namespace meshsmooth::test {
@@ -22,22 +22,23 @@ class Steps {
     box_ = detail::find_box(executor_, points(mesh).data(), node_count_);
     numbers_ = detail::renumber_nodes(executor_, points(mesh).data(), node_count_, box_);
     elements_ = detail::renumber_elements(executor_, view, numbers_.internal_of.data());
-    balls_ = detail::find_balls(executor_, node_count_, elements_.view, elements_.caller_of.data());
+    balls_ =
+        detail::find_balls(executor_, node_count_, elements_.view, elements_.caller_ids.data());
   }
 
   [[nodiscard]] std::vector<NodeId> caller_of_nodes() const {
-    return {numbers_.caller_of.data(), numbers_.caller_of.data() + node_count_};
+    return {numbers_.caller_ids.data(), numbers_.caller_ids.data() + node_count_};
   }
   [[nodiscard]] std::vector<std::vector<std::int64_t>> balls() const {
-    return rows<std::int64_t>(balls_.view(), elements_.caller_of.data());
+    return rows<std::int64_t>(balls_.view(), elements_.caller_ids.data());
   }
   [[nodiscard]] std::vector<std::vector<NodeId>> rings() {
-    return rows<NodeId>(find_rings().view(), numbers_.caller_of.data());
+    return rows<NodeId>(find_rings().view(), numbers_.caller_ids.data());
   }
   [[nodiscard]] std::vector<std::vector<NodeId>> rings_by_sorting() {
     const auto found = detail::find_rings_by_sorting(executor_, node_count_, elements_.view,
-                                                     numbers_.caller_of.data());
-    return rows<NodeId>(found.view(), numbers_.caller_of.data());
+                                                     numbers_.caller_ids.data());
+    return rows<NodeId>(found.view(), numbers_.caller_ids.data());
   }
   [[nodiscard]] std::set<NodeId> boundary() {
     std::vector<std::uint8_t> marks(node_count_, 7);
@@ -58,17 +59,17 @@ class Steps {
   [[nodiscard]] std::vector<std::vector<NodeId>> colours(const std::vector<bool>& held) {
     std::vector<std::uint8_t> fixed(node_count_);
     for (std::size_t n = 0; n < node_count_; ++n) {
-      fixed[n] = held[numbers_.caller_of.data()[n]] ? 1 : 0;
+      fixed[n] = held[numbers_.caller_ids.data()[n]] ? 1 : 0;
     }
     const auto rings = find_rings();
     const detail::Surroundings around{node_count_,  elements_.view, rings.view(), balls_.view(),
                                       fixed.data(), nullptr,        {0, 0, 0}};
-    const auto colouring = detail::colour_nodes(executor_, around, numbers_.caller_of.data());
+    const auto colouring = detail::colour_nodes(executor_, around, numbers_.caller_ids.data());
     std::vector<std::vector<NodeId>> result;
     for (std::size_t c = 0; c < colouring.count(); ++c) {
       result.emplace_back();
       for (std::size_t n = colouring.first[c]; n < colouring.first[c + 1]; ++n) {
-        result.back().push_back(numbers_.caller_of.data()[colouring.nodes.data()[n]]);
+        result.back().push_back(numbers_.caller_ids.data()[colouring.nodes.data()[n]]);
       }
       std::sort(result.back().begin(), result.back().end());
     }
@@ -78,16 +79,16 @@ class Steps {
  private:
   detail::RowBuffer<detail::CpuExecutor, NodeId> find_rings() {
     return detail::find_rings(executor_, node_count_, elements_.view, balls_.view(),
-                              numbers_.caller_of.data());
+                              numbers_.caller_ids.data());
   }
 
   template <class Out, class Id, class Caller>
   [[nodiscard]] std::vector<std::vector<Out>> rows(const detail::Rows<Id>& found,
-                                                   const Caller* caller_of) const {
+                                                   const Caller* caller_ids) const {
     std::vector<std::vector<Out>> result(node_count_);
     for (std::size_t n = 0; n < node_count_; ++n) {
-      std::vector<Out>& row = result[numbers_.caller_of.data()[n]];
-      for (const Id* id = found.begin(n); id != found.end(n); ++id) row.push_back(caller_of[*id]);
+      std::vector<Out>& row = result[numbers_.caller_ids.data()[n]];
+      for (const Id* id = found.begin(n); id != found.end(n); ++id) row.push_back(caller_ids[*id]);
     }
     return result;
   }
@@ -95,7 +96,7 @@ class Steps {
     std::set<NodeId> result;
     for (std::size_t n = 0; n < node_count_; ++n) {
       EXPECT_LE(marks[n], 1) << "a node was left out";
-      if (marks[n] == 1) result.insert(numbers_.caller_of.data()[n]);
+      if (marks[n] == 1) result.insert(numbers_.caller_ids.data()[n]);
     }
     return result;
   }
@@ -108,7 +109,7 @@ class Steps {
   detail::CpuExecutor executor_;
   std::size_t node_count_ = 0;
   detail::Box box_{};
-  detail::Renumbering<detail::CpuExecutor> numbers_;
+  detail::Renumbering numbers_;
   detail::JobElements<detail::CpuExecutor> elements_;
   detail::RowBuffer<detail::CpuExecutor, detail::ElementId> balls_;
 };

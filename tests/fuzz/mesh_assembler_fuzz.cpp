@@ -50,7 +50,7 @@ v1::TopologySpec make_spec(Choices& choices) {
 class Model {
  public:
   explicit Model(const wire::MeshLayout& layout)
-      : sizes_{layout.elements_bytes, layout.fixed_mask_bytes, layout.element_tags_bytes,
+      : sizes_{layout.elements_bytes, layout.fixed_mask_bytes, layout.element_regions_bytes,
                layout.coordinates_bytes} {
     skip();
   }
@@ -58,7 +58,7 @@ class Model {
   [[nodiscard]] bool complete() const { return array_ == 4; }
   [[nodiscard]] v1::ArrayId array() const {
     static constexpr v1::ArrayId kIds[] = {v1::ARRAY_ID_ELEMENTS, v1::ARRAY_ID_FIXED_MASK,
-                                           v1::ARRAY_ID_ELEMENT_TAGS, v1::ARRAY_ID_COORDINATES};
+                                           v1::ARRAY_ID_ELEMENT_REGIONS, v1::ARRAY_ID_COORDINATES};
     return complete() ? v1::ARRAY_ID_COORDINATES : kIds[array_];
   }
   [[nodiscard]] std::int64_t offset() const { return complete() ? sizes_[3] : offset_; }

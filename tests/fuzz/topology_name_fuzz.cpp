@@ -48,7 +48,8 @@ std::string name_in_pieces(const Mesh& mesh, Choices& choices) {
   wire::MeshLayout layout;
   layout.node_count = static_cast<std::int64_t>(mesh.node_count());
   layout.fixed_mask_bytes = static_cast<std::int64_t>(mesh.fixed.size());
-  layout.element_tags_bytes = static_cast<std::int64_t>(mesh.regions.size() * sizeof(std::int32_t));
+  layout.element_regions_bytes =
+      static_cast<std::int64_t>(mesh.regions.size() * sizeof(std::int32_t));
   std::vector<std::byte> bytes;
   const auto append = [&](std::span<const std::byte> more) {
     bytes.insert(bytes.end(), more.begin(), more.end());

@@ -57,12 +57,12 @@ TEST_P(DeviceMemoryOf, IsBoundedByTheEstimateWhileNodesOfCurvedPartsSlide) {
     SCOPED_TRACE(name);
     SmoothOptions options = test::sweeps(2, GetParam().method, GetParam().form);
     options.boundary = BoundaryPolicy::slide;
-    Mesh bent = test::mapped(mesh, [](Vec3d p) {
+    Mesh curved = test::mapped(mesh, [](Vec3d p) {
       return Vec3d{p.x, p.y + std::sin(0.1 * p.x), p.z};
     });
-    const std::int64_t estimate = smoother->estimate(test::size_of(bent), options).device_bytes;
+    const std::int64_t estimate = smoother->estimate(test::size_of(curved), options).device_bytes;
 
-    EXPECT_GE(estimate, smoother->smooth(bent, options).device_peak_bytes);
+    EXPECT_GE(estimate, smoother->smooth(curved, options).device_peak_bytes);
   }
 }
 

@@ -133,8 +133,8 @@ class Comparison {
     const Job job = smooth_on(*cuda_, mesh, options);
 
     // A team sums a ball in another order, and may fuse: while a mesh is tangled that grows.
-    const bool optimised = std::holds_alternative<Optimize>(options.method);
-    const double near = mesh.positions.index() != 1 ? 1e-6 : optimised ? 1e-10 : 1e-12;
+    const bool optimized = std::holds_alternative<Optimize>(options.method);
+    const double near = mesh.positions.index() != 1 ? 1e-6 : optimized ? 1e-10 : 1e-12;
     EXPECT_LE(test::difference(job.mesh, to_points(expected.mesh)), near);
     expect_equal(job.summary, expected.summary);
     ++job_count_;
@@ -305,17 +305,17 @@ TEST_P(OptimizeOfSize, EqualsTheCpuBackendAndItself) {
       EXPECT_TRUE(same_bits(smooth_on(*smoother, mesh, how).mesh, expected.mesh)) << "run " << run;
     }
     how.movement_limit = MovementLimit{.value = 1e-3, .relative = true};
-    comparison.run("on a leash", mesh, how);
+    comparison.run("on a displacement_limit", mesh, how);
   }
 }
 
 // --- with the racing form -------------------------------------------------------
 
-class EveryWayAndRacing : public EveryWay {};
-INSTANTIATE_TEST_SUITE_P(Cuda, EveryWayAndRacing, testing::ValuesIn(test::ways(true)),
+class EveryWayAndAsynchronous : public EveryWay {};
+INSTANTIATE_TEST_SUITE_P(Cuda, EveryWayAndAsynchronous, testing::ValuesIn(test::ways(true)),
                          test::way_name);
 
-TEST_P(EveryWayAndRacing, KeepsAValidMeshValidUnderTheGuard) {
+TEST_P(EveryWayAndAsynchronous, KeepsAValidMeshValidUnderTheGuard) {
   const std::unique_ptr<Smoother> smoother = make_smoother("cuda");
   for (const ElementType type : kElementTypes) {
     const Mesh mesh = test::horseshoe(type, element_shape(type).dimension == 2 ? 41 : 11);
@@ -332,7 +332,7 @@ TEST_P(EveryWayAndRacing, KeepsAValidMeshValidUnderTheGuard) {
   }
 }
 
-TEST_P(EveryWayAndRacing, LeavesFixedAndIsolatedNodesBitForBit) {
+TEST_P(EveryWayAndAsynchronous, LeavesFixedAndIsolatedNodesBitForBit) {
   const std::unique_ptr<Smoother> smoother = make_smoother("cuda");
   for (const ElementType type : kElementTypes) {
     Mesh mesh =
@@ -378,7 +378,7 @@ TEST_P(Sanitized, RunsOnMeshesOfEveryElementType) {
       const Job job = smooth_on(*cuda, mesh, how);
 
       EXPECT_GT(job.summary.convergence.iteration_count, 0);
-      if (GetParam().form == Form::racing) continue;
+      if (GetParam().form == Form::asynchronous) continue;
       const Job expected = test::smooth(mesh, how);
       EXPECT_EQ(job.summary.convergence.iteration_count,
                 expected.summary.convergence.iteration_count);

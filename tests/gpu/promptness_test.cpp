@@ -43,7 +43,7 @@ const test::Way kEndlessJacobi{"jacobi", Laplacian{.relaxation = kShortStep}, Fo
 std::vector<test::Way> endless_ways() {
   return {kEndlessJacobi,
           {"gauss_seidel", Laplacian{.relaxation = kShortStep}, Form::gauss_seidel},
-          {"racing", Laplacian{.relaxation = kShortStep}, Form::racing},
+          {"racing", Laplacian{.relaxation = kShortStep}, Form::asynchronous},
           {"by_length", Laplacian{.weighting = Weighting::edge_length, .relaxation = kShortStep},
            Form::gauss_seidel},
           {"by_volume", Laplacian{.weighting = Weighting::ball_volume, .relaxation = kShortStep},
@@ -220,7 +220,7 @@ TEST_F(Promptly, SmoothsTheNextJobAfterACancelledOne) {
   const SmoothOptions options = test::sweeps(5, Laplacian{});
   const test::Job expected = test::smooth(mesh, options);
   for (const Stage stage :
-       {Stage::find_neighbours, Stage::find_boundary, Stage::judge, Stage::iterate}) {
+       {Stage::find_neighbours, Stage::find_boundary, Stage::evaluate, Stage::iterate}) {
     std::stop_source source;
     JobControl control;
     control.stop = source.get_token();
@@ -255,7 +255,7 @@ TEST_F(Promptly, ReportsProgressStageByStage) {
   smoother->smooth(mesh, options, control);
 
   EXPECT_THAT(stages, testing::ElementsAre(Stage::find_neighbours, Stage::find_boundary,
-                                           Stage::judge, Stage::iterate, Stage::judge));
+                                           Stage::evaluate, Stage::iterate, Stage::evaluate));
   // A device does several sweeps at a stretch, so not each need be told.
   ASSERT_GE(iterations.size(), 3U);
   EXPECT_EQ(iterations.front(), 0);

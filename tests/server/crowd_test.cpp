@@ -125,7 +125,7 @@ TEST_F(Crowd, IsServedOrRefusedHonestlyWithinTheMemoryThatWasPublished) {
   }
   SmoothOptions options;
   options.method = Laplacian{};
-  options.judgement = Judgement::brief;
+  options.quality_detail = QualityDetail::brief;
   options.max_iterations = 1;
 
   // So large that memory is short before the queue is full; then so small that it is not.

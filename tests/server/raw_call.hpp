@@ -11,7 +11,7 @@
 
 namespace meshsmooth::testing {
 
-/// A call in serialised messages, for the standard services of gRPC: Debian
+/// A call in serialized messages, for the standard services of gRPC: Debian
 /// ships neither their protos nor their headers.
 class RawCall {
  public:

@@ -80,14 +80,14 @@ TEST_F(Service, HandsTheElementTagsToTheSmootherAndReservesThem) {
   call.send(spec);
   call.send(chunk(v1::ARRAY_ID_ELEMENTS, 0, mesh_.elements));
   call.send(chunk(v1::ARRAY_ID_FIXED_MASK, 0, mesh_.fixed));
-  call.send(chunk(v1::ARRAY_ID_ELEMENT_TAGS, 0, bytes_of<std::int32_t>({7, -7})));
+  call.send(chunk(v1::ARRAY_ID_ELEMENT_REGIONS, 0, bytes_of<std::int32_t>({7, -7})));
   call.send(chunk(v1::ARRAY_ID_COORDINATES, 0, bytes_of(mesh_.coordinates)));
   call.half_close();
 
   ASSERT_TRUE(call.finish().ok()) << call.finish().error_message();
   EXPECT_EQ(call.result(), mesh_.moved());
   EXPECT_EQ(server_.fake().regions(), (std::vector<std::int32_t>{7, -7}));
-  EXPECT_THAT(server_info(stub_).features(), ::testing::Contains("element_tags"));
+  EXPECT_THAT(server_info(stub_).features(), ::testing::Contains("element_regions"));
 }
 
 TEST_F(Service, RunsAJobBeforeTheClientHalfCloses) {

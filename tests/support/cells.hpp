@@ -53,7 +53,7 @@ class Cells {
     }
     return true;
   }
-  [[nodiscard]] int freedoms(std::size_t node) const {
+  [[nodiscard]] int node_constraints(std::size_t node) const {
     return int{may_move(node, 0)} + int{may_move(node, 1)} + int{may_move(node, 2)};
   }
 
@@ -106,12 +106,12 @@ inline std::vector<std::pair<std::string, Cells::Region>> shapes(int n) {
       {"four_regions", [=](int x, int y, int) { return (x < half ? 0 : 1) + (y < half ? 0 : 5); }}};
 }
 
-/// Nodes with as many freedoms that have moved.
-inline int moved(const Cells& cells, int freedoms, const Mesh& before, const Mesh& after) {
+/// Nodes with as many node_constraints that have moved.
+inline int moved(const Cells& cells, int node_constraints, const Mesh& before, const Mesh& after) {
   const std::vector<Vec3d> x = points_as_double(before), y = points_as_double(after);
   int count = 0;
   for (std::size_t n = 0; n < x.size(); ++n) {
-    if (cells.freedoms(n) == freedoms && !(x[n] == y[n])) ++count;
+    if (cells.node_constraints(n) == node_constraints && !(x[n] == y[n])) ++count;
   }
   return count;
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-// The optimiser as a textbook has it: one node after the other, down the gradient of its
+// The optimizer as a textbook has it: one node after the other, down the gradient of its
 // ball's energy, with backtracking. Judges the product, and is the floor for its speed.
 
 #include "support/oracle.hpp"

@@ -35,7 +35,7 @@ inline double distance_to_triangle(const Triangle& t, const oracle::Point& p) {
 
 /// The facets on the boundary and between regions, by their nodes in the order that the
 /// element (between regions that of the lower one) lists them.
-inline std::vector<std::vector<NodeId>> kept_facets(const Mesh& mesh) {
+inline std::vector<std::vector<NodeId>> constrained_facets(const Mesh& mesh) {
   struct Use {
     int region;
     std::vector<NodeId> nodes;
@@ -71,7 +71,7 @@ class InputSurface {
  public:
   explicit InputSurface(const Mesh& mesh) {
     const oracle::Points x = oracle::to_points(mesh);
-    for (const std::vector<NodeId>& nodes : kept_facets(mesh)) {
+    for (const std::vector<NodeId>& nodes : constrained_facets(mesh)) {
       for (std::size_t k = 2; k < nodes.size(); ++k) {
         triangles_.push_back({x[nodes[0]], x[nodes[k - 1]], x[nodes[k]]});
       }

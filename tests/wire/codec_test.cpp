@@ -70,7 +70,7 @@ TEST(DecodeOptions, ReadsWhatEncodeWrote) {
   for (const bool relative : {false, true}) {
     expect_round_trip({.movement_limit = MovementLimit{0.125, relative}});
   }
-  for (const Form form : {Form::automatic, Form::jacobi, Form::gauss_seidel, Form::racing}) {
+  for (const Form form : {Form::automatic, Form::jacobi, Form::gauss_seidel, Form::asynchronous}) {
     expect_round_trip({.form = form});
   }
   expect_round_trip({.boundary = BoundaryPolicy::slide, .feature_angle = 45});
@@ -301,7 +301,7 @@ SmoothSummary full_summary() {
              .find_neighbours_seconds = 41,
              .find_boundary_seconds = 42,
              .iterate_seconds = 43,
-             .judge_seconds = 44,
+             .evaluate_seconds = 44,
              .download_seconds = 45};
   s.backend = "cuda:2";
   s.device_name = "NVIDIA H200";
@@ -337,7 +337,7 @@ TEST(DecodeSummary, ReadsWhatEncodeWrote) {
   EXPECT_EQ(s.deviation.tolerance, 58);
   EXPECT_EQ(s.deviation.strayed, 59);
   EXPECT_EQ(s.deviation.cut_off, 60);
-  EXPECT_EQ(s.times.judge_seconds, 44);
+  EXPECT_EQ(s.times.evaluate_seconds, 44);
   EXPECT_EQ(s.backend, "cuda:2");
   EXPECT_EQ(s.device_name, "NVIDIA H200");
   EXPECT_EQ(s.thread_count, 46);

@@ -82,13 +82,13 @@ TEST_F(MeshAssemblerTest, PutsTheArraysInPlace) {
 
 TEST_F(MeshAssemblerTest, TakesTheTagsBetweenMaskAndCoordinates) {
   MeshLayout tagged = layout();
-  tagged.element_tags_bytes = 8;
+  tagged.element_regions_bytes = 8;
   MeshAssembler assembler(tagged);
   assembler.add(chunk(v1::ARRAY_ID_ELEMENTS, 0, kElements));
   assembler.add(chunk(v1::ARRAY_ID_FIXED_MASK, 0, kFixed));
   const v1::Chunk coordinates = chunk(v1::ARRAY_ID_COORDINATES, 0, kCoordinates);
   EXPECT_EQ(reason_of([&] { assembler.add(coordinates); }), "CHUNK_OUT_OF_ORDER");
-  assembler.add(chunk(v1::ARRAY_ID_ELEMENT_TAGS, 0, bytes_of<std::int32_t>({7, -7})));
+  assembler.add(chunk(v1::ARRAY_ID_ELEMENT_REGIONS, 0, bytes_of<std::int32_t>({7, -7})));
   EXPECT_FALSE(assembler.complete());
   assembler.add(coordinates);
 
@@ -127,7 +127,7 @@ TEST_F(MeshAssemblerTest, RefusesAnArrayBeforeItsTurn) {
 TEST_F(MeshAssemblerTest, RefusesAnArrayThatWasNotAnnounced) {
   assembler_.add(chunk(v1::ARRAY_ID_ELEMENTS, 0, kElements));
 
-  EXPECT_EQ(add(v1::ARRAY_ID_ELEMENT_TAGS, 0, kElements), "CHUNK_OUT_OF_ORDER");
+  EXPECT_EQ(add(v1::ARRAY_ID_ELEMENT_REGIONS, 0, kElements), "CHUNK_OUT_OF_ORDER");
 }
 
 TEST_F(MeshAssemblerTest, RefusesUnknownArrays) {

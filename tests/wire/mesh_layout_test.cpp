@@ -51,7 +51,7 @@ TEST(MeshLayout, AddsUpTheBytesOfAllArrays) {
 
   EXPECT_EQ(layout.elements_bytes, 7 * 16 + 2 * 32);
   EXPECT_EQ(layout.fixed_mask_bytes, 10);
-  EXPECT_EQ(layout.element_tags_bytes, 9 * 4);
+  EXPECT_EQ(layout.element_regions_bytes, 9 * 4);
   EXPECT_EQ(layout.coordinates_bytes, 120);
   EXPECT_EQ(layout.total_bytes(), 176 + 10 + 36 + 120);
   EXPECT_EQ(layout.element_count(), 9);
@@ -63,7 +63,7 @@ TEST(MeshLayout, AddsUpTheBytesOfAllArrays) {
 TEST(MeshLayout, HasNoTagsUnlessTheyAreAnnounced) {
   const MeshLayout layout = decode(make_spec(10, 7));
 
-  EXPECT_EQ(layout.element_tags_bytes, 0);
+  EXPECT_EQ(layout.element_regions_bytes, 0);
   EXPECT_FALSE(layout.size().regions);
 }
 
@@ -146,7 +146,7 @@ TEST(MeshLayout, ReadsWhatASenderAnnounces) {
   EXPECT_EQ(layout.blocks[1].type, ElementType::pyramid);
   EXPECT_EQ(layout.elements_bytes, 36);
   EXPECT_EQ(layout.fixed_mask_bytes, 5);
-  EXPECT_EQ(layout.element_tags_bytes, 8);
+  EXPECT_EQ(layout.element_regions_bytes, 8);
 }
 
 // A job that names its topology needs the memory of one that sends it.

@@ -23,7 +23,7 @@ std::span<const std::byte> bytes_of(const std::string& text) {
 }
 
 /// A message in slices of so many bytes, as they come from a socket.
-grpc::ByteBuffer in_slices(const std::string& bytes, std::size_t slice_bytes) {
+grpc::ByteBuffer in_sell(const std::string& bytes, std::size_t slice_bytes) {
   std::vector<grpc::Slice> slices;
   for (std::size_t at = 0; at < bytes.size(); at += slice_bytes) {
     slices.emplace_back(bytes.data() + at, std::min(slice_bytes, bytes.size() - at));
@@ -83,7 +83,7 @@ TEST(RawMessage, FindsChunksHoweverTheyAreCut) {
     for (const bool checked : {false, true}) {
       if (checked) request.mutable_chunk()->set_crc32c(crc32c(bytes_of(request.chunk().data())));
       for (const std::size_t slice_bytes : {1U, 7U, 8192U, 1U << 20}) {
-        grpc::ByteBuffer buffer = in_slices(request.SerializeAsString(), slice_bytes);
+        grpc::ByteBuffer buffer = in_sell(request.SerializeAsString(), slice_bytes);
         const auto chunk = find_chunk(buffer, kField);
         ASSERT_TRUE(chunk);
         EXPECT_EQ(chunk->array_id, v1::ARRAY_ID_FIXED_MASK);
@@ -99,7 +99,7 @@ TEST(RawMessage, FindsChunksHoweverTheyAreCut) {
 TEST(RawMessage, SeesAWrongChecksumOverAllPieces) {
   v1::SmoothRequest request = request_of(v1::ARRAY_ID_ELEMENTS, 0, std::string(1000, 'x'));
   request.mutable_chunk()->set_crc32c(crc32c(bytes_of(request.chunk().data())) + 1);
-  grpc::ByteBuffer buffer = in_slices(request.SerializeAsString(), 100);
+  grpc::ByteBuffer buffer = in_sell(request.SerializeAsString(), 100);
   const auto chunk = find_chunk(buffer, kField);
   ASSERT_TRUE(chunk);
   EXPECT_FALSE(chunk->has_right_checksum());
@@ -111,7 +111,7 @@ TEST(RawMessage, LeavesWhatIsNoPlainChunkToProtobuf) {
   spec.mutable_spec()->set_request_id("x");
   for (const std::string& bytes : {std::string(), spec.SerializeAsString(), chunk + chunk,
                                    chunk + spec.SerializeAsString(), chunk.substr(0, 4)}) {
-    grpc::ByteBuffer buffer = in_slices(bytes, 1 << 20);
+    grpc::ByteBuffer buffer = in_sell(bytes, 1 << 20);
     EXPECT_FALSE(find_chunk(buffer, kField)) << bytes.size();
     v1::SmoothRequest parsed, expected;
     EXPECT_EQ(parse(buffer, parsed), expected.ParseFromString(bytes));
@@ -129,7 +129,7 @@ TEST(RawMessage, LeavesLongTagsAndLengthsToProtobuf) {
         std::string("\x92\x80\x80\x80\x80\x10\x02\x08\x05"),        // of the chunk
         "\x12\x03\x1a\x80" + zero, "\x12\x82" + zero + "\x08\x05",  // allowed, but unusual
         "\x12\x03\x88" + zero + "\x05", "\x92" + zero + "\x02\x08\x05"}) {
-    grpc::ByteBuffer buffer = in_slices(bytes, 1 << 20);
+    grpc::ByteBuffer buffer = in_sell(bytes, 1 << 20);
     EXPECT_FALSE(find_chunk(buffer, kField)) << bytes.size();
   }
 }
@@ -158,7 +158,7 @@ TEST(RawMessage, FindsOnlyWhatProtobufFinds) {
           bytes.insert(at, 1, static_cast<char>(random() % 40));
       }
     }
-    grpc::ByteBuffer buffer = in_slices(bytes, 1 + random() % 20);
+    grpc::ByteBuffer buffer = in_sell(bytes, 1 + random() % 20);
     const auto chunk = find_chunk(buffer, kField);
     if (!chunk) continue;
     ++found;

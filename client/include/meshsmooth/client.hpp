@@ -168,7 +168,7 @@ class Session {
   [[nodiscard]] const std::string& topology_name() const;
 
   /// Smooths the positions in place: as many as the mesh has nodes, in either precision. Errors
-  /// leave them as they were. `Judgement::brief` saves the server most of the judging.
+  /// leave them as they were. `QualityDetail::brief` saves the server most of the judging.
   SmoothReport smooth(std::span<Vec3d> positions, const SmoothOptions& options,
                       const RequestOptions& request = {});
   SmoothReport smooth(std::span<Vec3f> positions, const SmoothOptions& options,

@@ -44,7 +44,7 @@ struct HcLaplacian {
   double beta = 0.5;   // [0, 1], share of the node's own difference
 };
 
-/// What an optimised mesh is to be good at.
+/// What an optimized mesh is to be good at.
 enum class Goal {
   average,   // the mean: sum of the inverse mean ratios
   balanced,  // the mean and the worst: sum of their squares
@@ -55,9 +55,9 @@ enum class Goal {
 /// around it of f^p, with f the inverse mean ratio against the element type's own ideal
 /// corner; the corners of an element weigh one together. One exact Newton step on the p-norm a
 /// visit, colour by colour. A valid element stays valid and the energy never rises; tangled balls
-/// are untangled by the regularised energy first. The ideal has no size, so a graded mesh stays
+/// are untangled by the regularized energy first. The ideal has no size, so a graded mesh stays
 /// graded. Sources: Knupp 2001, "Algebraic mesh quality metrics", for the mean ratio; Garanzha et
-/// al. 2021, "Foldover-free maps in 50 lines of code", for the regularisation.
+/// al. 2021, "Foldover-free maps in 50 lines of code", for the regularization.
 struct Optimize {
   Goal goal = Goal::balanced;
   /// Ends once the worst mean ratio of the elements that are not locked is this good;

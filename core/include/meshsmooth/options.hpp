@@ -13,7 +13,7 @@ enum class Form {
   automatic,     // gauss_seidel for SmartLaplacian and Optimize, else jacobi
   jacobi,        // form A of the paper: read the old positions, write new ones
   gauss_seidel,  // in place, colour by colour; deterministic
-  racing,        // form B of the paper: in place, unordered; not deterministic
+  asynchronous,  // form B of the paper: in place, unordered; not deterministic
 };
 
 /// What nodes of the boundary, and between regions, may do.
@@ -56,7 +56,7 @@ struct SmoothOptions {
   std::optional<std::chrono::nanoseconds> compute_budget = {};
   std::optional<MovementLimit> movement_limit = {};
   bool history = false;
-  Judgement judgement = Judgement::full;
+  QualityDetail quality_detail = QualityDetail::full;
 };
 
 /// Whether `tolerance` is a share of the energy, not a length.

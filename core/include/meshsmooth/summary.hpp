@@ -64,7 +64,7 @@ struct StageTimes {
   double find_neighbours_seconds = 0;
   double find_boundary_seconds = 0;
   double iterate_seconds = 0;
-  double judge_seconds = 0;
+  double evaluate_seconds = 0;
   double download_seconds = 0;
 };
 

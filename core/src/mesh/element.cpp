@@ -1,5 +1,7 @@
 #include "meshsmooth/element.hpp"
 
+#include <algorithm>
+
 namespace meshsmooth {
 namespace {
 
@@ -31,96 +33,85 @@ constexpr IdealCorner kUprightWedge = kEquilateral;
 
 constexpr IdealCorner kCube = kSquare;
 
+// name, dimension, nodes, edges, facets, corners; then the lists in this order.
+// clang-format off
 constexpr std::array<ElementShape, kElementTypeCount> kTable = {{
-    {"triangle",
-     2,
-     3,
-     3,
-     3,
-     3,
+    {"triangle", 2, 3, 3, 3, 3,
      {{{0, 1}, {1, 2}, {2, 0}}},
      {{{2, {0, 1}}, {2, {1, 2}}, {2, {2, 0}}}},
      {{{0, {1, 2}}, {1, {2, 0}}, {2, {0, 1}}}},
      kEquilateral},
-    {"quad",
-     2,
-     4,
-     4,
-     4,
-     4,
+    {"quad", 2, 4, 4, 4, 4,
      {{{0, 1}, {1, 2}, {2, 3}, {3, 0}}},
      {{{2, {0, 1}}, {2, {1, 2}}, {2, {2, 3}}, {2, {3, 0}}}},
      {{{0, {1, 3}}, {1, {2, 0}}, {2, {3, 1}}, {3, {0, 2}}}},
      kSquare},
-    {"tetrahedron",
-     3,
-     4,
-     6,
-     4,
-     4,
+    {"tetrahedron", 3, 4, 6, 4, 4,
      {{{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}},
      {{{3, {0, 1, 3}}, {3, {1, 2, 3}}, {3, {2, 0, 3}}, {3, {0, 2, 1}}}},
      {{{0, {1, 2, 3}}, {1, {2, 0, 3}}, {2, {0, 1, 3}}, {3, {0, 2, 1}}}},
      kRegularTetrahedron},
-    {"pyramid",
-     3,
-     5,
-     8,
-     5,
-     4,
+    {"pyramid", 3, 5, 8, 5, 4,
      {{{0, 1}, {1, 2}, {2, 3}, {3, 0}, {0, 4}, {1, 4}, {2, 4}, {3, 4}}},
      {{{4, {0, 3, 2, 1}}, {3, {0, 1, 4}}, {3, {1, 2, 4}}, {3, {2, 3, 4}}, {3, {3, 0, 4}}}},
      {{{0, {1, 3, 4}}, {1, {2, 0, 4}}, {2, {3, 1, 4}}, {3, {0, 2, 4}}}},
      kEqualEdgedPyramid},
-    {"wedge",
-     3,
-     6,
-     9,
-     5,
-     6,
+    {"wedge", 3, 6, 9, 5, 6,
      {{{0, 1}, {1, 2}, {2, 0}, {3, 4}, {4, 5}, {5, 3}, {0, 3}, {1, 4}, {2, 5}}},
      {{{3, {0, 1, 2}}, {3, {3, 5, 4}}, {4, {0, 3, 4, 1}}, {4, {1, 4, 5, 2}}, {4, {2, 5, 3, 0}}}},
-     {{{0, {2, 1, 3}},
-       {1, {0, 2, 4}},
-       {2, {1, 0, 5}},
-       {3, {4, 5, 0}},
-       {4, {5, 3, 1}},
+     {{{0, {2, 1, 3}}, {1, {0, 2, 4}}, {2, {1, 0, 5}}, {3, {4, 5, 0}}, {4, {5, 3, 1}},
        {5, {3, 4, 2}}}},
      kUprightWedge},
-    {"hexahedron",
-     3,
-     8,
-     12,
-     6,
-     8,
-     {{{0, 1},
-       {1, 2},
-       {2, 3},
-       {3, 0},
-       {4, 5},
-       {5, 6},
-       {6, 7},
-       {7, 4},
-       {0, 4},
-       {1, 5},
-       {2, 6},
+    {"hexahedron", 3, 8, 12, 6, 8,
+     {{{0, 1}, {1, 2}, {2, 3}, {3, 0}, {4, 5}, {5, 6}, {6, 7}, {7, 4}, {0, 4}, {1, 5}, {2, 6},
        {3, 7}}},
-     {{{4, {0, 4, 7, 3}},
-       {4, {1, 2, 6, 5}},
-       {4, {0, 1, 5, 4}},
-       {4, {3, 7, 6, 2}},
-       {4, {0, 3, 2, 1}},
-       {4, {4, 5, 6, 7}}}},
-     {{{0, {1, 3, 4}},
-       {1, {2, 0, 5}},
-       {2, {3, 1, 6}},
-       {3, {0, 2, 7}},
-       {4, {7, 5, 0}},
-       {5, {4, 6, 1}},
-       {6, {5, 7, 2}},
-       {7, {6, 4, 3}}}},
+     {{{4, {0, 4, 7, 3}}, {4, {1, 2, 6, 5}}, {4, {0, 1, 5, 4}}, {4, {3, 7, 6, 2}},
+       {4, {0, 3, 2, 1}}, {4, {4, 5, 6, 7}}}},
+     {{{0, {1, 3, 4}}, {1, {2, 0, 5}}, {2, {3, 1, 6}}, {3, {0, 2, 7}}, {4, {7, 5, 0}},
+       {5, {4, 6, 1}}, {6, {5, 7, 2}}, {7, {6, 4, 3}}}},
      kCube},
 }};
+// clang-format on
+
+constexpr int edges_at(const ElementShape& shape, int node) {
+  return static_cast<int>(
+      std::count_if(shape.edges.begin(), shape.edges.begin() + shape.edge_count,
+                    [&](const auto& edge) { return edge[0] == node || edge[1] == node; }));
+}
+constexpr int facets_at(const ElementShape& shape, int node) {
+  return static_cast<int>(std::count_if(
+      shape.facets.begin(), shape.facets.begin() + shape.facet_count, [&](const FacetShape& facet) {
+        const auto end = facet.nodes.begin() + facet.node_count;
+        return std::find(facet.nodes.begin(), end, node) != end;
+      }));
+}
+
+constexpr bool keeps_limits(const ElementShape& shape) {
+  if (!is_element_node_count(shape.node_count)) return false;
+  for (int node = 0; node < shape.node_count; ++node) {
+    if (edges_at(shape, node) > kMaxNodeEdges || facets_at(shape, node) > kMaxNodeFacets) {
+      return false;
+    }
+  }
+  // Facets have two nodes (edges of a surface) or three and four; keys of facets pack them so.
+  return std::all_of(shape.facets.begin(), shape.facets.begin() + shape.facet_count,
+                     [&](const FacetShape& facet) {
+                       return shape.dimension == 2 ? facet.node_count == 2
+                                                   : facet.node_count == 3 || facet.node_count == 4;
+                     });
+}
+static_assert(std::all_of(kTable.begin(), kTable.end(), keeps_limits),
+              "an element type exceeds a limit of element.hpp: raise it, and what relies on it");
+static_assert(
+    [] {
+      for (const ElementType type : kElementTypes) {
+        const ElementShape& shape = kTable[static_cast<std::size_t>(type)];
+        const bool four = shape.dimension == 3 && shape.node_count == 4;
+        if (four != (type == ElementType::tetrahedron)) return false;
+      }
+      return true;
+    }(),
+    "steps take a volume element with four nodes for a tetrahedron");
 
 }  // namespace
 

@@ -1,4 +1,4 @@
-// Judging all elements of a mesh in one pass.
+// Evaluates all elements of a mesh in one pass.
 
 #include "meshsmooth/quality.hpp"
 
@@ -7,9 +7,9 @@
 #include <algorithm>
 #include <array>
 
+#include "mesh/accumulator.hpp"
 #include "mesh/measure.hpp"
 #include "mesh/parallel.hpp"
-#include "mesh/tally.hpp"
 #include "mesh/tetrahedron_batch.hpp"
 
 namespace meshsmooth {
@@ -17,8 +17,7 @@ namespace {
 
 using namespace detail;
 
-/// Sums are made chunk by chunk and added in order, so that their bits do not
-/// depend on the number of threads.
+/// Sums are formed by chunk and added in order: the same bits for any number of threads.
 constexpr std::size_t kChunk = 8192;
 
 /// A run of elements of one type.
@@ -42,8 +41,8 @@ struct ElementRun {
 };
 
 template <class Real>
-std::array<Vec3d, 8> corners_of(const ElementRun<Real>& run, std::size_t element) {
-  std::array<Vec3d, 8> corners;
+std::array<Vec3d, kMaxElementNodes> corners_of(const ElementRun<Real>& run, std::size_t element) {
+  std::array<Vec3d, kMaxElementNodes> corners;
   std::size_t n = 0;
   for (const NodeId node : run.nodes_of(element)) {
     corners[n++] = vec3_cast<double>(run.positions[node]);
@@ -54,25 +53,25 @@ std::array<Vec3d, 8> corners_of(const ElementRun<Real>& run, std::size_t element
 template <class Real>
 ElementMeasure measure_in(const ElementRun<Real>& run, std::size_t element,
                           const SurfaceOrientation& orientation) {
-  const std::array<Vec3d, 8> corners = corners_of(run, element);
+  const std::array<Vec3d, kMaxElementNodes> corners = corners_of(run, element);
   return detail::measure_element(element_shape(run.type), corners.data(),
                                  orientation.reference(run.first_id + element));
 }
 
 template <class Real>
-void tally_run(const ElementRun<Real>& run, const SurfaceOrientation& orientation, Tally& tally,
-               ChunkSums& sums) {
+void accumulate_run(const ElementRun<Real>& run, const SurfaceOrientation& orientation,
+                    QualityAccumulator& accumulate, ChunkSums& sums) {
   for (std::size_t e = run.begin; e < run.end; ++e) {
-    tally.add(measure_in(run, e, orientation), run.type, run.id_of(e), sums);
+    accumulate.add(measure_in(run, e, orientation), run.type, run.id_of(e), sums);
   }
 }
 
 template <class Real>
-void tally_briefly(const ElementRun<Real>& run, const SurfaceOrientation& orientation, Tally& tally,
-                   ChunkSums& sums) {
+void accumulate_briefly(const ElementRun<Real>& run, const SurfaceOrientation& orientation,
+                        QualityAccumulator& accumulate, ChunkSums& sums) {
   if (run.type != ElementType::tetrahedron) {
     for (std::size_t e = run.begin; e < run.end; ++e) {
-      tally.add_briefly(measure_in(run, e, orientation), run.type, run.id_of(e), sums);
+      accumulate.add_briefly(measure_in(run, e, orientation), run.type, run.id_of(e), sums);
     }
     return;
   }
@@ -83,14 +82,14 @@ void tally_briefly(const ElementRun<Real>& run, const SurfaceOrientation& orient
     for (int t = 0; t < count; ++t) {
       batch.set(t, run.positions, run.nodes_of(first + static_cast<std::size_t>(t)).data());
     }
-    batch.compute(tally.cube_below_which_kept());
+    batch.compute(accumulate.cube_below_which_kept());
     for (int t = 0; t < count; ++t) {
       if (batch.clear(t)) {
         sums.volume += batch.volume(t);
         sums.enclosed_volume += batch.volume(t);
       } else {
         const std::size_t e = first + static_cast<std::size_t>(t);
-        tally.add_briefly(measure_in(run, e, orientation), run.type, run.id_of(e), sums);
+        accumulate.add_briefly(measure_in(run, e, orientation), run.type, run.id_of(e), sums);
       }
     }
   }
@@ -116,16 +115,17 @@ std::vector<ElementRun<Real>> cut_into_runs(const TopologyView& topology,
 
 template <class Real>
 QualityStats measure_runs(const std::vector<ElementRun<Real>>& runs,
-                          const SurfaceOrientation& orientation, Judgement judgement) {
+                          const SurfaceOrientation& orientation, QualityDetail quality_detail) {
   std::vector<ChunkSums> chunk_sums(runs.size());
-  tbb::enumerable_thread_specific<Tally> tallies;
+  tbb::enumerable_thread_specific<QualityAccumulator> tallies;
   parallel_for(runs.size(), [&](std::size_t r) {
-    const auto tally = judgement == Judgement::brief ? tally_briefly<Real> : tally_run<Real>;
-    tally(runs[r], orientation, tallies.local(), chunk_sums[r]);
+    const auto accumulate =
+        quality_detail == QualityDetail::brief ? accumulate_briefly<Real> : accumulate_run<Real>;
+    accumulate(runs[r], orientation, tallies.local(), chunk_sums[r]);
   });
 
-  Tally total;
-  for (const Tally& tally : tallies) total.merge(tally);
+  QualityAccumulator total;
+  for (const QualityAccumulator& accumulate : tallies) total.merge(accumulate);
   ChunkSums sums;
   for (const ChunkSums& chunk : chunk_sums) {
     for (std::size_t m = 0; m < kMetricCount; ++m) sums.values[m] += chunk.values[m];
@@ -151,10 +151,12 @@ std::string_view metric_name(QualityMetric metric) {
 
 QualityStats measure_quality(const TopologyView& topology, const PositionsView& positions,
                              const SurfaceOrientation& orientation,
-                             std::span<const std::uint32_t> element_ids, Judgement judgement) {
+                             std::span<const std::uint32_t> element_ids,
+                             QualityDetail quality_detail) {
   return std::visit(
       [&](auto span) {
-        return measure_runs(cut_into_runs(topology, span, element_ids), orientation, judgement);
+        return measure_runs(cut_into_runs(topology, span, element_ids), orientation,
+                            quality_detail);
       },
       positions);
 }

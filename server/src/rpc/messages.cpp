@@ -126,13 +126,13 @@ void add_method_names(v1::GetServerInfoResponse& info, std::index_sequence<I...>
   (info.add_methods(std::string(method_name(std::variant_alternative_t<I, Method>{}))), ...);
 }
 
-Judgement decode_quality_detail(v1::QualityDetail detail) {
+QualityDetail decode_quality_detail(v1::QualityDetail detail) {
   switch (detail) {
     case v1::QUALITY_DETAIL_UNSPECIFIED:
     case v1::QUALITY_DETAIL_FULL:
-      return Judgement::full;
+      return QualityDetail::full;
     case v1::QUALITY_DETAIL_BRIEF:
-      return Judgement::brief;
+      return QualityDetail::brief;
     default:
       throw_not_supported("quality_detail", "unknown detail " + std::to_string(detail));
   }
@@ -191,7 +191,7 @@ DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& identity, En
   decoded.job.options = wire::decode_options(spec.options());
   decoded.job.options.history = spec.iteration_history_included();
   decoded.job.priority = decode_priority(spec.priority());
-  decoded.job.options.judgement = decode_quality_detail(spec.quality_detail());
+  decoded.job.options.quality_detail = decode_quality_detail(spec.quality_detail());
   decode_topology(spec, engine, decoded.job);
 
   if (spec.has_progress_interval()) {
@@ -325,7 +325,7 @@ v1::GetServerInfoResponse encode_server_info(const Engine& engine) {
     info.add_element_types(wire::encode_element_type(type));
   }
   for (const char* feature :
-       {"element_tags", "request_id_joins", "kept_results", "topology_cache"}) {
+       {"element_regions", "request_id_joins", "kept_results", "topology_cache"}) {
     info.add_features(feature);
   }
   info.set_draining(engine.draining());

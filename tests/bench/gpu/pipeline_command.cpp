@@ -111,10 +111,10 @@ class PipelineRun {
       for (const std::string& error : figures.paper->errors) fail(error);
     });
     attempt(mesh.name + " optimize", [&] {
-      figures.optimise = measure_optimise(mesh, std::min(command_.repeats, 7));
-      if (!(figures.optimise->cpu_difference <= kQualityAgreement)) {
+      figures.optimize = measure_optimize(mesh, std::min(command_.repeats, 7));
+      if (!(figures.optimize->cpu_difference <= kQualityAgreement)) {
         fail(mesh.name + ": the backends' quality after optimize differs by " +
-             number(*figures.optimise->cpu_difference));
+             number(*figures.optimize->cpu_difference));
       }
     });
     measure_mesh(mesh, host, figures);

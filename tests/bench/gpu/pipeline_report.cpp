@@ -21,7 +21,7 @@ void print_pipeline(std::ostream& out, const PipelineReport& report) {
       if (!f) return;
       table.add({m.mesh, type, std::to_string(m.tetrahedron_count), number(f->wall_ms),
                  number(f->upload_ms), number(f->neighbours_ms), number(f->boundary_ms),
-                 number(f->iterate_ms), number(f->download_ms), number(f->judge_ms),
+                 number(f->iterate_ms), number(f->download_ms), number(f->evaluate_ms),
                  std::to_string(f->summary.convergence.iteration_count),
                  std::to_string(f->summary.quality_after.inverted_count),
                  megabytes(f->summary.device_peak_bytes)});
@@ -38,7 +38,7 @@ void print_pipeline(std::ostream& out, const PipelineReport& report) {
   for (const MeshFigures& m : report.meshes) {
     if (!m.product) continue;
     const double wall = m.product->wall_ms;
-    const double no_judge = wall - m.product->judge_ms;
+    const double no_judge = wall - m.product->evaluate_ms;
     std::vector<std::string> row = {m.mesh, number(wall), number(no_judge)};
     if (m.paper && !m.paper->gpu.variants.empty()) {
       const VariantFigures& best = m.paper->gpu.best();
@@ -114,25 +114,25 @@ void print_sweeps(std::ostream& out, const PipelineReport& report) {
   peers.print(out);
 }
 
-void print_optimise(std::ostream& out, const PipelineReport& report) {
+void print_optimize(std::ostream& out, const PipelineReport& report) {
   out << "\nOptimize, balanced, f32: until the mean of the mean ratio is within 0.1 % of the\n"
          "converged one, and from 40 % inverted tetrahedra to none. Sweeps: without colouring and\n"
          "what else comes before them. All: copies, neighbours, colouring and judging too.\n";
   Table table({"mesh", "goal", "inverted", "sweeps", "sweeps ms", "iterate ms", "all ms",
                "paper's best / all", "mean ratio", "worst", "from CPU's"});
   for (const MeshFigures& m : report.meshes) {
-    if (!m.optimise) continue;
-    const auto add = [&](const char* goal, const OptimiseRun& run) {
+    if (!m.optimize) continue;
+    const auto add = [&](const char* goal, const OptimizeRun& run) {
       const bool paper = m.paper && !m.paper->gpu.variants.empty();
       table.add({m.mesh, goal, std::to_string(run.inverted_before),
                  std::to_string(run.figures.summary.convergence.iteration_count),
                  number(run.sweeps_ms), number(run.figures.iterate_ms), number(run.figures.wall_ms),
                  paper ? ratio(m.paper->gpu.best().pooled.wall / run.figures.wall_ms) : "-",
                  number(run.mean_ratio), number(run.worst_ratio),
-                 or_dash(m.optimise->cpu_difference)});
+                 or_dash(m.optimize->cpu_difference)});
     };
-    add("converged", m.optimise->to_converged);
-    add("untangled", m.optimise->to_untangled);
+    add("converged", m.optimize->to_converged);
+    add("untangled", m.optimize->to_untangled);
   }
   table.print(out);
 }
@@ -149,7 +149,7 @@ void print_rest(std::ostream& out, const PipelineReport& report) {
       }
       const SmoothSummary& summary = method.figures->summary;
       table.add({method.name, number(method.figures->wall_ms), number(method.figures->iterate_ms),
-                 number(method.figures->judge_ms),
+                 number(method.figures->evaluate_ms),
                  std::to_string(summary.convergence.iteration_count),
                  std::to_string(summary.colour_count),
                  std::to_string(summary.quality_after.inverted_count)});
@@ -199,7 +199,7 @@ Json to_json(const MeshFigures& m) {
   for (const PeerSweep& peer : m.cusparse) cusparse.push(to_json(peer));
   json.set("cusparse", std::move(cusparse));
   if (m.scatter) json.set("scatter_add", to_json(*m.scatter));
-  if (m.optimise) json.set("optimise", to_json(*m.optimise));
+  if (m.optimize) json.set("optimize", to_json(*m.optimize));
   return json;
 }
 
@@ -218,7 +218,7 @@ const PeerSweep* MeshFigures::best_cusparse() const {
 void print(std::ostream& out, const PipelineReport& report) {
   print_pipeline(out, report);
   print_sweeps(out, report);
-  print_optimise(out, report);
+  print_optimize(out, report);
   print_rest(out, report);
 }
 

@@ -7,7 +7,7 @@
 
 #include "gpu/device_info.hpp"
 #include "gpu/lanes.hpp"
-#include "gpu/optimise_figures.hpp"
+#include "gpu/optimize_figures.hpp"
 #include "gpu/peers.hpp"
 #include "gpu/product.hpp"
 #include "paper/measure.hpp"
@@ -28,7 +28,7 @@ struct MeshFigures {
   double sweep_double_bytes = 0;
   std::vector<PeerSweep> cusparse;
   std::optional<PeerSweep> scatter;
-  std::optional<OptimiseFigures> optimise;
+  std::optional<OptimizeFigures> optimize;
 
   /// Null where none was measured.
   [[nodiscard]] const PeerSweep* best_cusparse() const;

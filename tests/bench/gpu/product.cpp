@@ -35,7 +35,7 @@ ProductFigures measure_product(Smoother& smoother, const PinnedTopology& topolog
     neighbours.push_back(1e3 * times.find_neighbours_seconds);
     boundary.push_back(1e3 * times.find_boundary_seconds);
     iterate.push_back(1e3 * times.iterate_seconds);
-    judge.push_back(1e3 * times.judge_seconds);
+    judge.push_back(1e3 * times.evaluate_seconds);
     download.push_back(1e3 * times.download_seconds);
   }
   figures.wall_ms = median(wall);
@@ -43,7 +43,7 @@ ProductFigures measure_product(Smoother& smoother, const PinnedTopology& topolog
   figures.neighbours_ms = median(neighbours);
   figures.boundary_ms = median(boundary);
   figures.iterate_ms = median(iterate);
-  figures.judge_ms = median(judge);
+  figures.evaluate_ms = median(judge);
   figures.download_ms = median(download);
   return figures;
 }
@@ -78,7 +78,7 @@ Json to_json(const ProductFigures& figures) {
       .set("neighbours_ms", figures.neighbours_ms)
       .set("boundary_ms", figures.boundary_ms)
       .set("iterate_ms", figures.iterate_ms)
-      .set("judge_ms", figures.judge_ms)
+      .set("evaluate_ms", figures.evaluate_ms)
       .set("download_ms", figures.download_ms)
       .set("backend", summary.backend)
       .set("sweeps", summary.convergence.iteration_count)

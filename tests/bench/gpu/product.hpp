@@ -60,7 +60,7 @@ struct ProductFigures {
   double neighbours_ms = 0;
   double boundary_ms = 0;
   double iterate_ms = 0;
-  double judge_ms = 0;
+  double evaluate_ms = 0;
   double download_ms = 0;
   SmoothSummary summary;
 };

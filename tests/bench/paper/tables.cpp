@@ -166,7 +166,7 @@ void add_finding(Table& table, const PaperFigures& m, const std::string& name, i
 }
 
 void print_findings(std::ostream& out, const std::vector<PaperFigures>& meshes) {
-  out << "\nFindings: what the results are worth (worst over all runs)\n";
+  out << "\nFindings: what the results are energy (worst over all runs)\n";
   Table table({"mesh", "result", "sweeps", "next move / tolerance", "kept", "inverted", "%",
                "converged", "same bits"});
   for (const PaperFigures& m : meshes) {

@@ -1,0 +1,133 @@
+#pragma once
+
+#include "smooth/constraints/node_constraint.hpp"
+#include "smooth/rules/closest_point.hpp"
+
+namespace meshsmooth::detail {
+
+/// Whether two facets turn by less than the feature angle.
+MESHSMOOTH_HD inline bool goes_on(const ConstrainedFacet& a, const ConstrainedFacet& b,
+                                  const NodeConstraintRule& rule) {
+  const double cosine = dot(a.normal, b.normal);
+  return cosine > 0 && cosine >= rule.feature_angle_cos * (norm(a.normal) * norm(b.normal));
+}
+
+/// The facet beyond the k-th edge of a facet; kNoFacet at a crease, where two facets turn by more
+/// than the feature angle or not exactly two meet.
+MESHSMOOTH_HD inline ElementId facet_across(const SlidingConstraints& sliding, ElementId facet,
+                                            int k, const NodeConstraintRule& rule) {
+  const ConstrainedFacet& own = sliding.facets[facet];
+  const int count = corner_count(own);
+  if (k >= count) return SlidingConstraints::kNoFacet;
+  const NodeId a = own.nodes[k], b = own.nodes[(k + 1) % count];
+  ElementId other = SlidingConstraints::kNoFacet;
+  const auto slot = static_cast<std::size_t>(sliding.slots[a]);
+  for (const ElementId* f = sliding.facets_of.begin(slot); f != sliding.facets_of.end(slot); ++f) {
+    if (*f == facet || place_in(sliding.facets[*f], b) < 0) continue;
+    if (other != SlidingConstraints::kNoFacet) return SlidingConstraints::kNoFacet;
+    other = *f;
+  }
+  if (other == SlidingConstraints::kNoFacet) return other;
+  // Seen from the same side the other one has the edge the other way round.
+  const ConstrainedFacet& beyond = sliding.facets[other];
+  const bool opposed = beyond.nodes[(place_in(beyond, b) + 1) % corner_count(beyond)] == a;
+  return opposed && goes_on(own, beyond, rule) ? other : SlidingConstraints::kNoFacet;
+}
+
+/// The constraint that the facets around a node leave.
+struct CurvedConstraint {
+  NodeConstraint constraint;
+  bool corner = false;  // where creases meet, or one turns
+};
+
+/// The constraint of a node by the creases between the facets around it. Without a crease it moves
+/// on the facets, if they are one fan and every two turn by less than the feature angle; with two
+/// creases that continue at less than that angle, along them.
+class FacetsAtNode {
+ public:
+  MESHSMOOTH_HD FacetsAtNode(const SlidingConstraints& sliding, std::size_t node,
+                             const NodeConstraintRule& rule)
+      : sliding_(sliding),
+        node_(static_cast<NodeId>(node)),
+        begin_(sliding.facets_of.begin(static_cast<std::size_t>(sliding.slots[node]))),
+        end_(sliding.facets_of.end(static_cast<std::size_t>(sliding.slots[node]))),
+        rule_(rule) {}
+
+  [[nodiscard]] MESHSMOOTH_HD CurvedConstraint find() const {
+    const Vec3d home = sliding_.home(node_);
+    CurvedConstraint result{{home, {0, 0, 0}, NodeConstraint::point}};
+    NodeConstraint& found = result.constraint;
+    NodeId ends[2] = {-1, -1};
+    const int creases = find_creases(ends);
+    if (creases == 0 && one_smooth_fan()) found.kind = NodeConstraint::surface;
+    if (creases == 2) {
+      const Vec3d to = home - sliding_.home(ends[0]);
+      const Vec3d on = sliding_.home(ends[1]) - home;
+      const double cosine = dot(to, on);
+      if (cosine > 0 && cosine >= rule_.feature_angle_cos * (norm(to) * norm(on))) {
+        found.kind = NodeConstraint::curve;
+        found.next[0] = ends[0];
+        found.next[1] = ends[1];
+      }
+    }
+    result.corner = creases > 1 && found.kind == NodeConstraint::point;
+    return result;
+  }
+
+ private:
+  /// How many edges at the node are creases, up to 3; the first two lead to `ends`.
+  [[nodiscard]] MESHSMOOTH_HD int find_creases(NodeId* ends) const {
+    int creases = 0;
+    for (const ElementId* f = begin_; f != end_; ++f) {
+      const ConstrainedFacet& facet = sliding_.facets[*f];
+      const int count = corner_count(facet);
+      const int own = place_in(facet, node_);
+      for (int side = 0; side < 2; ++side) {
+        const int edge = side == 0 ? own : (own + count - 1) % count;
+        if (sliding_.across[4 * std::size_t{*f} + edge] != SlidingConstraints::kNoFacet) continue;
+        const NodeId other = facet.nodes[side == 0 ? (own + 1) % count : edge];
+        if (other == ends[0] || other == ends[1]) continue;
+        if (creases < 2) ends[creases] = other;
+        if (++creases > 2) return creases;
+      }
+    }
+    return creases;
+  }
+
+  [[nodiscard]] MESHSMOOTH_HD bool one_smooth_fan() const {
+    for (const ElementId* f = begin_; f != end_; ++f) {
+      for (const ElementId* g = begin_; g != f; ++g) {
+        if (!goes_on(sliding_.facets[*f], sliding_.facets[*g], rule_)) return false;
+      }
+    }
+    const auto count = static_cast<int>(end_ - begin_);
+    int seen = 0;
+    ElementId facet = *begin_;
+    do {
+      facet = sliding_.across[4 * std::size_t{facet} + place_in(sliding_.facets[facet], node_)];
+    } while (++seen < count && facet != *begin_);
+    return seen == count && facet == *begin_;
+  }
+
+  const SlidingConstraints& sliding_;
+  NodeId node_;
+  const ElementId* begin_;
+  const ElementId* end_;
+  const NodeConstraintRule& rule_;
+};
+
+/// The constraint of a node of a surface mesh whose two edges continue each other.
+MESHSMOOTH_HD inline CurvedConstraint find_constraint_on_edges(const SlidingConstraints& sliding,
+                                                               std::size_t node) {
+  const auto id = static_cast<NodeId>(node);
+  NodeConstraint found{sliding.home(id), {0, 0, 0}, NodeConstraint::curve};
+  const ElementId* const edges =
+      sliding.facets_of.begin(static_cast<std::size_t>(sliding.slots[node]));
+  for (int k = 0; k < 2; ++k) {
+    const ConstrainedFacet& edge = sliding.facets[edges[k]];
+    found.next[k] = edge.nodes[edge.nodes[0] == id ? 1 : 0];
+  }
+  return {found};
+}
+
+}  // namespace meshsmooth::detail

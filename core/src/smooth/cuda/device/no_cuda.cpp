@@ -1,0 +1,16 @@
+// In place of the CUDA backend in builds without it.
+#include "meshsmooth/error.hpp"
+#include "smooth/cuda/device/cuda_smoother.hpp"
+#include "smooth/cuda/device/page_lock.hpp"
+
+namespace meshsmooth::detail {
+
+std::vector<BackendInfo> list_cuda_backends() { return {}; }
+
+std::unique_ptr<Smoother> make_cuda_smoother(int) {
+  throw NotSupported("BACKEND_NOT_AVAILABLE", "this build has no CUDA");
+}
+
+StagingMemory::PageLock cuda_page_lock(std::string_view) { return {}; }
+
+}  // namespace meshsmooth::detail

@@ -1,0 +1,121 @@
+#pragma once
+
+#include "smooth/cuda/sweeps/ball_records.cuh"
+#include "smooth/cuda/sweeps/padded_positions.cuh"
+#include "smooth/rules/optimize_rule.hpp"
+
+namespace meshsmooth::detail {
+
+/// The other nodes of a tetrahedron of a ball.
+struct Others {
+  NodeId ids[3];
+};
+
+/// `BallTerms` of a ball of tetrahedra, for one thread of a team. The terms of its first
+/// `kHeld` lie in the block's shared memory, those of more are gathered at every look.
+template <int kHeld, int kThreads, class Team, class R>
+class TeamTerms {
+ public:
+  using Real = R;
+  /// No two threads of a warp meet in a bank. The gradient of the size is held turned
+  /// round, as it comes for nothing.
+  struct Memory {
+    double held[kHeld][8][kThreads];
+  };
+
+  /// The `n`-th tetrahedron of a thread; nothing, but no harm, for those that there are not.
+  static __device__ Others others(const Team& team, const NodeId* opposite, const BallRecord& ball,
+                                  int n) {
+    const int at = team.rank + n * Team::size;
+    if (at >= ball.size) return {ball.node, ball.node, ball.node};
+    const NodeId* const from = opposite + 3 * (ball.begin + at);
+    return {from[0], from[1], from[2]};
+  }
+
+  /// `first` are the first tetrahedron's.
+  __device__ TeamTerms(const Team& team, const NodeId* opposite, const PaddedPositions<R>& x,
+                       const BallRecord& ball, const Others& first, Memory& memory)
+      : team_(team),
+        opposite_(opposite),
+        x_(x),
+        ball_(ball),
+        memory_(memory),
+        count_((ball.size - team.rank + Team::size - 1) / Team::size) {
+    place_ = x[static_cast<std::size_t>(ball.node)];
+    hold(first);
+  }
+
+  __device__ void move_to(Vec3<R> place) {
+    place_ = place;
+    hold(others(team_, opposite_, ball_, 0));
+  }
+  [[nodiscard]] __device__ Vec3<R> place() const { return place_; }
+  [[nodiscard]] __device__ const PaddedPositions<R>& positions() const { return x_; }
+
+  template <class Body>
+  __device__ void for_each(const Body& body) const {
+#pragma unroll 1
+    for (int n = 0; n < count_; ++n) {
+      body(n < kHeld ? recall(n) : term(fetch(others(team_, opposite_, ball_, n))));
+    }
+  }
+
+ private:
+  struct Corners {
+    Vec3<R> at[3];
+  };
+
+  [[nodiscard]] __device__ Corners fetch(const Others& others) const {
+    return {x_[static_cast<std::size_t>(others.ids[0])],
+            x_[static_cast<std::size_t>(others.ids[1])],
+            x_[static_cast<std::size_t>(others.ids[2])]};
+  }
+  [[nodiscard]] __device__ CornerTerm term(const Corners& corners) const {
+    const Vec3d own = vec3_cast<double>(place_);
+    return tetrahedron_term(vec3_cast<double>(corners.at[0]) - own,
+                            vec3_cast<double>(corners.at[1]) - own,
+                            vec3_cast<double>(corners.at[2]) - own);
+  }
+
+  /// What the next tetrahedron needs is on its way while one is worked on.
+  __device__ void hold(const Others& first) {
+    Corners ahead = fetch(first);
+    Others next = others(team_, opposite_, ball_, 1);
+#pragma unroll 1
+    for (int n = 0; n < count_ && n < kHeld; ++n) {
+      const Corners corners = ahead;
+      ahead = fetch(next);
+      next = others(team_, opposite_, ball_, n + 2);
+      const CornerTerm t = term(corners);
+      double(&held)[8][kThreads] = memory_.held[n];
+      held[0][threadIdx.x] = t.volume;
+      held[1][threadIdx.x] = t.size;
+      held[2][threadIdx.x] = t.volume_gradient.x;
+      held[3][threadIdx.x] = t.volume_gradient.y;
+      held[4][threadIdx.x] = t.volume_gradient.z;
+      held[5][threadIdx.x] = -t.size_gradient.x;
+      held[6][threadIdx.x] = -t.size_gradient.y;
+      held[7][threadIdx.x] = -t.size_gradient.z;
+    }
+  }
+  [[nodiscard]] __device__ CornerTerm recall(int n) const {
+    const double(&held)[8][kThreads] = memory_.held[n];
+    const unsigned int t = threadIdx.x;
+    return {kTetrahedronWeight,
+            held[0][t],
+            held[1][t],
+            kTetrahedronCurvature,
+            {held[2][t], held[3][t], held[4][t]},
+            {-held[5][t], -held[6][t], -held[7][t]}};
+  }
+
+  const Team& team_;
+  const NodeId* opposite_;
+  const PaddedPositions<R>& x_;
+  const BallRecord& ball_;
+  Memory& memory_;
+  int count_;
+  Vec3<R> place_;
+};
+
+}  // namespace meshsmooth::detail

@@ -1,0 +1,321 @@
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+
+#include "smooth/rules/corner_term.hpp"
+
+namespace meshsmooth::detail {
+
+/// x^(-1/3) for a positive, normal x, to about two units in the last place, by
+/// operations that host and device round equally: an estimate from the exponent, then two
+/// iterations of fourth order.
+MESHSMOOTH_HD inline double inverse_cbrt(double x) {
+  std::uint64_t bits = 0;
+  std::memcpy(&bits, &x, sizeof bits);
+  const std::uint64_t third = ((bits >> 32) * 0x55555556U) >> 32;
+  bits = (std::uint64_t{0x553ef0ff} - third) << 32;
+  double y = 0;
+  std::memcpy(&y, &bits, sizeof y);
+  for (int step = 0; step < 2; ++step) {
+    const double h = 1 - (x * y) * (y * y);
+    y += y * h * (1.0 / 3 + h * (2.0 / 9 + h * (14.0 / 81)));
+  }
+  return y;
+}
+
+/// D^(-2 / dimension), and 1 / D, which the derivatives need.
+template <int kDimension>
+struct InverseVolume {
+  double scale;  // D^(-2 / dimension)
+  double whole;  // 1 / D
+
+  MESHSMOOTH_HD explicit InverseVolume(double volume) {
+    if constexpr (kDimension == 2) {
+      scale = whole = 1 / volume;
+    } else {
+      const double root = inverse_cbrt(volume);
+      scale = root * root;
+      whole = scale * root;
+    }
+  }
+};
+
+/// Below this multiple of S^(d/2) the determinant D of a corner does not count as positive.
+/// `kSignBound` times the product of the corner's edges is less, as that is below S^(d/2) for
+/// every ideal corner; the rest covers the rounding of a moved term (see `MovedCorner`).
+inline constexpr double kCertainVolume = 8e-14;
+/// The same for S / D^(2/d): its power -2/d.
+template <int kDimension>
+inline constexpr double kCertainStretch = kDimension == 2 ? 1 / kCertainVolume : 5.386e8;
+
+/// The energy of a corner with this determinant and norm.
+template <int kDimension>
+struct CornerEnergy {
+  InverseVolume<kDimension> inverse;
+  double stretch;  // S / D^(2/d): the inverse mean ratio times d
+  bool positive;   // certainly; else the other members have no meaning
+
+  MESHSMOOTH_HD CornerEnergy(double volume, double size)
+      : inverse(volume),
+        stretch(size * inverse.scale),
+        positive(volume > 0 && stretch < kCertainStretch<kDimension>) {}
+};
+
+/// A moved corner: to be certainly positive it must also not have shrunk by more than a factor of
+/// ten in one step, or cancellation leaves only rounding in D and S.
+template <int kDimension>
+struct MovedCorner : CornerEnergy<kDimension> {
+  MESHSMOOTH_HD MovedCorner(const CornerTerm& term, double volume, double size)
+      : CornerEnergy<kDimension>(volume, size) {
+    this->positive = this->positive && size > 0.01 * term.size;
+  }
+};
+
+/// f^power for a power of two.
+MESHSMOOTH_HD inline double raise(double f, int power) {
+  for (; power > 1; power /= 2) f *= f;
+  return f;
+}
+
+/// The energy of a ball: the weighted sum over its corners of f^power, f = S / (d chi(D)^(2/d))
+/// the inverse mean ratio, chi(D) = (D + sqrt(D^2 + 4 e^2)) / 2. Source: Garanzha et al. 2021,
+/// "Foldover-free maps in 50 lines of code", for chi; Knupp 2001 for f.
+struct BallEnergy {
+  int power = 1;               // a power of two
+  double epsilon_squared = 0;  // 0: corners must be positive
+  double unit = 1;             // f is divided by it, so that a high power stays in range
+};
+
+/// What one pass over the terms of a ball finds.
+struct BallScan {
+  bool valid = true;         // every corner is certainly positive
+  double lowest_volume = 0;  // of all D and 0
+  double size = 0;           // sum of S
+  double count = 0;
+};
+
+template <int kDimension, class Team, class Terms>
+MESHSMOOTH_HD BallScan scan_ball(const Team& team, const Terms& terms) {
+  BallScan scan;
+  terms.for_each([&](const CornerTerm& term) {
+    scan.valid = scan.valid && CornerEnergy<kDimension>(term.volume, term.size).positive;
+    if (term.volume < scan.lowest_volume) scan.lowest_volume = term.volume;
+    scan.size += term.size;
+    scan.count += 1;
+  });
+  scan.valid = team.all(scan.valid);
+  if (scan.valid) return scan;
+  scan.lowest_volume = team.lowest(scan.lowest_volume);
+  scan.size = team.sum(scan.size);
+  scan.count = team.sum(scan.count);
+  return scan;
+}
+
+/// e^2 of a tangled ball: a fifth of its deepest inversion, and a little of its size.
+template <int kDimension>
+MESHSMOOTH_HD double epsilon_squared(const BallScan& scan) {
+  const double h2 = scan.size / (kDimension * scan.count);
+  const double volume_squared = kDimension == 3 ? h2 * h2 * h2 : h2 * h2;
+  return 1e-8 * volume_squared + 0.04 * scan.lowest_volume * scan.lowest_volume;
+}
+
+/// The worst corner of a ball: its inverse mean ratio; HUGE_VAL unless all are certainly
+/// positive.
+template <int kDimension, class Team, class Terms>
+MESHSMOOTH_HD double worst_inverse_ratio(const Team& team, const Terms& terms, Vec3d d) {
+  bool valid = true;
+  double highest = 0;
+  terms.for_each([&](const CornerTerm& term) {
+    const MovedCorner<kDimension> corner(term, term.volume_at(d), term.size_at(d));
+    valid = valid && corner.positive;
+    if (corner.stretch > highest) highest = corner.stretch;
+  });
+  return -team.lowest(valid ? -highest / kDimension : -HUGE_VAL);
+}
+
+/// chi(D), and 1 / sqrt(D^2 + 4 e^2). For D < 0 the sum cancels; the same by its conjugate.
+struct Regularized {
+  double chi;
+  double slope;
+
+  MESHSMOOTH_HD Regularized(double volume, double epsilon_squared) {
+    const double root = std::sqrt(volume * volume + 4 * epsilon_squared);
+    chi = volume > 0 ? 0.5 * (volume + root) : 2 * epsilon_squared / (root - volume);
+    slope = 1 / root;
+  }
+};
+
+/// `energy_at` for epsilon above 0 or not.
+template <int kDimension, bool kRegularised, class Team, class Terms>
+MESHSMOOTH_HD double energy_as(const Team& team, const Terms& terms, const BallEnergy& energy,
+                               Vec3d d, bool guard) {
+  bool allowed = true;
+  double sum = 0;
+  const double scale = 1 / (kDimension * energy.unit);
+  terms.for_each([&](const CornerTerm& term) {
+    double volume = term.volume_at(d);
+    const double size = term.size_at(d);
+    double stretch = 0;
+    if constexpr (kRegularised) {
+      if (guard && CornerEnergy<kDimension>(term.volume, term.size).positive) {
+        allowed = allowed && MovedCorner<kDimension>(term, volume, size).positive;
+      }
+      volume = Regularized(volume, energy.epsilon_squared).chi;
+      stretch = size * InverseVolume<kDimension>(volume).scale;
+    } else {
+      const MovedCorner<kDimension> corner(term, volume, size);
+      allowed = allowed && corner.positive;
+      stretch = corner.stretch;
+    }
+    const double f = stretch * scale;
+    sum += term.weight * raise(f, energy.power);
+  });
+  return team.sum(allowed ? sum : HUGE_VAL);
+}
+
+/// The energy with the node displaced by `d`; HUGE_VAL if that is not allowed: with
+/// epsilon 0 every corner must be certainly positive, else, if `guard`, those that were.
+template <int kDimension, class Team, class Terms>
+MESHSMOOTH_HD double energy_at(const Team& team, const Terms& terms, const BallEnergy& energy,
+                               Vec3d d, bool guard) {
+  return energy.epsilon_squared > 0 ? energy_as<kDimension, true>(team, terms, energy, d, guard)
+                                    : energy_as<kDimension, false>(team, terms, energy, d, guard);
+}
+
+/// Energy E, and of log-derivatives weighted by each corner's share F of it:
+/// gradient = sum F u, Hessian = sum F (p u u' + (sigma / S) I - a a' + d/2 b b'), with
+/// a = grad S / S, b = (2/d) grad D / D, u = a - b. The true ones are p times these.
+struct BallDerivatives {
+  double energy = 0;  // HUGE_VAL where, without epsilon, a corner is not certainly positive
+  Vec3d gradient{0, 0, 0};
+  double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
+
+  /// Without epsilon: every corner is certainly positive. Else the other members have no meaning.
+  [[nodiscard]] MESHSMOOTH_HD bool valid() const { return energy < HUGE_VAL; }
+};
+
+/// `differentiate` for epsilon above 0 or not.
+template <int kDimension, bool kRegularised, class Team, class Terms>
+MESHSMOOTH_HD BallDerivatives differentiate_as(const Team& team, const Terms& terms,
+                                               const BallEnergy& energy) {
+  BallDerivatives sum;
+  const double p = energy.power;
+  const double scale = 1 / (kDimension * energy.unit);
+  constexpr double kHalf = kDimension / 2.0;
+  double diagonal = 0;
+  bool valid = true;
+  terms.for_each([&](const CornerTerm& term) {
+    double stretch = 0;
+    double slope = 0;  // 1 / D, or its regularization
+    if constexpr (kRegularised) {
+      const Regularized regularized(term.volume, energy.epsilon_squared);
+      stretch = term.size * InverseVolume<kDimension>(regularized.chi).scale;
+      slope = regularized.slope;
+    } else {
+      const CornerEnergy<kDimension> corner(term.volume, term.size);
+      valid = valid && corner.positive;
+      stretch = corner.stretch;
+      slope = corner.inverse.whole;
+    }
+    const double f = term.weight * raise(stretch * scale, energy.power);
+    const double per_size = 1 / term.size;
+    const Vec3d a = per_size * term.size_gradient;
+    const Vec3d b = (2.0 / kDimension * slope) * term.volume_gradient;
+    const Vec3d u = a - b;
+    // p u u' - a a' + d/2 b b' with a = u + b is u v' + b w'.
+    const Vec3d v = f * ((p - 1) * u - b);
+    const Vec3d w = f * ((kHalf - 1) * b - u);
+    sum.energy += f;
+    sum.gradient += f * u;
+    diagonal += f * (term.curvature * per_size);
+    sum.xx = sum.xx + u.x * v.x + b.x * w.x;
+    sum.yy = sum.yy + u.y * v.y + b.y * w.y;
+    sum.zz = sum.zz + u.z * v.z + b.z * w.z;
+    sum.xy = sum.xy + u.x * v.y + b.x * w.y;
+    sum.xz = sum.xz + u.x * v.z + b.x * w.z;
+    sum.yz = sum.yz + u.y * v.z + b.y * w.z;
+  });
+  sum.energy = team.sum(valid ? sum.energy : HUGE_VAL);
+  sum.gradient = {team.sum(sum.gradient.x), team.sum(sum.gradient.y), team.sum(sum.gradient.z)};
+  sum.xx = team.sum(sum.xx + diagonal);
+  sum.xy = team.sum(sum.xy);
+  sum.xz = team.sum(sum.xz);
+  sum.yy = team.sum(sum.yy + diagonal);
+  sum.yz = team.sum(sum.yz);
+  sum.zz = team.sum(sum.zz + diagonal);
+  return sum;
+}
+
+/// Where the ball is valid each term is strictly convex and the Hessian exact. With
+/// epsilon > 0 b is divided by sqrt(D^2 + 4 e^2) instead of D, which leaves out a
+/// negative part: the matrix stays positive definite.
+template <int kDimension, class Team, class Terms>
+MESHSMOOTH_HD BallDerivatives differentiate(const Team& team, const Terms& terms,
+                                            const BallEnergy& energy) {
+  return energy.epsilon_squared > 0 ? differentiate_as<kDimension, true>(team, terms, energy)
+                                    : differentiate_as<kDimension, false>(team, terms, energy);
+}
+
+/// A Newton step and its predicted gain L = g' H^-1 g / E. Zero if the matrix is not
+/// positive definite in double.
+struct NewtonStep {
+  Vec3d direction{0, 0, 0};
+  double decrement = 0;
+};
+
+/// In space, by L D L'.
+MESHSMOOTH_HD inline NewtonStep newton_step(const BallDerivatives& at) {
+  const Vec3d g = at.gradient;
+  const double r0 = 1 / at.xx;
+  const double l10 = at.xy * r0, l20 = at.xz * r0;
+  const double d1 = at.yy - l10 * at.xy;
+  const double r1 = 1 / d1;
+  const double m21 = at.yz - l10 * at.xz;
+  const double l21 = m21 * r1;
+  const double d2 = at.zz - l20 * at.xz - l21 * m21;
+  if (!(at.xx > 0 && d1 > 0 && d2 > 0)) return {};
+  const double y1 = g.y - l10 * g.x;
+  const double y2 = g.z - l20 * g.x - l21 * y1;
+  const double z = y2 / d2;
+  const double y = y1 * r1 - l21 * z;
+  const double x = g.x * r0 - l10 * y - l20 * z;
+  const Vec3d direction{-x, -y, -z};
+  return {direction, -dot(g, direction) / at.energy};
+}
+
+/// Along the line with this unit direction.
+MESHSMOOTH_HD inline NewtonStep newton_step_on_line(const BallDerivatives& at, Vec3d direction) {
+  const Vec3d t = direction;
+  const double g = dot(at.gradient, t);
+  const double curvature = at.xx * t.x * t.x + at.yy * t.y * t.y + at.zz * t.z * t.z +
+                           2 * (at.xy * t.x * t.y + at.xz * t.x * t.z + at.yz * t.y * t.z);
+  if (!(curvature > 0)) return {};
+  return {(-g / curvature) * t, g * g / (curvature * at.energy)};
+}
+
+/// In the plane with this unit normal: exactly in it where it is a coordinate plane.
+MESHSMOOTH_HD inline NewtonStep newton_step_in_plane(const BallDerivatives& at, Vec3d normal) {
+  const double ax = std::abs(normal.x), ay = std::abs(normal.y), az = std::abs(normal.z);
+  const Vec3d axis = ax <= ay && ax <= az ? Vec3d{1, 0, 0}
+                     : ay <= az           ? Vec3d{0, 1, 0}
+                                          : Vec3d{0, 0, 1};
+  const Vec3d across = cross(normal, axis);
+  const Vec3d s = (1 / norm(across)) * across;
+  const Vec3d t = cross(normal, s);
+  const auto times = [&](Vec3d v) {
+    return Vec3d{at.xx * v.x + at.xy * v.y + at.xz * v.z, at.xy * v.x + at.yy * v.y + at.yz * v.z,
+                 at.xz * v.x + at.yz * v.y + at.zz * v.z};
+  };
+  const Vec3d hs = times(s);
+  const double ss = dot(s, hs), st = dot(t, hs), tt = dot(t, times(t));
+  const double gs = dot(at.gradient, s), gt = dot(at.gradient, t);
+  const double d1 = tt - st * st / ss;
+  if (!(ss > 0 && d1 > 0)) return {};
+  const double yt = (gt - gs * st / ss) / d1;
+  const double ys = (gs - st * yt) / ss;
+  return {-1.0 * (ys * s + yt * t), (gs * ys + gt * yt) / at.energy};
+}
+
+}  // namespace meshsmooth::detail

@@ -1,0 +1,215 @@
+#pragma once
+
+#include "smooth/rules/ball_energy.hpp"
+#include "smooth/rules/displacement.hpp"
+
+namespace meshsmooth::detail {
+
+/// What the visits of a phase do.
+struct OptimizePhase {
+  int power = 2;      // of the energy of valid balls, a power of two
+  double poor = 0;    // visit only balls whose worst inverse mean ratio is above
+  bool guard = true;  // in a tangled ball valid corners stay valid
+};
+
+/// What one visit did.
+template <class Real>
+struct Visit {
+  Vec3<Real> place;
+  double gain = 0;       // relative fall of the ball's energy to the power of 1/p
+  bool tangled = false;  // a corner is not certainly positive
+  bool held = false;     // no trial of its move was better
+};
+
+/// The least relative gain of an accepted move: more than rounding.
+inline constexpr double kLeastFall = 1e-12;
+/// Below this Newton decrement a ball has converged.
+inline constexpr double kRestDecrement = 4e-6;
+/// Above it, multiples of the step are tried too.
+inline constexpr double kStretchDecrement = 0.1;
+/// Over-relaxation: neighbours move too.
+inline constexpr double kOverRelaxation = 1.4;
+
+/// The best position along a direction.
+template <class Real>
+struct Found {
+  Vec3<Real> place;
+  double value;
+};
+
+/// Line search: tries 1, 1/2, … 1/32 of `step` from `before`; after a whole step 2 and 4 times it,
+/// if `stretch`. `project(position)` gives the position as it will be stored, at which
+/// `evaluate` gives the value to minimize; `value` is that at `before`.
+template <class Real, class Project, class Evaluate>
+MESHSMOOTH_HD Found<Real> search_along(Vec3<Real> before, Vec3d step, bool stretch, double value,
+                                       const Project& project, const Evaluate& evaluate) {
+  Found<Real> best{before, value};
+  const Vec3d origin = vec3_cast<double>(before);
+  const auto improves = [&](double length) {
+    const Vec3<Real> place = project(vec3_cast<Real>(origin + length * step));
+    if (place == best.place) return false;
+    const double found = evaluate(place);
+    if (!(found < best.value - kLeastFall * std::abs(best.value))) return false;
+    best = {place, found};
+    return true;
+  };
+  double factor = 0;  // from trial to trial
+  for (double length = 1; length > 0.03; length *= factor) {
+    const bool better = improves(length);
+    if (factor == 0) factor = better ? 2 : 0.5;
+    if (factor > 1 ? !(better && stretch && length < 4) : better) break;
+  }
+  return best;
+}
+
+/// The normal of the plane in which a surface node moves: that of the plane mesh, else the mean of
+/// its ball's references; zero if there is none.
+template <class Team>
+MESHSMOOTH_HD Vec3d node_normal(const Team& team, const Surroundings& around, std::size_t node) {
+  if (around.references == nullptr) return around.reference;
+  Vec3d sum{0, 0, 0};
+  const ElementId* const end = around.balls.end(node);
+  for (const ElementId* e = around.balls.begin(node) + team.rank; e < end; e += team.size) {
+    sum += around.reference_of(*e);
+  }
+  sum = {team.sum(sum.x), team.sum(sum.y), team.sum(sum.z)};
+  const double length = norm(sum);
+  return length > 1e-6 ? (1 / length) * sum : Vec3d{0, 0, 0};
+}
+
+/// One visit of one node. Reads positions, writes none. Without `kBound` the node has neither a
+/// displacement limit nor a constraint.
+template <int kDimension, bool kBound, class Team, class Terms>
+class NodeOptimizer {
+ public:
+  using Real = typename Terms::Real;
+
+  MESHSMOOTH_HD NodeOptimizer(const Team& team, const Surroundings& around, Terms& terms,
+                              std::size_t node, Vec3d normal, const OptimizePhase& phase,
+                              const DisplacementLimit<Real>& displacement_limit)
+      : team_(team),
+        around_(around),
+        terms_(terms),
+        node_(node),
+        constraint_(kBound ? around.sliding.constraint(node) : nullptr),
+        normal_(normal),
+        phase_(phase),
+        displacement_limit_(displacement_limit) {}
+
+  /// In a valid ball one descent step of its energy. In a tangled one two of the regularized
+  /// energy; once it is valid, the second as in a valid ball. One loop for all of them, so that
+  /// device code has each pass over a ball only once.
+  MESHSMOOTH_HD Visit<Real> visit() {
+    Visit<Real> visit{.place = terms_.place()};
+    BallEnergy energy{.power = phase_.power};
+    if (phase_.poor > 0) {
+      const double worst = worst_inverse_ratio<kDimension>(team_, terms_, {0, 0, 0});
+      if (worst <= phase_.poor) return visit;
+      if (worst < HUGE_VAL) energy.unit = worst;
+    }
+    bool repairing = false;
+    for (int steps = 0; steps < 2;) {
+      const BallDerivatives at = differentiate<kDimension>(team_, terms_, energy);
+      if (!repairing && !at.valid()) {
+        repairing = visit.tangled = visit.held = true;
+        visit.gain = 1;
+        energy = regularize(scan_ball<kDimension>(team_, terms_));
+        continue;
+      }
+      const NewtonStep newton_step = newton(at);
+      if (!(newton_step.decrement >= kRestDecrement)) return visit;
+      const Found<Real> found = search(energy, at.energy, newton_step);
+      const bool stays = found.place == terms_.place();
+      if (!repairing) {
+        visit.gain = (at.energy - found.value) / (at.energy * energy.power);
+        visit.held = stays;
+      }
+      if (stays) return visit;
+      visit.place = found.place;
+      if (!visit.tangled) return visit;
+      visit.held = false;
+      terms_.move_to(found.place);
+      const BallScan scan = scan_ball<kDimension>(team_, terms_);
+      visit.tangled = !scan.valid;
+      energy = scan.valid ? BallEnergy{} : regularize(scan);
+      ++steps;
+    }
+    return visit;
+  }
+
+ private:
+  [[nodiscard]] MESHSMOOTH_HD NewtonStep newton(const BallDerivatives& at) const {
+    if (constraint_ != nullptr) {
+      const Vec3d direction = constraint_->curved()
+                                  ? direction_on_facets(around_.sliding, node_, terms_.positions())
+                                  : constraint_->direction;
+      return constraint_->along() ? newton_step_on_line(at, direction)
+                                  : newton_step_in_plane(at, direction);
+    }
+    return kDimension == 3 ? newton_step(at) : newton_step_in_plane(at, normal_);
+  }
+
+  [[nodiscard]] static MESHSMOOTH_HD BallEnergy regularize(const BallScan& scan) {
+    return {.power = 1, .epsilon_squared = epsilon_squared<kDimension>(scan)};
+  }
+
+  /// `search_along` a Newton step from the node's position, where the ball's energy is `value`.
+  [[nodiscard]] MESHSMOOTH_HD Found<Real> search(const BallEnergy& energy, double value,
+                                                 const NewtonStep& newton_step) const {
+    const bool regularized = energy.epsilon_squared > 0;
+    double length = 1;
+    if (regularized) {
+      // Evaluated as the trials are, not with the derivatives' rounding.
+      value = energy_at<kDimension>(team_, terms_, energy, Vec3d{0, 0, 0}, phase_.guard);
+    } else {
+      length = kOverRelaxation * p_norm_length(energy.power, newton_step.decrement);
+    }
+    return search_along(
+        terms_.place(), length * newton_step.direction,
+        regularized || newton_step.decrement > kStretchDecrement, value,
+        [&](Vec3<Real> place) {
+          return kBound ? project(around_, displacement_limit_, node_, place) : place;
+        },
+        [&](Vec3<Real> place) {
+          if (kBound && !keeps_facets(team_, around_.sliding, terms_.positions(), node_, place)) {
+            return HUGE_VAL;
+          }
+          const Vec3d d = vec3_cast<double>(place) - vec3_cast<double>(terms_.place());
+          return energy_at<kDimension>(team_, terms_, energy, d, phase_.guard);
+        });
+  }
+
+  /// Newton's method on the p-norm of f: the direction of the sum's step, but longer.
+  [[nodiscard]] static MESHSMOOTH_HD double p_norm_length(int power, double decrement) {
+    const double shortening = 1 - (power - 1) * decrement;
+    return 1 / (shortening > 0.1 ? shortening : 0.1);
+  }
+
+  const Team& team_;
+  const Surroundings& around_;
+  Terms& terms_;
+  std::size_t node_;
+  const NodeConstraint* constraint_;
+  Vec3d normal_;
+  const OptimizePhase& phase_;
+  const DisplacementLimit<Real>& displacement_limit_;
+};
+
+/// The visit of a node whose `kCapacity` corners are stored per thread of the team.
+template <int kDimension, int kCapacity, class Team, class P>
+MESHSMOOTH_HD Visit<typename P::Real> optimize_node(
+    const Team& team, const Surroundings& around, const P& x, std::size_t node,
+    const OptimizePhase& phase, const DisplacementLimit<typename P::Real>& displacement_limit) {
+  using Real = typename P::Real;
+  Vec3d normal{0, 0, 0};
+  if constexpr (kDimension == 2) {
+    normal = node_normal(team, around, node);
+    if (normal == Vec3d{0, 0, 0}) return Visit<Real>{.place = x[node]};
+  }
+  BallTerms<kDimension, kCapacity, Team, P> terms(team, around, x, node, normal);
+  return NodeOptimizer<kDimension, true, Team, decltype(terms)>(team, around, terms, node, normal,
+                                                                phase, displacement_limit)
+      .visit();
+}
+
+}  // namespace meshsmooth::detail

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <type_traits>
+
+#include "smooth/steps/form.hpp"
+#include "smooth/steps/mesh_counts.hpp"
+#include "smooth/steps/optimize.hpp"
+
+namespace meshsmooth::detail {
+
+/// Calls `functor(mean)` with the rule of a weighting.
+template <class Functor>
+void with_mean(Weighting weighting, const Functor& functor) {
+  switch (weighting) {
+    case Weighting::uniform:
+      return functor(UniformMean{});
+    case Weighting::inverse_edge_length:
+      return functor(EdgeLengthMean<-1>{});
+    case Weighting::edge_length:
+      return functor(EdgeLengthMean<1>{});
+    case Weighting::ball_volume:
+      return functor(BallVolumeMean{});
+  }
+}
+
+/// Bytes that `iterate` holds besides rings and balls.
+[[nodiscard]] inline std::int64_t iterate_bytes(const MeshCounts& mesh,
+                                                const SmoothOptions& options) {
+  const std::int64_t positions = mesh.nodes * mesh.position_bytes;
+  const Acceptance acceptance = acceptance_of(options);
+  std::int64_t bytes = 0;
+  if (const Form form = resolve_form(options); form != Form::gauss_seidel) {
+    if (form == Form::jacobi || acceptance.active()) bytes += positions;  // the sweeper's
+    if (acceptance.active()) bytes += limit_moves_bytes(mesh.nodes, acceptance.smart);
+  }
+  if (std::holds_alternative<Taubin>(options.method)) bytes += positions;
+  if (std::holds_alternative<HcLaplacian>(options.method)) bytes += 2 * positions;
+  if (std::holds_alternative<Optimize>(options.method)) bytes += optimize_bytes(mesh, options);
+  return options.movement_limit ? bytes + positions : bytes;
+}
+
+/// Step 3: sweeps until the monitor reports the end.
+///
+/// takes  `positions` in internal order
+/// gives  the smoothed positions in `positions`
+/// cost   O(sweeps * entries); one or two more arrays of positions, one more for a
+///        movement limit: `iterate_bytes`
+template <Backend B, class Real>
+void iterate(B& backend, const Surroundings& around,
+             const Colouring<typename B::Executor>& colouring, const SmoothOptions& options,
+             ConvergenceMonitor& monitor, const CallerPositions<Real>& given,
+             Vec3<Real>* positions) {
+  using E = typename B::Executor;
+  if (monitor.done_at_once()) return;
+  E& executor = backend.executor();
+  const auto allocate = [&] { return executor.template allocate<Vec3<Real>>(around.node_count); };
+  SweepContext<E, Real> context{around, &colouring, acceptance_of(options)};
+  typename E::template Buffer<Vec3<Real>> home;
+  if (options.movement_limit) {
+    home = allocate();
+    copy_positions(executor, around.node_count, positions, home.data());
+    context.displacement_limit = {home.data(), monitor.in_mesh_unit(*options.movement_limit)};
+  }
+  if (const auto* method = std::get_if<Optimize>(&options.method)) {
+    return optimize(backend, context, *method, monitor, given, positions);
+  }
+  Sweeper<E, Real> sweeper(executor, context, resolve_form(options), positions);
+
+  const auto run = [&](const auto& method) {
+    using M = std::decay_t<decltype(method)>;
+    if constexpr (std::is_same_v<M, Optimize>) {
+      return;  // above
+    } else if constexpr (std::is_same_v<M, Taubin>) {
+      auto start = allocate();
+      SweepStats stats;
+      do {
+        sweeper.copy(sweeper.current(), start.data());
+        const std::int64_t held = sweeper.step(UniformMean{}, method.lambda).held +
+                                  sweeper.step(UniformMean{}, method.mu).held;
+        stats = measure_moves(executor, around.node_count, start.data(), sweeper.current());
+        stats.held = held;
+      } while (!sweeper.done(stats, monitor));
+    } else if constexpr (std::is_same_v<M, HcLaplacian>) {
+      auto original = allocate();
+      auto differences = allocate();
+      sweeper.copy(sweeper.current(), original.data());
+      while (!sweeper.done(sweeper.step_hc(method, original.data(), differences.data()), monitor)) {
+      }
+    } else {
+      with_mean(method.weighting, [&](const auto& mean) {
+        // A history needs the mesh measured after each sweep, which batches do not allow.
+        if (options.history) {
+          run_sweeps_one_by_one(sweeper, mean, method.relaxation, monitor);
+        } else {
+          backend.sweep(sweeper, mean, method.relaxation, monitor);
+        }
+      });
+    }
+  };
+  std::visit(run, options.method);
+  if (sweeper.current() != positions) sweeper.copy(sweeper.current(), positions);
+}
+
+}  // namespace meshsmooth::detail

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <span>
+#include <utility>
+
+#include "smooth/steps/constrain.hpp"
+#include "smooth/steps/deviations.hpp"
+#include "smooth/steps/iterate.hpp"
+#include "smooth/steps/refusals.hpp"
+
+namespace meshsmooth::detail {
+
+/// neighbours -> boundary -> constraints -> iterate -> evaluate -> write back, in this order and
+/// timed: the one text of every backend.
+///
+/// takes  a mesh whose sizes are valid, the caller's positions in host memory; what the backend
+///        has not had validated, `prepare` finds
+/// gives  smoothed positions in `positions` (free nodes only) and the summary
+template <Backend B, class Real>
+SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
+                           std::span<Vec3<Real>> positions, const SmoothOptions& options,
+                           const JobControl& control) {
+  using E = typename B::Executor;
+  E& executor = backend.executor();
+  refuse_too_large(topology);
+  StageTimes times;
+  auto job =
+      backend.prepare(topology, std::span<const Vec3<Real>>(positions), options, control, times);
+  const Constraints<E> constraints = constrain(executor, topology, options, control, job, times);
+  SmoothSummary summary;
+  summary.nodes = job.nodes;
+
+  typename B::Orientation orientation;
+  {
+    const StageTimer timer(executor, times.evaluate_seconds, control, Stage::evaluate);
+    orientation = backend.orient(job);
+    summary.quality_before = backend.evaluate(job, orientation);
+    refuse_tangled(summary.quality_before, options.tangled, job.volume());
+  }
+  {
+    const StageTimer timer(executor, times.iterate_seconds, control, Stage::iterate);
+    Surroundings around{job.node_count,      job.elements.view, job.rings.view(),
+                        job.balls.view(),    job.fixed.data(),  orientation.references(),
+                        orientation.common()};
+    around.sliding = constraints.view();
+    Colouring<E> colouring;
+    if (resolve_form(options) == Form::gauss_seidel) {
+      colouring = backend.colour(around, job.caller_ids.data());
+      summary.colour_count = static_cast<int>(colouring.count());
+    }
+    if (!needs_balls(options)) job.balls = {};
+    ConvergenceMonitor monitor(options, control, job.box.diagonal(), job.free_count);
+    iterate(backend, around, colouring, options, monitor,
+            CallerPositions<Real>{job.given.data(), job.caller_ids.data()}, job.places.data());
+    summary.stop_reason = monitor.reason();
+    summary.convergence = monitor.take();
+  }
+  {
+    const StageTimer timer(executor, times.evaluate_seconds, control, Stage::evaluate);
+    QualityReport report = backend.evaluate_result(job, orientation);
+    summary.quality_after = std::move(report.quality);
+    summary.locked = std::move(report.locked);
+    if (constraints.curved) {
+      const OneSidedDeviations deviations = measure_deviations(
+          executor, job.node_count, constraints.view(), constraints.tolerance, job.places.data());
+      summary.deviation = {constraints.tolerance, deviations.off_facets, deviations.cut_off};
+    }
+  }
+  const std::int64_t* moved = nullptr;  // known when all work is finished
+  {
+    const typename E::Timer timer(executor, times.download_seconds);
+    moved = backend.write_back(job, positions);
+  }
+  executor.finish();
+  summary.nodes.moved = *moved;
+  summary.times = times;
+  return summary;
+}
+
+}  // namespace meshsmooth::detail
