@@ -13,6 +13,7 @@ using Action = std::function<int()>;
 
 void add_paper_command(CLI::App& app, Action& action);
 void add_pipeline_command(CLI::App& app, Action& action);
+void add_result_hashes_command(CLI::App& app, Action& action);
 void add_server_command(CLI::App& app, Action& action);
 void add_steps_command(CLI::App& app, Action& action);
 void add_transport_command(CLI::App& app, Action& action);

@@ -15,6 +15,7 @@ int main(int argc, char** argv) {
   Action action;
   add_paper_command(app, action);
   add_pipeline_command(app, action);
+  add_result_hashes_command(app, action);
   add_server_command(app, action);
   add_steps_command(app, action);
   try {

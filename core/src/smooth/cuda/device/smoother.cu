@@ -3,12 +3,8 @@
 #include <string>
 
 #include "meshsmooth/error.hpp"
+#include "smooth/cuda/device/cuda_backend.cuh"
 #include "smooth/cuda/device/device_estimate.cuh"
-#include "smooth/cuda/quality/cuda_evaluator.cuh"
-#include "smooth/cuda/sweeps/cuda_optimize.hpp"
-#include "smooth/cuda/sweeps/cuda_sweeps.cuh"
-#include "smooth/cuda/topology/cuda_colouring.cuh"
-#include "smooth/cuda/topology/cuda_topology.cuh"
 #include "smooth/steps/pipeline.hpp"
 
 namespace meshsmooth::detail {
@@ -64,8 +60,8 @@ class CudaSmoother final : public Smoother {
           const Interrupt interrupt(control);
           CudaExecutor executor(lane_, interrupt);
           executor.check();
-          CudaEvaluator judge(executor, topology, as_view(positions));
-          SmoothSummary summary = run_pipeline(executor, topology, span, options, control, judge);
+          CudaBackend steps(executor, topology, as_view(positions));
+          SmoothSummary summary = run_pipeline(steps, topology, span, options, control);
           summary.backend = backend();
           summary.device_name = device_name_;
           summary.device_peak_bytes = static_cast<std::int64_t>(executor.bytes().peak());

@@ -4,7 +4,7 @@
 
 #include "smooth/cuda/device/executor.cuh"
 #include "smooth/cuda/primitives/vector_access.cuh"
-#include "smooth/rules/rules.hpp"
+#include "smooth/rules/surroundings.hpp"
 
 namespace meshsmooth::detail {
 

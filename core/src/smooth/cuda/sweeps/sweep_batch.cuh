@@ -6,7 +6,7 @@
 
 #include "smooth/cuda/device/executor.cuh"
 #include "smooth/cuda/sweeps/batch_loop.cuh"
-#include "smooth/steps/iterate.hpp"
+#include "smooth/steps/sweeper.hpp"
 
 namespace meshsmooth::detail {
 

@@ -4,7 +4,7 @@
 
 #include "mesh/node_counts.hpp"
 #include "smooth/cuda/device/executor.cuh"
-#include "smooth/steps/job_topology.hpp"
+#include "smooth/steps/job_mesh.hpp"
 
 namespace meshsmooth::detail {
 

@@ -6,6 +6,7 @@
 #include "smooth/cuda/topology/ring_kernel.cuh"
 #include "smooth/steps/job_mesh.hpp"
 #include "smooth/steps/memory_model.hpp"
+#include "smooth/steps/refusals.hpp"
 
 namespace meshsmooth::detail {
 

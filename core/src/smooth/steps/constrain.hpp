@@ -5,9 +5,9 @@
 #include <limits>
 #include <numbers>
 
-#include "smooth/constraints/constrained_facets.hpp"
 #include "smooth/constraints/curved_constraint.hpp"
 #include "smooth/constraints/node_constraint.hpp"
+#include "smooth/steps/find_facets.hpp"
 #include "smooth/steps/job_mesh.hpp"
 
 namespace meshsmooth::detail {

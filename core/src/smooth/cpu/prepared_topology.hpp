@@ -1,11 +1,10 @@
 #pragma once
 
 #include <memory>
-#include <vector>
+#include <utility>
 
 #include "meshsmooth/smoother.hpp"
-#include "smooth/cpu/cpu_topology.hpp"
-#include "smooth/steps/job_mesh.hpp"
+#include "smooth/cpu/prepare.hpp"
 
 namespace meshsmooth::detail {
 
@@ -25,39 +24,6 @@ struct CpuPreparedTopology final : PreparedTopology {
   [[nodiscard]] std::int64_t boundary_node_count() const override { return boundary_nodes; }
 };
 
-/// `renumber_nodes` by the topology alone: breadth first along the rings, from the caller's
-/// first node of each part, so that neighbours are close in memory too. What was prepared for one
-/// mesh serves all that share its topology, and their jobs have the same bits whoever came first.
-///
-/// takes  rings by the caller's ids
-/// cost   O(nodes + ring entries), serial
-inline Renumbering<CpuExecutor> renumber_by_rings(CpuExecutor& executor, std::size_t node_count,
-                                                  const Rows<NodeId>& rings) {
-  constexpr std::size_t kNodesPerLook = 65536;
-  Renumbering<CpuExecutor> result;
-  result.caller_ids = executor.allocate<NodeId>(node_count);
-  result.internal_of = executor.allocate<NodeId>(node_count);
-  NodeId* const queue = result.caller_ids.data();
-  NodeId* const number = result.internal_of.data();
-  executor.for_each(node_count, [=](std::size_t node) { number[node] = -1; });
-  std::size_t end = 0;
-  const auto visit = [&](NodeId node) {
-    if (number[node] >= 0) return;
-    number[node] = static_cast<NodeId>(end);
-    queue[end++] = node;
-  };
-  std::size_t next = 0;
-  for (std::size_t first = 0; first < node_count; ++first) {
-    visit(static_cast<NodeId>(first));
-    for (; next < end; ++next) {
-      if (next % kNodesPerLook == 0) executor.check();
-      const auto node = static_cast<std::size_t>(queue[next]);
-      for (const NodeId* n = rings.begin(node); n != rings.end(node); ++n) visit(*n);
-    }
-  }
-  return result;
-}
-
 /// Steps 1 and 2 without positions.
 ///
 /// takes  a valid topology
@@ -68,12 +34,12 @@ inline std::shared_ptr<CpuPreparedTopology> prepare_topology(CpuExecutor& execut
   const std::size_t node_count = topology.node_count;
   auto result = std::make_shared<CpuPreparedTopology>();
   result->topology = topology;
-  const auto tell = [&](Stage stage) {
+  const auto report = [&](Stage stage) {
     if (control.on_progress) control.on_progress({stage, 0, 0, 0});
   };
 
-  tell(Stage::find_neighbours);
-  Renumbering<CpuExecutor> order;
+  report(Stage::find_neighbours);
+  Renumbering order;
   {
     auto identity = executor.allocate<NodeId>(node_count);
     NodeId* const same = identity.data();
@@ -92,7 +58,7 @@ inline std::shared_ptr<CpuPreparedTopology> prepare_topology(CpuExecutor& execut
   result->rings = find_rings(executor, node_count, result->elements.view, result->balls.view(),
                              result->caller_ids.data());
 
-  tell(Stage::find_boundary);
+  report(Stage::find_boundary);
   result->on_boundary = executor.allocate<std::uint8_t>(node_count);
   std::uint8_t* const on_boundary = result->on_boundary.data();
   if (!find_boundary(executor, node_count, result->elements.view, result->balls.view(),
@@ -112,7 +78,7 @@ inline std::shared_ptr<CpuPreparedTopology> prepare_topology(CpuExecutor& execut
   return result;
 }
 
-/// `prepare_job` on a topology that is prepared.
+/// `prepare_job` on a prepared topology.
 template <class Real>
 JobMesh<CpuExecutor, Real> prepare_job(CpuExecutor& executor, const CpuPreparedTopology& prepared,
                                        std::span<const Vec3<Real>> positions,
@@ -127,7 +93,7 @@ JobMesh<CpuExecutor, Real> prepare_job(CpuExecutor& executor, const CpuPreparedT
     job.given = positions;
     job.box = find_box(executor, positions.data(), node_count);
     job.caller_ids = prepared.caller_ids.borrow();
-    job.places = places_of(executor, positions.data(), job.caller_ids.data(), node_count);
+    job.places = positions_in_order(executor, positions.data(), job.caller_ids.data(), node_count);
     job.elements = {prepared.elements.view, prepared.elements.dimension,
                     prepared.elements.shapes.borrow(), prepared.elements.connectivity.borrow(),
                     prepared.elements.caller_ids.borrow()};

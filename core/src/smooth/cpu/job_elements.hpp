@@ -3,22 +3,10 @@
 #include <vector>
 
 #include "meshsmooth/mesh.hpp"
-#include "smooth/cpu/incidence.hpp"
-#include "smooth/cpu/renumbering.hpp"
-#include "smooth/rules/rules.hpp"
+#include "smooth/cpu/cpu_executor.hpp"
+#include "smooth/steps/job_mesh.hpp"
 
 namespace meshsmooth::detail {
-
-/// The caller's elements in internal numbers: grouped by type, inside a type in
-/// the order of their lowest node, so that walks over elements are local.
-template <Executor E>
-struct JobElements {
-  Elements view;
-  int dimension = 3;
-  typename E::template Buffer<ElementShape> shapes;
-  typename E::template Buffer<NodeId> connectivity;
-  typename E::template Buffer<ElementId> caller_ids;  // internal element -> caller's
-};
 
 /// The caller's elements of one type: blocks in executor memory.
 struct SourceBlock {
@@ -33,7 +21,7 @@ struct SourceElements {
   std::size_t block_count;
   int node_count;  // of an element
 
-  [[nodiscard]] MESHSMOOTH_HD const SourceBlock& block_of(std::size_t item) const {
+  [[nodiscard]] const SourceBlock& block_of(std::size_t item) const {
     std::size_t low = 0;
     for (std::size_t high = block_count; high - low > 1;) {
       const std::size_t middle = low + (high - low) / 2;
@@ -41,11 +29,11 @@ struct SourceElements {
     }
     return blocks[low];
   }
-  [[nodiscard]] MESHSMOOTH_HD const NodeId* nodes(std::size_t item) const {
+  [[nodiscard]] const NodeId* nodes(std::size_t item) const {
     const SourceBlock& block = block_of(item);
     return block.nodes + (item - block.first) * static_cast<std::size_t>(node_count);
   }
-  [[nodiscard]] MESHSMOOTH_HD ElementId caller_id(std::size_t item) const {
+  [[nodiscard]] ElementId caller_id(std::size_t item) const {
     const SourceBlock& block = block_of(item);
     return static_cast<ElementId>(block.first_caller + (item - block.first));
   }
@@ -57,7 +45,7 @@ struct VisitLowestNode {
   const NodeId* internal_of;
 
   template <class Emit>
-  MESHSMOOTH_HD void operator()(std::size_t item, const Emit& emit) const {
+  void operator()(std::size_t item, const Emit& emit) const {
     const NodeId* const nodes = elements.nodes(item);
     NodeId lowest = internal_of[nodes[0]];
     for (int n = 1; n < elements.node_count; ++n) {
@@ -68,24 +56,24 @@ struct VisitLowestNode {
 };
 
 /// cost   O(elements); 8 B an element and 8 B a node while it runs
-template <Executor E>
-JobElements<E> renumber_elements(E& executor, const TopologyView& topology,
-                                 const NodeId* internal_of) {
+inline JobElements<CpuExecutor> renumber_elements(CpuExecutor& executor,
+                                                  const TopologyView& topology,
+                                                  const NodeId* internal_of) {
   const std::size_t node_count = topology.node_count;
-  JobElements<E> result;
+  JobElements<CpuExecutor> result;
   result.dimension = element_shape(topology.blocks.front().type).dimension;
-  result.shapes = executor.template allocate<ElementShape>(kElementTypeCount);
+  result.shapes = executor.allocate<ElementShape>(kElementTypeCount);
   executor.upload(element_table().data(), kElementTypeCount, result.shapes.data());
 
   std::size_t connectivity_size = 0;
   for (const ElementBlockView& block : topology.blocks) connectivity_size += block.nodes.size();
-  result.connectivity = executor.template allocate<NodeId>(connectivity_size);
-  result.caller_ids = executor.template allocate<ElementId>(topology.element_count());
+  result.connectivity = executor.allocate<NodeId>(connectivity_size);
+  result.caller_ids = executor.allocate<ElementId>(topology.element_count());
 
   NodeId* next_nodes = result.connectivity.data();
   for (const ElementType type : kElementTypes) {
     std::vector<SourceBlock> blocks;
-    std::vector<typename E::template HostArray<NodeId>> arrays;
+    std::vector<CpuExecutor::HostArray<NodeId>> arrays;
     std::size_t count = 0;
     std::size_t first_caller = 0;
     for (const ElementBlockView& block : topology.blocks) {
@@ -99,19 +87,19 @@ JobElements<E> renumber_elements(E& executor, const TopologyView& topology,
     }
     if (count == 0) continue;
 
-    auto block_buffer = executor.template allocate<SourceBlock>(blocks.size());
+    auto block_buffer = executor.allocate<SourceBlock>(blocks.size());
     executor.upload(blocks.data(), blocks.size(), block_buffer.data());
     const ElementShape* const shape = &element_shape(type);
     const SourceElements items{block_buffer.data(), blocks.size(), shape->node_count};
     const auto by_lowest_node =
         group_items(executor, node_count, count, VisitLowestNode{items, internal_of},
-                    [] MESHSMOOTH_HD(ElementId item) { return item; });
+                    [](ElementId item) { return item; });
 
     const std::size_t first = result.view.count;
     const ElementId* const order = by_lowest_node.entries.data();
     NodeId* const nodes_out = next_nodes;
     ElementId* const caller_ids = result.caller_ids.data() + first;
-    executor.for_each(count, [=] MESHSMOOTH_HD(std::size_t element) {
+    executor.for_each(count, [=](std::size_t element) {
       const ElementId item = order[element];
       const NodeId* const nodes = items.nodes(item);
       caller_ids[element] = items.caller_id(item);
