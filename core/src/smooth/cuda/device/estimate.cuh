@@ -1,10 +1,10 @@
 #pragma once
 
-#include "smooth/cuda/sweeps/ball_record.hpp"
+#include "smooth/cuda/sweeps/ball_records.cuh"
 #include "smooth/cuda/sweeps/patch_sizes.hpp"
 #include "smooth/cuda/sweeps/sell_rings.cuh"
 #include "smooth/cuda/sweeps/sweep_batch.cuh"
-#include "smooth/cuda/topology/ball_plan.hpp"
+#include "smooth/cuda/topology/ring_task.cuh"
 #include "smooth/steps/memory_model.hpp"
 
 namespace meshsmooth::detail {
@@ -12,7 +12,7 @@ namespace meshsmooth::detail {
 /// Bytes of the device buffers that the CUDA backend holds at its highest point.
 [[nodiscard]] inline std::int64_t estimate_device_bytes(const MeshSize& size,
                                                         const SmoothOptions& options,
-                                                        const PatchLimits& limits) {
+                                                        const DeviceLimits& limits) {
   const MeshCounts mesh = count_mesh(size);
   const std::int64_t n = mesh.nodes;
   const std::int64_t position = size.float64 ? 24 : 12;
