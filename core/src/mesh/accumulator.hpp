@@ -1,6 +1,6 @@
 #pragma once
 
-// How the measures of all elements are counted and summed up.
+// Statistics over the measures of all elements.
 
 #include <algorithm>
 #include <array>
@@ -31,7 +31,7 @@ MESHSMOOTH_HD constexpr MetricRange metric_range(std::size_t metric) {
   return metric < 3 ? MetricRange{-1, 1} : MetricRange{0, 180};
 }
 
-/// The fine bin of a value; the outer ones take what lies outside.
+/// The fine bin of a value; the outer ones include values outside.
 MESHSMOOTH_HD inline std::size_t metric_bin(std::size_t metric, double value) {
   const MetricRange range = metric_range(metric);
   const double place = (value - range.lower) * (kBinCount / (range.upper - range.lower));
@@ -42,7 +42,7 @@ MESHSMOOTH_HD inline double degrees(double cosine) {
   return std::acos(cosine) * (180 / 3.14159265358979323846);
 }
 
-/// Coordinates whose products overflow have no measure.
+/// The measure of an element whose coordinates overflow is 0.
 MESHSMOOTH_HD inline double finite_measure(double value) {
   return std::isfinite(value) ? value : 0;
 }
@@ -88,7 +88,7 @@ struct ChunkSums {
   double enclosed_volume = 0;  // of V, volume elements only
 };
 
-/// What one thread has counted. Nothing here depends on the order of elements.
+/// Counts of one thread. Independent of the order of elements.
 struct QualityAccumulator {
   std::array<std::array<std::int64_t, kBinCount>, kMetricCount> bins{};
   std::array<double, kMetricCount> min, max;
@@ -127,7 +127,7 @@ struct QualityAccumulator {
     const double bar = worst.front().mean_ratio;
     return bar * bar * bar + 1e-9;
   }
-  /// What is said in brief.
+  /// The part that a brief evaluation reports.
   void add_briefly(const ElementMeasure& measure, ElementType type, std::int64_t element,
                    ChunkSums& sums) {
     inverted += measure.inverted ? 1 : 0;
@@ -179,7 +179,7 @@ inline MetricStats summarize(std::size_t m, const QualityAccumulator& accumulate
   for (std::size_t b = 0; b < kBinCount; ++b) {
     stats.histogram[b / (kBinCount / kHistogramSize)] += accumulate.bins[m][b];
   }
-  // The highest edge below which lies at most 1 %; never below the least value.
+  // The highest bin edge with at most 1 % below; never below the least value.
   std::int64_t below = 0;
   std::size_t bin = 0;
   while (100 * (below + accumulate.bins[m][bin]) <= count) below += accumulate.bins[m][bin++];
@@ -189,7 +189,7 @@ inline MetricStats summarize(std::size_t m, const QualityAccumulator& accumulate
   return stats;
 }
 
-/// The answer from all that was counted and summed.
+/// The statistics from all counts and sums.
 inline QualityStats summarize(const QualityAccumulator& accumulate, const ChunkSums& sums,
                               std::int64_t element_count) {
   QualityStats stats;

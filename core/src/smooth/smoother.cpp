@@ -8,7 +8,7 @@
 namespace meshsmooth {
 namespace {
 
-/// Of a backend that prepares every job anew.
+/// For a backend that prepares every job from scratch.
 struct UnpreparedTopology final : PreparedTopology {
   [[nodiscard]] MemoryEstimate bytes() const override { return {}; }
 };

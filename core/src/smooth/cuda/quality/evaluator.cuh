@@ -5,7 +5,7 @@
 
 #include "smooth/cuda/quality/kernels.cuh"
 #include "smooth/cuda/topology/element_runs.cuh"
-#include "smooth/steps/memory_model.hpp"
+#include "smooth/steps/mesh_counts.hpp"
 
 namespace meshsmooth::detail {
 
