@@ -1,0 +1,49 @@
+#pragma once
+
+#include "gpu/steps/cuda_steps.hpp"
+#include "gpu/steps/on_executor.hpp"
+#include "smooth/steps/optimize.hpp"
+
+namespace meshsmooth::test {
+
+/// One phase of Optimize on a backend.
+template <class E, class Real>
+PhaseResult run_optimize_phase(E& executor, const JobControl& control, const FlatMesh& mesh,
+                               const ElementShape* shapes, const PhaseRequest& request) {
+  OnExecutor<E, Real> there(executor, mesh, shapes);
+  SmoothOptions options;
+  options.method = Optimize{};
+  options.max_iterations = request.sweeps;
+  options.tolerance = {0, false};
+  detail::ConvergenceMonitor monitor(options, control, mesh.diagonal, mesh.free_count());
+  typename E::template Buffer<NodeId> opposite;
+  if (only_tetrahedra(executor, there.around.elements)) {
+    opposite = find_opposite_nodes(executor, there.around);
+    there.around.opposite = opposite.data();
+  }
+  const auto home = uploaded(executor, positions_as<Real>(mesh.positions));
+  detail::DisplacementLimit<Real> limit;
+  if (request.movement_limit) limit = {home.data(), *request.movement_limit};
+  detail::OptimizeSweeper<E, Real> sweeper(executor, there.around, there.colouring, limit,
+                                           there.positions.data());
+  const detail::OptimizePhase phase{request.power, request.poor, request.guard};
+  detail::PhaseMonitor phase_monitor(monitor, phase, {}, 0);
+  sweeper.wake_all();
+  run_phase(executor, sweeper, phase, phase_monitor);
+
+  const detail::OptimizeStats last = phase_monitor.last();
+  const detail::MeshEnergy energy = sweeper.measure(request.power);
+  return {.positions =
+              positions_as<double>(downloaded(executor, sweeper.positions(), mesh.node_count())),
+          .sweeps = monitor.take().iteration_count,
+          .gain = last.gain,
+          .tangled = last.tangled,
+          .moved = last.moves.moved,
+          .held = last.moves.held,
+          .energy = energy.energy,
+          .weight = energy.weight,
+          .worst_mean_ratio = energy.worst,
+          .invalid = energy.invalid};
+}
+
+}  // namespace meshsmooth::test
