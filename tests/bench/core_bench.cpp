@@ -8,8 +8,7 @@
 #include <string>
 
 #include "formats/mesh_file.hpp"
-#include "smooth/cpu/cpu_topology.hpp"
-#include "smooth/steps/pipeline.hpp"
+#include "smooth/cpu/cpu_backend.hpp"
 
 namespace {
 
@@ -18,7 +17,7 @@ using namespace meshsmooth::detail;
 
 /// Everything up to the first sweep, in the arrays that the pipeline uses.
 struct Prepared {
-  Renumbering<CpuExecutor> renumbering;
+  Renumbering renumbering;
   JobElements<CpuExecutor> elements;
   RowBuffer<CpuExecutor, ElementId> balls;
   RowBuffer<CpuExecutor, NodeId> rings;
@@ -89,8 +88,9 @@ void uniform_jacobi_sweep(benchmark::State& state) {
     Vec3d* after = other.data();
     std::copy(before, before + prepared.places.size(), after);
     for (auto _ : state) {
-      benchmark::DoNotOptimize(sweep_jacobi(executor, prepared.around(), UniformMean{}, 1.0,
-                                            Acceptance{}, before, after));
+      benchmark::DoNotOptimize(sweep_jacobi(executor,
+                                            SweepContext<CpuExecutor, double>{prepared.around()},
+                                            UniformMean{}, 1.0, before, after));
       std::swap(before, after);
     }
   });
@@ -100,10 +100,11 @@ void smart_gauss_seidel_sweep(benchmark::State& state) {
   sweep(state, [&](CpuExecutor& executor, Prepared& prepared) {
     const auto colouring =
         colour_nodes(executor, prepared.around(), prepared.renumbering.caller_ids.data());
+    const SweepContext<CpuExecutor, double> context{
+        prepared.around(), &colouring, {.guard = true, .smart = true}};
     for (auto _ : state) {
-      benchmark::DoNotOptimize(sweep_gauss_seidel(executor, prepared.around(), colouring,
-                                                  UniformMean{}, 1.0, Acceptance{true, true},
-                                                  prepared.places.data()));
+      benchmark::DoNotOptimize(
+          sweep_gauss_seidel(executor, context, UniformMean{}, 1.0, prepared.places.data()));
     }
   });
 }

@@ -6,9 +6,9 @@
 #include <gtest/gtest.h>
 #include <oneapi/tbb/global_control.h>
 
-#include "smooth/cpu/cpu_topology.hpp"
-#include "smooth/steps/colouring.hpp"
-#include "smooth/steps/job_topology.hpp"
+#include "core/by_sorting.hpp"
+#include "smooth/cpu/colouring.hpp"
+#include "smooth/cpu/prepare.hpp"
 #include "support/oracle.hpp"
 
 namespace meshsmooth::test {
@@ -109,7 +109,7 @@ class Steps {
   detail::CpuExecutor executor_;
   std::size_t node_count_ = 0;
   detail::Box box_{};
-  detail::Renumbering<detail::CpuExecutor> numbers_;
+  detail::Renumbering numbers_;
   detail::JobElements<detail::CpuExecutor> elements_;
   detail::RowBuffer<detail::CpuExecutor, detail::ElementId> balls_;
 };

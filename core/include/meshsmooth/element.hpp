@@ -20,12 +20,25 @@ inline constexpr std::array<ElementType, kElementTypeCount> kElementTypes = {
     ElementType::triangle, ElementType::quad,  ElementType::tetrahedron,
     ElementType::pyramid,  ElementType::wedge, ElementType::hexahedron};
 
+/// Limits of the table, which arrays of a fixed size and packed keys rely on (element.cpp
+/// asserts them).
+inline constexpr int kMaxElementNodes = 8;
+inline constexpr int kMaxFacetNodes = 4;
+inline constexpr int kMaxElementFacets = 6;
+inline constexpr int kMaxNodeEdges = 4;   // edges of an element at one of its nodes
+inline constexpr int kMaxNodeFacets = 4;  // facets of an element at one of its nodes
+
+/// Whether a type may have this many nodes: code that switches over node counts knows these.
+[[nodiscard]] constexpr bool is_element_node_count(int count) {
+  return (count >= 3 && count <= 6) || count == 8;
+}
+
 /// A facet: the face of a volume element or the edge of a surface element, as
 /// local node numbers. Seen from outside the nodes of a face run
 /// counter-clockwise.
 struct FacetShape {
   std::int8_t node_count;
-  std::array<std::int8_t, 4> nodes;
+  std::array<std::int8_t, kMaxFacetNodes> nodes;
 };
 
 /// The ideal corner of an element: its rows are the inverse of the matrix of
@@ -55,8 +68,8 @@ struct ElementShape {
   std::int8_t facet_count;
   std::int8_t corner_count;
   std::array<std::array<std::int8_t, 2>, 12> edges;
-  std::array<FacetShape, 6> facets;
-  std::array<CornerShape, 8> corners;
+  std::array<FacetShape, kMaxElementFacets> facets;
+  std::array<CornerShape, kMaxElementNodes> corners;
   IdealCorner ideal;  // the same at every corner of the types we have
 };
 

@@ -1,5 +1,7 @@
 #include "meshsmooth/element.hpp"
 
+#include <algorithm>
+
 namespace meshsmooth {
 namespace {
 
@@ -121,6 +123,46 @@ constexpr std::array<ElementShape, kElementTypeCount> kTable = {{
        {7, {6, 4, 3}}}},
      kCube},
 }};
+
+constexpr int edges_at(const ElementShape& shape, int node) {
+  return static_cast<int>(
+      std::count_if(shape.edges.begin(), shape.edges.begin() + shape.edge_count,
+                    [&](const auto& edge) { return edge[0] == node || edge[1] == node; }));
+}
+constexpr int facets_at(const ElementShape& shape, int node) {
+  return static_cast<int>(std::count_if(
+      shape.facets.begin(), shape.facets.begin() + shape.facet_count, [&](const FacetShape& facet) {
+        const auto end = facet.nodes.begin() + facet.node_count;
+        return std::find(facet.nodes.begin(), end, node) != end;
+      }));
+}
+
+constexpr bool keeps_limits(const ElementShape& shape) {
+  if (!is_element_node_count(shape.node_count)) return false;
+  for (int node = 0; node < shape.node_count; ++node) {
+    if (edges_at(shape, node) > kMaxNodeEdges || facets_at(shape, node) > kMaxNodeFacets) {
+      return false;
+    }
+  }
+  // Facets have two nodes (edges of a surface) or three and four; keys of facets pack them so.
+  return std::all_of(shape.facets.begin(), shape.facets.begin() + shape.facet_count,
+                     [&](const FacetShape& facet) {
+                       return shape.dimension == 2 ? facet.node_count == 2
+                                                   : facet.node_count == 3 || facet.node_count == 4;
+                     });
+}
+static_assert(std::all_of(kTable.begin(), kTable.end(), keeps_limits),
+              "an element type exceeds a limit of element.hpp: raise it, and what relies on it");
+static_assert(
+    [] {
+      for (const ElementType type : kElementTypes) {
+        const ElementShape& shape = kTable[static_cast<std::size_t>(type)];
+        const bool four = shape.dimension == 3 && shape.node_count == 4;
+        if (four != (type == ElementType::tetrahedron)) return false;
+      }
+      return true;
+    }(),
+    "steps take a volume element with four nodes for a tetrahedron");
 
 }  // namespace
 

@@ -42,8 +42,8 @@ struct ElementRun {
 };
 
 template <class Real>
-std::array<Vec3d, 8> corners_of(const ElementRun<Real>& run, std::size_t element) {
-  std::array<Vec3d, 8> corners;
+std::array<Vec3d, kMaxElementNodes> corners_of(const ElementRun<Real>& run, std::size_t element) {
+  std::array<Vec3d, kMaxElementNodes> corners;
   std::size_t n = 0;
   for (const NodeId node : run.nodes_of(element)) {
     corners[n++] = vec3_cast<double>(run.positions[node]);
@@ -54,7 +54,7 @@ std::array<Vec3d, 8> corners_of(const ElementRun<Real>& run, std::size_t element
 template <class Real>
 ElementMeasure measure_in(const ElementRun<Real>& run, std::size_t element,
                           const SurfaceOrientation& orientation) {
-  const std::array<Vec3d, 8> corners = corners_of(run, element);
+  const std::array<Vec3d, kMaxElementNodes> corners = corners_of(run, element);
   return detail::measure_element(element_shape(run.type), corners.data(),
                                  orientation.reference(run.first_id + element));
 }

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "smooth/constraints/sliding_constraints.hpp"
+#include "smooth/rules/sliding_constraints.hpp"
 
 namespace meshsmooth::detail {
 

@@ -120,7 +120,6 @@ class CpuExecutor {
   using Buffer = CpuBuffer<T>;
   template <class Real>
   using AsynchronousPositions = CpuAsynchronousPositions<Real>;
-  static constexpr int kKeptCorners = 96;
 
   CpuExecutor(tbb::task_arena& arena, const Interrupt& interrupt)
       : arena_(arena), interrupt_(interrupt) {}
@@ -204,17 +203,6 @@ class CpuExecutor {
   void sort(Key* keys, std::size_t count) {
     run_in(arena_, [&] { parallel_sort(keys, count); });
     check();
-  }
-
-  template <class Key>
-  [[nodiscard]] std::size_t unique(Key* keys, std::size_t count) {
-    return static_cast<std::size_t>(std::unique(keys, keys + count) - keys);
-  }
-
-  /// Index of the first of the ascending keys that is not below `value`.
-  template <class Key>
-  [[nodiscard]] std::size_t lower_bound(const Key* keys, std::size_t count, Key value) const {
-    return static_cast<std::size_t>(std::lower_bound(keys, keys + count, value) - keys);
   }
 
   /// Adds to a slot that several bodies share and returns what was there. A

@@ -1,59 +1,20 @@
 #pragma once
 
-#include <limits>
+#include <algorithm>
+#include <vector>
 
-#include "smooth/rules/topology.hpp"
-#include "smooth/steps/executor.hpp"
+#include "smooth/cpu/cpu_executor.hpp"
+#include "smooth/cpu/row_counter.hpp"
+#include "smooth/steps/rows.hpp"
 
 namespace meshsmooth::detail {
-
-/// Counting sort of items into rows.
-///
-/// takes  `visit(item, emit)` calls `emit(row)` for every row the item belongs to
-/// gives  per row the ids of its items, ascending by `key(item)`
-/// cost   O(items + rows), 8 B a row and 4 B an entry, 4 B a row while it runs
-/// order  deterministic: the fill is unordered, the rows are sorted after it
-template <Executor E, class Visit, class Key>
-RowBuffer<E, ElementId> group_items(E& executor, std::size_t row_count, std::size_t item_count,
-                                    const Visit& visit, const Key& key) {
-  RowBuffer<E, ElementId> rows;
-  rows.offsets = executor.template allocate<std::int64_t>(row_count + 1);
-  auto fill = executor.template allocate<std::uint32_t>(row_count);
-  std::int64_t* const offsets = rows.offsets.data();
-  std::uint32_t* const filled = fill.data();
-  const auto add = executor.adder();
-
-  executor.for_each(row_count, [=] MESHSMOOTH_HD(std::size_t row) { filled[row] = 0; });
-  executor.for_each(item_count, [=] MESHSMOOTH_HD(std::size_t item) {
-    visit(item, [=](NodeId row) { add(filled[row], std::uint32_t{1}); });
-  });
-  executor.for_each(row_count + 1, [=] MESHSMOOTH_HD(std::size_t row) {
-    offsets[row] = row < row_count ? filled[row] : 0;
-    if (row < row_count) filled[row] = 0;
-  });
-  const std::int64_t entry_count = executor.exclusive_scan(offsets, row_count + 1);
-
-  rows.entries = executor.template allocate<ElementId>(static_cast<std::size_t>(entry_count));
-  ElementId* const entries = rows.entries.data();
-  executor.for_each(item_count, [=] MESHSMOOTH_HD(std::size_t item) {
-    visit(item, [=](NodeId row) {
-      const std::uint32_t slot = add(filled[row], std::uint32_t{1});
-      entries[offsets[row] + slot] = static_cast<ElementId>(item);
-    });
-  });
-  executor.for_each(row_count, [=] MESHSMOOTH_HD(std::size_t row) {
-    sort_row(entries + offsets[row], static_cast<std::size_t>(offsets[row + 1] - offsets[row]),
-             key);
-  });
-  return rows;
-}
 
 /// Emits every node of an element.
 struct VisitNodes {
   Elements elements;
 
   template <class Emit>
-  MESHSMOOTH_HD void operator()(std::size_t element, const Emit& emit) const {
+  void operator()(std::size_t element, const Emit& emit) const {
     const ElementView view = elements[element];
     for (int n = 0; n < view.shape->node_count; ++n) emit(view.nodes[n]);
   }
@@ -64,11 +25,71 @@ struct VisitNodes {
 /// takes  the elements; `caller_ids` maps them to the caller's element ids
 /// gives  rows ascending by the caller's element id
 /// cost   O(elements), as group_items with nodes-per-element entries each
-template <Executor E>
-RowBuffer<E, ElementId> find_balls(E& executor, std::size_t node_count, const Elements& elements,
-                                   const ElementId* caller_ids) {
+inline RowBuffer<CpuExecutor, ElementId> find_balls(CpuExecutor& executor, std::size_t node_count,
+                                                    const Elements& elements,
+                                                    const ElementId* caller_ids) {
   return group_items(executor, node_count, elements.count, VisitNodes{elements},
-                     [=] MESHSMOOTH_HD(ElementId element) { return caller_ids[element]; });
+                     [=](ElementId element) { return caller_ids[element]; });
+}
+
+/// Calls `emit(neighbour)` for every local edge of the element at `node`.
+template <class Emit>
+inline void visit_neighbours(const ElementView& element, NodeId node, const Emit& emit) {
+  const ElementShape& shape = *element.shape;
+  if (is_simplex(shape)) {
+    for (int n = 0; n < shape.node_count; ++n) {
+      if (element.nodes[n] != node) emit(element.nodes[n]);
+    }
+    return;
+  }
+  for (int e = 0; e < shape.edge_count; ++e) {
+    const NodeId a = element.nodes[shape.edges[e][0]];
+    const NodeId b = element.nodes[shape.edges[e][1]];
+    if (a == node) emit(b);
+    if (b == node) emit(a);
+  }
+}
+
+/// The rings: per node the union of its elements' edges.
+///
+/// gives  per node its neighbours along edges, ascending by the caller's id
+/// cost   O(ball entries * nodes per element); the entries exist twice while the rows are
+///        assembled
+inline RowBuffer<CpuExecutor, NodeId> find_rings(CpuExecutor& executor, std::size_t node_count,
+                                                 const Elements& elements,
+                                                 const Rows<ElementId>& balls,
+                                                 const NodeId* caller_ids) {
+  RowBuffer<CpuExecutor, NodeId> rings;
+  rings.offsets = executor.allocate<std::int64_t>(node_count + 1);
+  std::int64_t* const offsets = rings.offsets.data();
+  std::vector<CpuBuffer<NodeId>> chunks(executor.chunk_count(node_count));
+  executor.for_each_range(node_count, [&](std::size_t begin, std::size_t end) {
+    RowCounter<NodeId> row;
+    std::vector<NodeId> chunk;
+    for (std::size_t node = begin; node < end; ++node) {
+      row.clear(balls.size(node) * kMaxNodeEdges);
+      for (const ElementId* e = balls.begin(node); e != balls.end(node); ++e) {
+        visit_neighbours(elements[*e], static_cast<NodeId>(node), [&](NodeId n) { row.add(n); });
+      }
+      for (std::size_t n = 0; n < row.size(); ++n) chunk.push_back(row[n].key);
+      sort_row(chunk.data() + (chunk.size() - row.size()), row.size(),
+               [=](NodeId n) { return caller_ids[n]; });
+      offsets[node] = static_cast<std::int64_t>(row.size());
+    }
+    CpuBuffer<NodeId>& kept = chunks[executor.chunk_of(begin)];
+    kept = executor.allocate<NodeId>(chunk.size());
+    std::copy(chunk.begin(), chunk.end(), kept.data());
+  });
+  offsets[node_count] = 0;
+  const auto count = static_cast<std::size_t>(executor.exclusive_scan(offsets, node_count + 1));
+  rings.entries = executor.allocate<NodeId>(count);
+  NodeId* const entries = rings.entries.data();
+  executor.for_each_range(node_count, [&](std::size_t begin, std::size_t) {
+    CpuBuffer<NodeId>& chunk = chunks[executor.chunk_of(begin)];
+    std::copy(chunk.data(), chunk.data() + chunk.size(), entries + offsets[begin]);
+    chunk = {};
+  });
+  return rings;
 }
 
 }  // namespace meshsmooth::detail

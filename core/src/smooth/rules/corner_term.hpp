@@ -1,6 +1,6 @@
 #pragma once
 
-#include "smooth/rules/rules.hpp"
+#include "smooth/rules/surroundings.hpp"
 
 namespace meshsmooth::detail {
 

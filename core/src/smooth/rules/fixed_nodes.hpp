@@ -2,9 +2,9 @@
 
 #include <cstdint>
 
+#include "meshsmooth/annotations.hpp"
+#include "meshsmooth/element.hpp"
 #include "meshsmooth/summary.hpp"
-#include "smooth/rules/topology.hpp"
-#include "smooth/steps/executor.hpp"
 
 namespace meshsmooth::detail {
 
@@ -38,15 +38,5 @@ struct FixRule {
     return {{1, boundary ? 1 : 0, held ? 1 : 0, isolated ? 1 : 0, 0}, held || isolated ? 0 : 1};
   }
 };
-
-/// The rule applied to all nodes.
-template <Executor E>
-FixedCounts fix_nodes(E& executor, std::size_t node_count, const Rows<NodeId>& rings,
-                      const FixRule& rule) {
-  return executor.reduce(
-      node_count, FixedCounts{},
-      [=] MESHSMOOTH_HD(std::size_t node) { return rule(node, rings.size(node) == 0); },
-      [] MESHSMOOTH_HD(const FixedCounts& a, const FixedCounts& b) { return a + b; });
-}
 
 }  // namespace meshsmooth::detail

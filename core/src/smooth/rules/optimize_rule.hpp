@@ -1,6 +1,7 @@
 #pragma once
 
 #include "smooth/rules/ball_energy.hpp"
+#include "smooth/rules/displacement.hpp"
 
 namespace meshsmooth::detail {
 
@@ -168,7 +169,7 @@ class NodeOptimizer {
         terms_.place(), length * newton_step.direction,
         regularized || newton_step.decrement > kStretchDecrement, value,
         [&](Vec3<Real> place) {
-          return kBound ? hold(around_, displacement_limit_, node_, place) : place;
+          return kBound ? project(around_, displacement_limit_, node_, place) : place;
         },
         [&](Vec3<Real> place) {
           if (kBound && !keeps_facets(team_, around_.sliding, terms_.positions(), node_, place)) {

@@ -63,14 +63,6 @@ struct Rows {
   }
 };
 
-/// Owns rows of ids.
-template <class E, class Id>
-struct RowBuffer {
-  typename E::template Buffer<std::int64_t> offsets;
-  typename E::template Buffer<Id> entries;
-  [[nodiscard]] Rows<Id> view() const { return {offsets.data(), entries.data()}; }
-};
-
 /// Sorts a row by `key(entry)`; keys differ. In a short row every entry counts
 /// the lower ones: more comparisons than needed, but no branch to guess wrong.
 /// Heap order keeps the rare long row O(n log n).

@@ -3,19 +3,20 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <utility>
 
 #include "meshsmooth/error.hpp"
 #include "meshsmooth/smoother.hpp"
-#include "smooth/steps/sweeps.hpp"
+#include "smooth/rules/sweep_stats.hpp"
 
 namespace meshsmooth::detail {
 
-/// Decides after every sweep whether the job goes on, and keeps its history.
+/// Decides after every sweep whether the job continues, and records its history.
 class ConvergenceMonitor {
  public:
-  /// Sweeps without a new low of the moves after which it says stagnated.
+  /// Sweeps without a new minimum of the moves after which the job has stagnated.
   static constexpr int kPatience = 50;
 
   ConvergenceMonitor(const SmoothOptions& options, const JobControl& control, double diagonal,
@@ -36,7 +37,7 @@ class ConvergenceMonitor {
   /// True when the sweep just done was the last.
   [[nodiscard]] bool done(const SweepStats& stats) { return ended_by(stats) || interrupted(); }
 
-  /// What `done` says from the sweeps alone, whenever it is asked.
+  /// `done` by the sweeps alone, whenever it is called.
   [[nodiscard]] bool ended_by(const SweepStats& stats) {
     record(stats);
     if (stats.moved == 0 && stats.held > 0) return end(StopReason::stagnated);
@@ -48,7 +49,7 @@ class ConvergenceMonitor {
     return false;
   }
 
-  /// Takes a sweep into the history and tells the watcher.
+  /// Adds a sweep to the history and reports progress.
   void record(const SweepStats& stats) {
     ++state_.iteration_count;
     state_.last_max_displacement = std::sqrt(stats.max_squared);
@@ -77,7 +78,7 @@ class ConvergenceMonitor {
     state_.worst_mean_ratios.push_back(worst_mean_ratio);
   }
 
-  /// What `done` says from outside: the clock and the caller.
+  /// `done` by external causes: the clock and the caller.
   [[nodiscard]] bool interrupted() {
     if (control_.finish_early != nullptr && control_.finish_early->load()) {
       return end(StopReason::cancelled_with_result);
@@ -86,16 +87,16 @@ class ConvergenceMonitor {
     return false;
   }
 
-  /// How many sweeps may be done at one go, if those that end by their moves
-  /// (tolerance, no move) stop by themselves: no other rule ends one before.
+  /// How many sweeps a backend may run in one batch if it ends by the moves (tolerance, no
+  /// move) itself: no other rule ends the job earlier.
   [[nodiscard]] int sweeps_ahead() const {
     return std::min(sweeps_left(), lowest_at_ + kPatience - state_.iteration_count);
   }
   [[nodiscard]] int sweeps_left() const { return options_.max_iterations - state_.iteration_count; }
   [[nodiscard]] double tolerance() const { return state_.tolerance; }
 
-  /// A length that the caller may have given as a share of the bounding box's
-  /// diagonal: a `Tolerance` or a `MovementLimit`.
+  /// A `Tolerance` or a `MovementLimit` in the mesh's unit; relative ones are shares of the
+  /// bounding box's diagonal.
   template <class Length>
   [[nodiscard]] double in_mesh_unit(const Length& length) const {
     return length.value * (length.relative ? state_.bounding_box_diagonal : 1.0);
@@ -121,9 +122,8 @@ class ConvergenceMonitor {
     return budget < Clock::time_point::max() - now ? now + budget : Clock::time_point::max();
   }
 
-  /// The root mean square of the moves has found no new low for many sweeps:
-  /// they only go to and fro (the end of a method under the guard, or of the
-  /// precision).
+  /// The root mean square of the moves has reached no new minimum for many sweeps: nodes only
+  /// oscillate (the end of a method under the guard, or of the precision).
   bool stagnated() {
     if (state_.last_rms_displacement < 0.99 * lowest_) {
       lowest_ = state_.last_rms_displacement;

@@ -3,43 +3,61 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <span>
+
+#include "meshsmooth/annotations.hpp"
 
 namespace meshsmooth::detail {
 
-/// What a step needs of a backend: one memory space and a few verbs on it.
-/// Bodies are called with every index below `count` in any order, by any number
-/// of threads, and see only memory of this executor.
+/// Functors of the kind that steps pass to an executor; the concept checks with them.
+struct ExampleFunctor {
+  MESHSMOOTH_HD std::int64_t operator()(std::size_t) const { return 0; }
+  MESHSMOOTH_HD std::int64_t operator()(std::int64_t a, std::int64_t b) const { return a + b; }
+};
+
+/// What a step that both backends share needs of a backend: one memory space and a few
+/// operations on it. Functors are called with every index below `count` in any order, by any
+/// number of threads, and access only memory of this executor.
 ///
-///   allocate<T>(n)        uninitialised Buffer<T>, freed with its owner; throws OutOfMemory
-///   in_executor_memory(span)  HostArray<T>: host data as this executor sees it
+///   Buffer<T>             owns executor memory; moves, never copies
+///   HostArray<T>          host data as this executor sees it
+///   allocate<T>(n)        uninitialized Buffer<T>; throws OutOfMemory
+///   in_executor_memory(span)  HostArray<T> of host data
 ///   upload(host, n, to)   host to executor memory
 ///   download(from, n, to) executor to host memory
 ///   for_each(n, f)        f(i)
-///   reduce(n, zero, f, op)  op over f(i); the grouping is fixed by n alone, so that
+///   reduce(n, zero, f, op)  op over f(i); the grouping depends on n alone, so that
 ///                         sums have the same bits for any number of threads
 ///   exclusive_scan(data, n)  in place over n entries; returns the sum
-///   sort(keys, n)         ascending; equal keys are indistinguishable
-///   unique(keys, n)       drops repeated neighbours; returns what is left
-///   lower_bound(keys, n, v)  index of the first of ascending keys not below v
-///   adder()               fetch_add for bodies that share a slot
-///   store, load           of slots that other bodies use at the same time
-///   AsynchronousPositions<Real>    positions that bodies read and write at the same time
-///   kKeptCorners          corners of a ball that a body may keep beside itself
+///   adder()               fetch_add for functors that share a slot
+///   store, load           of slots that other functors access at the same time
+///   AsynchronousPositions<Real>  positions that functors read and write at the same time
 ///   Timer(executor, seconds)  adds the time of the work inside its lifetime, at the
 ///                         latest when `finish()` returns
-///   finish()              waits for all work; ends a job
+///   synchronize()         waits for all queued work
+///   finish()              waits for all work and completes the timers; ends a job
 ///   check()               throws Cancelled or DeadlineExceeded when the job must end
 template <class E>
-concept Executor = requires(E& e, std::uint64_t* keys, std::int64_t* sums, std::uint32_t* slots) {
-  { e.template allocate<double>(std::size_t{1}).data() } -> std::same_as<double*>;
-  { e.exclusive_scan(sums, std::size_t{1}) } -> std::same_as<std::int64_t>;
-  {e.sort(keys, std::size_t{1})};
-  { e.unique(keys, std::size_t{1}) } -> std::same_as<std::size_t>;
-  { e.lower_bound(keys, std::size_t{1}, keys[0]) } -> std::same_as<std::size_t>;
-  { e.adder()(slots[0], std::uint32_t{1}) } -> std::same_as<std::uint32_t>;
-  {e.synchronize()};
-  {e.check()};
-  {e.finish()};
-};
+concept Executor = requires(E& e, double* data, const double* host, std::span<const double> span,
+                            std::int64_t* sums, std::uint32_t& slot, std::size_t n,
+                            ExampleFunctor f,
+                            const typename E::template AsynchronousPositions<double>& x) {
+  { e.template allocate<double>(n) } -> std::same_as<typename E::template Buffer<double>>;
+  { e.template allocate<double>(n).data() } -> std::same_as<double*>;
+  { e.in_executor_memory(span) } -> std::same_as<typename E::template HostArray<double>>;
+  { e.upload(host, n, data) } -> std::same_as<void>;
+  { e.download(host, n, data) } -> std::same_as<void>;
+  { e.for_each(n, f) } -> std::same_as<void>;
+  { e.reduce(n, std::int64_t{0}, f, f) } -> std::same_as<std::int64_t>;
+  { e.exclusive_scan(sums, n) } -> std::same_as<std::int64_t>;
+  { e.adder()(slot, std::uint32_t{1}) } -> std::same_as<std::uint32_t>;
+  { E::store(slot, std::uint32_t{1}) } -> std::same_as<void>;
+  { E::load(slot) } -> std::same_as<std::uint32_t>;
+  { x.store(n, x[n]) } -> std::same_as<void>;
+  { e.synchronize() } -> std::same_as<void>;
+  { e.check() } -> std::same_as<void>;
+  { e.finish() } -> std::same_as<void>;
+}
+&&std::constructible_from<typename E::Timer, E&, double&>;
 
 }  // namespace meshsmooth::detail

@@ -1,17 +1,23 @@
 #pragma once
 
-#include <utility>
-
 #include "meshsmooth/smoother.hpp"
-#include "smooth/cpu/neighbours.hpp"
-#include "smooth/rules/fixed_nodes.hpp"
-#include "smooth/steps/boundary.hpp"
-#include "smooth/steps/job_topology.hpp"
+#include "smooth/rules/space_curve.hpp"
+#include "smooth/steps/rows.hpp"
 
 namespace meshsmooth::detail {
 
-/// Tells the watcher that a stage has begun; its time is that until the end of
-/// the object.
+/// The caller's elements in internal numbers: grouped by type, inside a type in
+/// the order of their lowest node, so that walks over elements are local.
+template <Executor E>
+struct JobElements {
+  Elements view;
+  int dimension = 3;
+  typename E::template Buffer<ElementShape> shapes;
+  typename E::template Buffer<NodeId> connectivity;
+  typename E::template Buffer<ElementId> caller_ids;  // internal element -> caller's
+};
+
+/// Reports the beginning of a stage and measures the time until the end of the object.
 template <Executor E>
 class StageTimer {
  public:
@@ -24,8 +30,8 @@ class StageTimer {
   typename E::Timer timer_;
 };
 
-/// What is found out about the elements of a result.
-struct Verdict {
+/// What the evaluation of a result finds.
+struct QualityReport {
   QualityStats quality;
   LockedStats locked;
 };
@@ -47,55 +53,5 @@ struct JobMesh {
 
   [[nodiscard]] bool volume() const { return elements.dimension == 3; }
 };
-
-/// `fix_nodes` of a job whose `fixed` has the boundary's marks.
-template <Executor E, class Real>
-void fix_nodes(E& executor, const TopologyView& topology, const SmoothOptions& options,
-               JobMesh<E, Real>& job) {
-  auto mask = executor.in_executor_memory(topology.fixed);
-  const FixedCounts counts =
-      fix_nodes(executor, job.node_count, job.rings.view(),
-                FixRule{job.caller_ids.data(), topology.fixed.empty() ? nullptr : mask.data(),
-                        options.boundary != BoundaryPolicy::free, job.fixed.data()});
-  job.nodes = counts.nodes;
-  job.free_count = static_cast<std::size_t>(counts.free);
-}
-
-/// Steps 1 and 2: numbers along a curve, balls, rings, boundary.
-///
-/// takes  the caller's mesh in host memory, its sizes valid
-/// cost   see the steps
-template <Executor E, class Real>
-JobMesh<E, Real> prepare_job(E& executor, const TopologyView& topology,
-                             std::span<const Vec3<Real>> positions, const SmoothOptions& options,
-                             const JobControl& control, StageTimes& times) {
-  const std::size_t node_count = topology.node_count;
-  JobMesh<E, Real> job;
-  job.node_count = node_count;
-  {
-    const StageTimer timer(executor, times.find_neighbours_seconds, control,
-                           Stage::find_neighbours);
-    job.given = executor.in_executor_memory(positions);
-    job.box = find_box(executor, job.given.data(), node_count);
-    Renumbering<E> renumbering = renumber_nodes(executor, job.given.data(), node_count, job.box);
-    job.places = places_of(executor, job.given.data(), renumbering.caller_ids.data(), node_count);
-    job.elements = renumber_elements(executor, topology, renumbering.internal_of.data());
-    renumbering.internal_of = {};
-    job.caller_ids = std::move(renumbering.caller_ids);
-    job.balls = find_balls(executor, node_count, job.elements.view, job.elements.caller_ids.data());
-    job.rings = find_rings(executor, node_count, job.elements.view, job.balls.view(),
-                           job.caller_ids.data());
-  }
-  {
-    const StageTimer timer(executor, times.find_boundary_seconds, control, Stage::find_boundary);
-    job.fixed = executor.template allocate<std::uint8_t>(node_count);
-    if (!find_boundary(executor, node_count, job.elements.view, job.balls.view(),
-                       job.fixed.data())) {
-      throw_overused_facet(topology);
-    }
-    fix_nodes(executor, topology, options, job);
-  }
-  return job;
-}
 
 }  // namespace meshsmooth::detail

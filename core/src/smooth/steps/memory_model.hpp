@@ -3,7 +3,8 @@
 #include <algorithm>
 
 #include "meshsmooth/smoother.hpp"
-#include "smooth/steps/iterate.hpp"
+#include "smooth/rules/sliding_constraints.hpp"
+#include "smooth/steps/form.hpp"
 
 namespace meshsmooth::detail {
 

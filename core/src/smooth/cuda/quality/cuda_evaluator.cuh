@@ -75,7 +75,7 @@ __device__ inline double sum_block(double value, double* shared) {
 template <class Real>
 __device__ ElementMeasure measure_in(const EvaluateTask& task, const ElementShape& shape,
                                      const Vec3<Real>* positions, std::size_t e) {
-  Vec3d corners[8];
+  Vec3d corners[kMaxElementNodes];
   for (int n = 0; n < shape.node_count; ++n) {
     corners[n] = vec3_cast<double>(
         positions[task.nodes[e * static_cast<std::size_t>(shape.node_count) + n]]);
@@ -295,16 +295,16 @@ class CudaEvaluator {
     return judge(job, orientation, [] {}).quality;
   }
 
-  /// Of the result, which takes the caller's order while the host reads what was found.
   template <class Real>
-  [[nodiscard]] Verdict verdict(Mesh<Real>& job, const Orientation& orientation) {
-    return judge(job, orientation, [&] { restore_order(job); });
+  [[nodiscard]] QualityReport report(const Mesh<Real>& job, const Orientation& orientation) {
+    return judge(job, orientation, [] {});
   }
 
-  /// Queues the way back of all positions, after `verdict`; gives how many differ from the input,
-  /// once that is done.
+  /// Queues the way back of all positions; gives how many differ from the input, once that is
+  /// done.
   template <class Real>
   const std::int64_t* write_back(Mesh<Real>& job, std::span<Vec3<Real>> positions) const {
+    restore_order(job);
     executor_.download_later(job.given.data(), positions.data(), positions.size());
     return moved();
   }
@@ -330,8 +330,8 @@ class CudaEvaluator {
  private:
   /// `meanwhile` queues what need not wait for the answer.
   template <class Real>
-  [[nodiscard]] Verdict judge(const Mesh<Real>& job, const Orientation& orientation,
-                              const auto& meanwhile) {
+  [[nodiscard]] QualityReport judge(const Mesh<Real>& job, const Orientation& orientation,
+                                    const auto& meanwhile) {
     CudaExecutor& executor = executor_;
     unsigned int blocks_of[kElementTypeCount];
     unsigned int block_total = 0;
@@ -386,17 +386,17 @@ class CudaEvaluator {
         }
       }
     }
-    return to_verdict(counted, blocks, worst, job.elements.view);
+    return to_report(counted, blocks, worst, job.elements.view);
   }
 
   [[nodiscard]] std::int64_t* moved() const {
     return executor_.lane().mapped<std::int64_t>(CudaExecutor::kMovedOffset);
   }
 
-  [[nodiscard]] Verdict to_verdict(const DeviceAccumulator& counted,
-                                   std::span<const BlockAccumulator> blocks,
-                                   const std::vector<RankedElement>& worst,
-                                   const Elements& elements) const {
+  [[nodiscard]] QualityReport to_report(const DeviceAccumulator& counted,
+                                        std::span<const BlockAccumulator> blocks,
+                                        const std::vector<RankedElement>& worst,
+                                        const Elements& elements) const {
     auto total = std::make_unique<QualityAccumulator>();
     for (std::size_t m = 0; m < kMetricCount; ++m) {
       std::copy(std::begin(counted.bins[m]), std::end(counted.bins[m]), total->bins[m].begin());

@@ -1,0 +1,122 @@
+#include "smooth/cuda/device/cuda_smoother.hpp"
+
+#include <string>
+
+#include "meshsmooth/error.hpp"
+#include "smooth/cuda/device/cuda_backend.cuh"
+#include "smooth/cuda/device/device_estimate.cuh"
+#include "smooth/steps/pipeline.hpp"
+
+namespace meshsmooth::detail {
+namespace {
+
+void use_device(int device) { check_cuda(cudaSetDevice(device), "choosing a device"); }
+
+/// Bytes on the host: tallies, and of a surface the normals that are judged there.
+std::int64_t estimate_evaluate_bytes(const MeshSize& size) {
+  constexpr std::int64_t kTallies = std::int64_t{1} << 20;
+  const MeshCounts mesh = count_mesh(size);
+  if (mesh.dimension == 3) return kTallies;
+  return kTallies + mesh.elements * static_cast<std::int64_t>(sizeof(PackedDirection));
+}
+
+class CudaSmoother final : public Smoother {
+ public:
+  explicit CudaSmoother(int device)
+      : name_("cuda:" + std::to_string(device)), lane_((use_device(device), device)) {
+    cudaDeviceProp properties{};
+    check_cuda(cudaGetDeviceProperties(&properties, device), "asking for a device's properties");
+    device_name_ = properties.name;
+  }
+  ~CudaSmoother() override { cudaSetDevice(lane_.device()); }
+
+  [[nodiscard]] std::string_view backend() const override { return name_; }
+
+  [[nodiscard]] DeviceSpace device_space() const override {
+    use_device(lane_.device());
+    std::size_t free = 0, total = 0;
+    check_cuda(cudaMemGetInfo(&free, &total), "asking for a device's memory");
+    std::uint64_t kept = 0;
+    check_cuda(cudaMemPoolGetAttribute(lane_.pool().get(), cudaMemPoolAttrReleaseThreshold, &kept),
+               "asking for a memory pool's threshold");
+    return {static_cast<std::int64_t>(total), static_cast<std::int64_t>(free),
+            static_cast<std::int64_t>(kept)};
+  }
+
+  [[nodiscard]] MemoryEstimate estimate(const MeshSize& size,
+                                        const SmoothOptions& options) const override {
+    return {estimate_evaluate_bytes(size),
+            estimate_device_bytes(size, options, lane_.patch_limits())};
+  }
+
+  using Smoother::smooth;
+  SmoothSummary smooth(const TopologyView& topology, PositionsSpan positions,
+                       const SmoothOptions& options, const JobControl& control) override {
+    validate(options);
+    validate_sizes(topology, as_view(positions));
+    use_device(lane_.device());
+    return std::visit(
+        [&](auto span) {
+          const Interrupt interrupt(control);
+          CudaExecutor executor(lane_, interrupt);
+          executor.check();
+          CudaBackend steps(executor, topology, as_view(positions));
+          SmoothSummary summary = run_pipeline(steps, topology, span, options, control);
+          summary.backend = backend();
+          summary.device_name = device_name_;
+          summary.device_peak_bytes = static_cast<std::int64_t>(executor.bytes().peak());
+          return summary;
+        },
+        positions);
+  }
+
+ private:
+  std::string name_;
+  std::string device_name_;
+  CudaLane lane_;
+};
+
+}  // namespace
+
+std::vector<BackendInfo> list_cuda_backends() {
+  int count = 0;
+  const cudaError_t asked = cudaGetDeviceCount(&count);
+  if (asked != cudaSuccess || count == 0) {
+    static_cast<void>(cudaGetLastError());
+    int driver = 0;
+    static_cast<void>(cudaDriverGetVersion(&driver));
+    const char* const problem =
+        driver == 0 ? "there is no driver"
+                    : cudaGetErrorString(asked != cudaSuccess ? asked : cudaErrorNoDevice);
+    return {{.name = "cuda", .available = false, .device_name = {}, .problem = problem}};
+  }
+  std::vector<BackendInfo> backends;
+  for (int device = 0; device < count; ++device) {
+    cudaDeviceProp properties{};
+    const cudaError_t read = cudaGetDeviceProperties(&properties, device);
+    if (read != cudaSuccess) {
+      static_cast<void>(cudaGetLastError());
+      backends.push_back({.name = "cuda:" + std::to_string(device),
+                          .available = false,
+                          .device_name = {},
+                          .problem = cudaGetErrorString(read)});
+      continue;
+    }
+    const bool usable = properties.major * 10 + properties.minor >= 75 &&
+                        properties.cooperativeLaunch != 0 && properties.canMapHostMemory != 0 &&
+                        properties.memoryPoolsSupported != 0;
+    backends.push_back(
+        {.name = "cuda:" + std::to_string(device),
+         .available = usable,
+         .device_name = properties.name,
+         .device_bytes = static_cast<std::int64_t>(properties.totalGlobalMem),
+         .problem = usable ? "" : "it needs compute capability 7.5 or newer, and memory pools"});
+  }
+  return backends;
+}
+
+std::unique_ptr<Smoother> make_cuda_smoother(int device) {
+  return std::make_unique<CudaSmoother>(device);
+}
+
+}  // namespace meshsmooth::detail

@@ -1,0 +1,95 @@
+#pragma once
+
+#include "smooth/rules/displacement.hpp"
+#include "smooth/rules/element_quality.hpp"
+
+namespace meshsmooth::detail {
+
+/// Which moves are accepted, evaluated in double on the positions as they are stored.
+struct Acceptance {
+  bool guard = false;   // a valid element stays valid
+  bool smart = false;   // the worst quality of the ball does not fall
+  bool facets = false;  // the facets around sliding nodes keep their orientation
+
+  [[nodiscard]] MESHSMOOTH_HD bool active() const { return guard || smart || facets; }
+};
+
+/// `element_quality` of an element at the positions `x`.
+template <class P>
+MESHSMOOTH_HD double quality_of(const Surroundings& around, const P& x, std::size_t e) {
+  const ElementView element = around.elements[e];
+  return element_quality(
+      *element.shape,
+      [&](int n) { return vec3_cast<double>(x[static_cast<std::size_t>(element.nodes[n])]); },
+      around.reference_of(e));
+}
+
+/// `element_quality` of an element with `node` moved to `position`.
+template <class P>
+MESHSMOOTH_HD double quality_with(const Surroundings& around, const P& x, ElementId e,
+                                  std::size_t node, Vec3<typename P::Real> position) {
+  const ElementView element = around.elements[e];
+  return element_quality(
+      *element.shape,
+      [&](int n) {
+        const auto other = static_cast<std::size_t>(element.nodes[n]);
+        return vec3_cast<double>(other == node ? position : x[other]);
+      },
+      around.reference_of(e));
+}
+
+template <class Team, class P>
+MESHSMOOTH_HD double worst_quality(const Team& team, const Surroundings& around, const P& x,
+                                   std::size_t node) {
+  double worst = 2.0;
+  const ElementId* const end = around.balls.end(node);
+  for (const ElementId* e = around.balls.begin(node) + team.rank; e < end; e += team.size) {
+    const double quality = quality_of(around, x, *e);
+    if (quality < worst) worst = quality;
+  }
+  return team.lowest(worst);
+}
+
+/// Trials of a move: the whole step, a half, a quarter, an eighth; then none.
+inline constexpr int kMoveTrials = 4;
+
+/// Cuts a move back until it is acceptable, in `kMoveTrials`. `held` becomes true unless the
+/// whole step is taken. Reference of two faster versions: `limit_moves` for all nodes of a sweep
+/// at once, and a CUDA team's, which reads a ball of tetrahedra once for all trials
+/// (compared by tests/gpu/parity_test).
+template <class Team, class P>
+MESHSMOOTH_HD Vec3<typename P::Real> accept_move(
+    const Team& team, const Surroundings& around, const P& x, std::size_t node,
+    Vec3<typename P::Real> candidate, Acceptance acceptance, bool& held,
+    DisplacementLimit<typename P::Real> displacement_limit = {}) {
+  using Real = typename P::Real;
+  const Vec3<Real> before = x[node];
+  if (candidate == before) return before;
+  const double worst = acceptance.smart ? worst_quality(team, around, x, node) : 0.0;
+  const auto allowed = [&](Vec3<Real> position) {
+    if (acceptance.facets && !keeps_facets(team, around.sliding, x, node, position)) return false;
+    bool accepted = true;
+    const ElementId* const end = around.balls.end(node);
+    for (const ElementId* e = around.balls.begin(node) + team.rank; accepted && e < end;
+         e += team.size) {
+      const double quality = quality_with(around, x, *e, node, position);
+      accepted =
+          !(acceptance.smart && quality < worst) &&
+          !(acceptance.guard && !(quality > 0) && quality_with(around, x, *e, node, before) > 0);
+    }
+    return team.all(accepted);
+  };
+  Real share = 1;
+  for (int trial = 0; trial < kMoveTrials; ++trial) {
+    const Vec3<Real> position = trial == 0          ? candidate
+                                : acceptance.facets ? part_of_way(around, displacement_limit, node,
+                                                                  before, candidate, share)
+                                                    : before + share * (candidate - before);
+    if (allowed(position)) return position;
+    held = true;
+    share /= 2;
+  }
+  return before;
+}
+
+}  // namespace meshsmooth::detail

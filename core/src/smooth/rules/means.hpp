@@ -1,0 +1,95 @@
+#pragma once
+
+#include "smooth/rules/element_quality.hpp"
+#include "smooth/rules/surroundings.hpp"
+
+namespace meshsmooth::detail {
+
+// The rules: where the weighted mean of a node's surroundings lies. `mean`
+// returns the node's own position when there is nothing to average. Sums run in
+// the rows' order, which is the caller's.
+
+/// The mean of the positions of some nodes; that of `node` when there are none.
+template <class P>
+MESHSMOOTH_HD Vec3<typename P::Real> mean_of(const P& x, const NodeId* begin, const NodeId* end,
+                                             std::size_t node) {
+  using Real = typename P::Real;
+  if (begin == end) return x[node];
+  Vec3<Real> sum{0, 0, 0};
+  MESHSMOOTH_UNROLL(8)
+  for (const NodeId* n = begin; n != end; ++n) sum += x[static_cast<std::size_t>(*n)];
+  const auto count = static_cast<Real>(end - begin);
+  return {sum.x / count, sum.y / count, sum.z / count};
+}
+
+/// x' = sum_j x_j / |ring|. Source: Xiao et al. 2019, eq. 1.
+struct UniformMean {
+  template <class P>
+  MESHSMOOTH_HD Vec3<typename P::Real> operator()(const Surroundings& around, const P& x,
+                                                  std::size_t node) const {
+    return mean_of(x, around.rings.begin(node), around.rings.end(node), node);
+  }
+};
+
+/// x' = sum_j w_j x_j / sum_j w_j with w = length^Power; edges of length zero
+/// carry no weight.
+template <int Power>
+struct EdgeLengthMean {
+  static_assert(Power == 1 || Power == -1);
+  template <class P>
+  MESHSMOOTH_HD Vec3<typename P::Real> operator()(const Surroundings& around, const P& x,
+                                                  std::size_t node) const {
+    using Real = typename P::Real;
+    const Vec3<Real> own = x[node];
+    Vec3<Real> sum{0, 0, 0};
+    Real weights = 0;
+    for (const NodeId* n = around.rings.begin(node); n != around.rings.end(node); ++n) {
+      const Vec3<Real> edge = x[static_cast<std::size_t>(*n)] - own;
+      const Real length = norm(edge);
+      if (!(length > 0)) continue;
+      const Real weight = Power == 1 ? length : 1 / length;
+      sum += weight * edge;
+      weights += weight;
+    }
+    return weights > 0 ? own + (1 / weights) * sum : own;
+  }
+};
+
+/// x' = sum_e V_e c_e / sum_e V_e over the ball's elements, c_e the mean of an
+/// element's nodes.
+struct BallVolumeMean {
+  template <class P>
+  MESHSMOOTH_HD Vec3<typename P::Real> operator()(const Surroundings& around, const P& x,
+                                                  std::size_t node) const {
+    using Real = typename P::Real;
+    const Vec3d own = vec3_cast<double>(x[node]);
+    Vec3d sum{0, 0, 0};
+    double weights = 0;
+    for (const ElementId* e = around.balls.begin(node); e != around.balls.end(node); ++e) {
+      const ElementView element = around.elements[*e];
+      const ElementMass mass = element_mass(*element.shape, [&](int n) {
+        return vec3_cast<double>(x[static_cast<std::size_t>(element.nodes[n])]) - own;
+      });
+      sum += mass.volume * mass.centre;
+      weights += mass.volume;
+    }
+    return weights > 0 ? vec3_cast<Real>(own + (1 / weights) * sum) : x[node];
+  }
+};
+
+/// One relaxed step towards a goal. A node at rest stays, and factor 1 lands on the
+/// goal exactly.
+template <class Real>
+MESHSMOOTH_HD Vec3<Real> step_to(Vec3<Real> goal, Vec3<Real> own, Real factor) {
+  return factor == 1 ? goal : own + factor * (goal - own);
+}
+
+/// `step_to` the mean.
+template <class Mean, class P>
+MESHSMOOTH_HD Vec3<typename P::Real> step_towards(const Mean& mean, const Surroundings& around,
+                                                  const P& x, std::size_t node,
+                                                  typename P::Real factor) {
+  return step_to(mean(around, x, node), x[node], factor);
+}
+
+}  // namespace meshsmooth::detail

@@ -1,0 +1,245 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "smooth/constraints/curved_constraint.hpp"
+#include "smooth/constraints/node_constraint.hpp"
+#include "smooth/steps/find_facets.hpp"
+#include "smooth/steps/job_mesh.hpp"
+
+namespace meshsmooth::detail {
+
+/// Owns what the sweeps need to know of sliding nodes.
+template <Executor E>
+struct Constraints {
+  typename E::template Buffer<std::int32_t> slots;
+  typename E::template Buffer<NodeConstraint> node_constraints;
+  typename E::template Buffer<ConstrainedFacet> facets;
+  RowBuffer<E, ElementId> facets_of;
+  typename E::template Buffer<ElementId> across;  // where some parts of a volume are curved
+  bool curved = false;
+  double tolerance = 0;  // how far off its facets, plane or line a node may lie
+
+  [[nodiscard]] SlidingConstraints view() const {
+    return {slots.data(),  node_constraints.data(), facets_of.view(),
+            facets.data(), facets.size(),           curved,
+            across.data()};
+  }
+};
+
+/// Which nodes slide.
+struct SlidingCounts {
+  std::int64_t in_plane = 0;
+  std::int64_t on_line = 0;
+  std::int64_t on_surface = 0;
+  std::int64_t on_curve = 0;
+  std::int64_t curved = 0;  // beside a part that is not planar
+
+  [[nodiscard]] std::int64_t sliding() const { return in_plane + on_line + on_surface + on_curve; }
+  friend MESHSMOOTH_HD SlidingCounts operator+(const SlidingCounts& a, const SlidingCounts& b) {
+    return {a.in_plane + b.in_plane, a.on_line + b.on_line, a.on_surface + b.on_surface,
+            a.on_curve + b.on_curve, a.curved + b.curved};
+  }
+};
+
+struct AddSlidingCounts {
+  MESHSMOOTH_HD SlidingCounts operator()(const SlidingCounts& a, const SlidingCounts& b) const {
+    return a + b;
+  }
+};
+
+/// Emits the slots of a facet's nodes.
+struct VisitSlots {
+  const ConstrainedFacet* facets;
+  const std::int32_t* slots;
+
+  template <class Emit>
+  MESHSMOOTH_HD void operator()(std::size_t facet, const Emit& emit) const {
+    for (const NodeId n : facets[facet].nodes) {
+      if (n >= 0) emit(slots[n]);
+    }
+  }
+};
+
+/// How far from its plane or line a node may lie: 1e-13 of the box, and what the rounding of
+/// the coordinates makes.
+template <class Real>
+[[nodiscard]] double flatness_of(const Box& box) {
+  const double farthest =
+      std::max({std::abs(box.lower.x), std::abs(box.lower.y), std::abs(box.lower.z),
+                std::abs(box.upper.x), std::abs(box.upper.y), std::abs(box.upper.z)});
+  return 1e-13 * box.diagonal() + 4.0 * std::numeric_limits<Real>::epsilon() * farthest;
+}
+
+/// Numbers the nodes of facets.
+///
+/// gives  their slots, -1 for the others; returns how many there are
+template <Executor E>
+std::size_t number_slots(E& executor, std::size_t node_count, const ConstrainedFacet* facets,
+                         std::size_t facet_count, std::int32_t* slots) {
+  auto buffer = executor.template allocate<std::int64_t>(node_count + 1);
+  std::int64_t* const before = buffer.data();
+  executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) { slots[node] = -1; });
+  executor.for_each(facet_count, [=] MESHSMOOTH_HD(std::size_t facet) {
+    for (const NodeId n : facets[facet].nodes) {
+      if (n >= 0) E::store(slots[n], std::int32_t{0});
+    }
+  });
+  executor.for_each(node_count + 1, [=] MESHSMOOTH_HD(std::size_t node) {
+    before[node] = node < node_count && slots[node] == 0 ? 1 : 0;
+  });
+  const std::int64_t count = executor.exclusive_scan(before, node_count + 1);
+  executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) {
+    if (slots[node] == 0) slots[node] = static_cast<std::int32_t>(before[node]);
+  });
+  return static_cast<std::size_t>(count);
+}
+
+/// Finds the constraint of each node with a slot that the caller does not hold (`mask`, by the
+/// caller's ids, or null), as if all parts were planar: those with one are no longer fixed.
+/// Those beside curved parts get a curved one to begin with, and stay fixed.
+///
+/// cost   O(facets at a node squared)
+template <Executor E, class Real>
+SlidingCounts find_node_constraints(E& executor, const JobMesh<E, Real>& job,
+                                    const SlidingConstraints& sliding,
+                                    const NodeConstraintRule& rule, const std::uint8_t* mask,
+                                    NodeConstraint* node_constraints, std::uint8_t* fixed) {
+  const Vec3<Real>* const places = job.places.data();
+  const NodeId* const caller_ids = job.caller_ids.data();
+  const bool volume = job.volume();
+  return executor.reduce(
+      job.node_count, SlidingCounts{},
+      [=] MESHSMOOTH_HD(std::size_t node) {
+        if (sliding.slots[node] < 0) return SlidingCounts{};
+        const auto slot = static_cast<std::size_t>(sliding.slots[node]);
+        const auto get = [=](NodeId n) { return vec3_cast<double>(places[n]); };
+        const Vec3d home = get(static_cast<NodeId>(node));
+        node_constraints[slot] = {home, {0, 0, 0}, NodeConstraint::point};
+        if (mask != nullptr && mask[caller_ids[node]] != 0) return SlidingCounts{};
+        const ElementId* const begin = sliding.facets_of.begin(slot);
+        const ElementId* const end = sliding.facets_of.end(slot);
+        node_constraints[slot] =
+            volume ? find_constraint_in_space(sliding.facets, begin, end, home, get, rule)
+                   : find_constraint_on_surface(sliding.facets, node, begin, end, home, get, rule);
+        const NodeConstraint& found = node_constraints[slot];
+        if (found.kind == NodeConstraint::plane || found.kind == NodeConstraint::line)
+          fixed[node] = 0;
+        return SlidingCounts{.in_plane = found.kind == NodeConstraint::plane ? 1 : 0,
+                             .on_line = found.kind == NodeConstraint::line ? 1 : 0,
+                             .curved = found.curved() ? 1 : 0};
+      },
+      AddSlidingCounts{});
+}
+
+/// Where some parts are curved: looks again at the node_constraints that `find_node_constraints`
+/// gave, by the creases between facets. Nodes in a plane or on a line become curved ones too: what
+/// is around them may now change its outline.
+///
+/// cost   O(facets at a node squared); 16 B a facet
+template <Executor E, class Real>
+SlidingCounts find_curved_constraints(E& executor, const JobMesh<E, Real>& job,
+                                      Constraints<E>& constraints, const NodeConstraintRule& rule,
+                                      std::uint8_t* fixed) {
+  constraints.curved = true;
+  const bool volume = job.volume();
+  if (volume) {
+    constraints.across = executor.template allocate<ElementId>(4 * constraints.facets.size());
+    ElementId* const across = constraints.across.data();
+    const SlidingConstraints sliding = constraints.view();
+    executor.for_each(sliding.facet_count, [=] MESHSMOOTH_HD(std::size_t facet) {
+      for (int k = 0; k < 4; ++k) {
+        across[4 * facet + k] = facet_across(sliding, static_cast<ElementId>(facet), k, rule);
+      }
+    });
+  }
+  const SlidingConstraints sliding = constraints.view();
+  NodeConstraint* const node_constraints = constraints.node_constraints.data();
+  return executor.reduce(
+      job.node_count, SlidingCounts{},
+      [=] MESHSMOOTH_HD(std::size_t node) {
+        if (sliding.slots[node] < 0) return SlidingCounts{};
+        NodeConstraint& constraint = node_constraints[sliding.slots[node]];
+        const NodeConstraint::Kind flat = constraint.kind;
+        if (flat == NodeConstraint::point) return SlidingCounts{};
+        const CurvedConstraint found = volume ? FacetsAtNode(sliding, node, rule).find()
+                                              : find_constraint_on_edges(sliding, node);
+        // Not its home: bodies of other nodes read that.
+        constraint.direction = found.constraint.direction;
+        constraint.kind = found.constraint.kind;
+        for (int k = 0; k < 2; ++k) constraint.next[k] = found.constraint.next[k];
+        fixed[node] = constraint.kind == NodeConstraint::point ? 1 : 0;
+        if (constraint.kind == NodeConstraint::point)
+          return SlidingCounts{.curved = found.corner ? 0 : 1};
+        if (flat == NodeConstraint::plane) return SlidingCounts{.in_plane = 1};
+        if (flat == NodeConstraint::line) return SlidingCounts{.on_line = 1};
+        return constraint.kind == NodeConstraint::surface ? SlidingCounts{.on_surface = 1}
+                                                          : SlidingCounts{.on_curve = 1};
+      },
+      AddSlidingCounts{});
+}
+
+/// After step 2: fixes the nodes between regions, and lets those of the boundary and between
+/// regions slide, as the options say.
+///
+/// gives  `job.fixed` and the counts of the job's nodes; empty constraints unless nodes slide
+/// cost   O(ball entries); while nodes slide 4 B a node and about 350 B a node of the boundary
+///        and between regions, 8 B a node while it runs
+template <Executor E, class Real>
+Constraints<E> constrain(E& executor, const TopologyView& topology, const SmoothOptions& options,
+                         const JobControl& control, JobMesh<E, Real>& job, StageTimes& times) {
+  Constraints<E> result;
+  const bool slide = options.boundary == BoundaryPolicy::slide;
+  if (options.boundary == BoundaryPolicy::free || (!slide && topology.regions.empty())) {
+    return result;
+  }
+  const StageTimer timer(executor, times.find_boundary_seconds, control, Stage::find_boundary);
+  const std::size_t node_count = job.node_count;
+  const Rows<ElementId> balls = job.balls.view();
+  auto region_array = executor.in_executor_memory(topology.regions);
+  const Regions regions{topology.regions.empty() ? nullptr : region_array.data(),
+                        job.elements.caller_ids.data()};
+  const auto release = [&](std::int64_t count) {
+    job.nodes.fixed -= count;
+    job.free_count = static_cast<std::size_t>(static_cast<std::int64_t>(job.free_count) + count);
+  };
+  if (regions.of_caller != nullptr) {
+    const InterfaceCounts found =
+        fix_interfaces(executor, node_count, balls, regions, job.fixed.data());
+    job.nodes.between_regions = found.nodes;
+    release(-found.were_free);
+  }
+  if (!slide) return result;
+
+  auto mask = executor.in_executor_memory(topology.fixed);
+  result.facets = find_constrained_facets(executor, node_count, job.elements.view, balls, regions,
+                                          job.fixed.data(), job.places.data());
+  result.slots = executor.template allocate<std::int32_t>(node_count);
+  const ConstrainedFacet* const facets = result.facets.data();
+  const std::size_t slot_count =
+      number_slots(executor, node_count, facets, result.facets.size(), result.slots.data());
+  result.facets_of = group_items(executor, slot_count, result.facets.size(),
+                                 VisitSlots{facets, result.slots.data()},
+                                 [=] MESHSMOOTH_HD(ElementId facet) { return facets[facet].name; });
+  result.node_constraints = executor.template allocate<NodeConstraint>(slot_count);
+  const NodeConstraintRule rule{flatness_of<Real>(job.box),
+                                std::cos(options.feature_angle * std::numbers::pi / 180)};
+  SlidingCounts found = find_node_constraints(executor, job, result.view(), rule,
+                                              topology.fixed.empty() ? nullptr : mask.data(),
+                                              result.node_constraints.data(), job.fixed.data());
+  if (found.curved > 0)
+    found = find_curved_constraints(executor, job, result, rule, job.fixed.data());
+  result.tolerance = rule.flatness;
+  job.nodes.sliding_in_plane = found.in_plane;
+  job.nodes.sliding_on_line = found.on_line;
+  job.nodes.sliding_on_surface = found.on_surface;
+  job.nodes.sliding_on_curve = found.on_curve;
+  job.nodes.curved = found.curved;
+  release(found.sliding());
+  return result;
+}
+
+}  // namespace meshsmooth::detail

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cmath>
+
+#include "smooth/rules/closest_point.hpp"
+#include "smooth/steps/executor.hpp"
+
+namespace meshsmooth::detail {
+
+/// How far nodes of curved parts lie off, in the mesh's unit.
+struct OneSidedDeviations {
+  double off_facets = 0;  // of the facets as they came: a node's farthest
+  double cut_off = 0;     // of the facets as they are now: a node's home's farthest
+
+  friend MESHSMOOTH_HD OneSidedDeviations operator+(const OneSidedDeviations& a,
+                                                    const OneSidedDeviations& b) {
+    return {a.off_facets > b.off_facets ? a.off_facets : b.off_facets,
+            a.cut_off > b.cut_off ? a.cut_off : b.cut_off};
+  }
+};
+
+/// Measures the nodes with a curved constraint. One that seems to be farther off than `tolerance`
+/// is looked for on all facets.
+///
+/// cost   O(curved nodes)
+template <Executor E, class Real>
+OneSidedDeviations measure_deviations(E& executor, std::size_t node_count,
+                                      const SlidingConstraints& sliding, double tolerance,
+                                      const Vec3<Real>* positions) {
+  return executor.reduce(
+      node_count, OneSidedDeviations{},
+      [=] MESHSMOOTH_HD(std::size_t node) {
+        const NodeConstraint* const constraint = sliding.constraint(node);
+        if (constraint == nullptr || !constraint->curved()) return OneSidedDeviations{};
+        const auto came = [&](NodeId n) { return sliding.home(n); };
+        const auto lies = [&](NodeId n) { return vec3_cast<double>(positions[n]); };
+        const Vec3d place = lies(static_cast<NodeId>(node));
+        const Vec3d home = constraint->home;
+        double off = closest_of_constraint(sliding, node, home, place, came).squared;
+        for (std::size_t f = 0; off > tolerance * tolerance && f < sliding.facet_count; ++f) {
+          const double found = closest_on_facet(sliding.facets[f], place, came).squared;
+          if (found < off) off = found;
+        }
+        return OneSidedDeviations{
+            std::sqrt(off),
+            std::sqrt(closest_of_constraint(sliding, node, place, home, lies).squared)};
+      },
+      [] MESHSMOOTH_HD(const OneSidedDeviations& a, const OneSidedDeviations& b) { return a + b; });
+}
+
+}  // namespace meshsmooth::detail

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <cmath>
+#include <limits>
+
+#include "meshsmooth/methods.hpp"
+#include "smooth/rules/ball_energy.hpp"
+#include "smooth/steps/executor.hpp"
+
+namespace meshsmooth::detail {
+
+/// Sum over the corners that can change.
+struct MeshEnergy {
+  double energy = 0;  // weighted sum of f^power
+  double weight = 0;
+  double worst = 2;  // mean ratio
+  std::int64_t invalid = 0;
+
+  friend MESHSMOOTH_HD MeshEnergy operator+(const MeshEnergy& a, const MeshEnergy& b) {
+    return {a.energy + b.energy, a.weight + b.weight, a.worst < b.worst ? a.worst : b.worst,
+            a.invalid + b.invalid};
+  }
+};
+
+template <int kDimension>
+MESHSMOOTH_HD MeshEnergy energy_of(const CornerTerm& term, int power) {
+  const double volume = std::abs(term.volume);
+  if (!(volume > 0)) return {0, term.weight, 0, 1};
+  const CornerEnergy<kDimension> corner(volume, term.size);
+  const double f = corner.stretch / kDimension;
+  if (term.volume > 0 && corner.positive)
+    return {term.weight * raise(f, power), term.weight, 1 / f, 0};
+  return {0, term.weight, term.volume < 0 ? -1 / f : 1 / f, 1};
+}
+
+/// Sums over the corners with a free node; one corner stands for a simplex.
+/// cost   O(elements)
+template <int kDimension, Executor E, class Real>
+MeshEnergy measure_energy(E& executor, const Surroundings& around, const Vec3<Real>* positions,
+                          int power) {
+  return executor.reduce(
+      around.elements.count, MeshEnergy{},
+      [=] MESHSMOOTH_HD(std::size_t e) {
+        const ElementView element = around.elements[e];
+        const ElementShape& shape = *element.shape;
+        const auto is_free = [&](int n) { return around.fixed[element.nodes[n]] == 0; };
+        const auto get = [&](int n) { return vec3_cast<double>(positions[element.nodes[n]]); };
+        MeshEnergy sum;
+        const bool simplex = is_simplex(shape);
+        for (int k = 0; k < (simplex ? 1 : shape.corner_count); ++k) {
+          const CornerShape& corner = shape.corners[k];
+          bool counts = is_free(corner.node);
+          for (int m = 0; m < kDimension; ++m) counts = counts || is_free(corner.neighbours[m]);
+          if (!counts) continue;
+          const Vec3d origin = get(corner.node);
+          const auto relative = [&](int n) { return get(n) - origin; };
+          sum = sum +
+                energy_of<kDimension>(
+                    corner_term<kDimension>(shape, k, -1, relative, around.reference_of(e)), power);
+        }
+        return sum;
+      },
+      [] MESHSMOOTH_HD(const MeshEnergy& a, const MeshEnergy& b) { return a + b; });
+}
+
+template <Executor E, class Real>
+MeshEnergy measure_energy(E& executor, const Surroundings& around, const Vec3<Real>* positions,
+                          int power) {
+  return around.surface() ? measure_energy<2>(executor, around, positions, power)
+                          : measure_energy<3>(executor, around, positions, power);
+}
+
+/// See `Convergence::energies`.
+[[nodiscard]] inline double mean_energy(const MeshEnergy& energy, int power) {
+  if (energy.invalid > 0) return std::numeric_limits<double>::infinity();
+  return std::pow(energy.energy / energy.weight, 1.0 / power);
+}
+
+[[nodiscard]] inline int power_of(Goal goal) {
+  return goal == Goal::average ? 1 : goal == Goal::balanced ? 2 : 4;
+}
+
+}  // namespace meshsmooth::detail

@@ -1,0 +1,37 @@
+#pragma once
+
+#include "smooth/rules/sweep_stats.hpp"
+#include "smooth/steps/executor.hpp"
+
+namespace meshsmooth::detail {
+
+template <Executor E, class Real>
+SweepStats measure_moves(E& executor, std::size_t node_count, const Vec3<Real>* before,
+                         const Vec3<Real>* after) {
+  return executor.reduce(
+      node_count, SweepStats{},
+      [=] MESHSMOOTH_HD(std::size_t node) {
+        return stats_of_move(before[node], after[node], false);
+      },
+      AddStats{});
+}
+
+template <Executor E, class Real>
+void copy_positions(E& executor, std::size_t node_count, const Vec3<Real>* from, Vec3<Real>* to) {
+  executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) { to[node] = from[node]; });
+}
+
+/// The caller's positions in internal order.
+template <Executor E, class Real>
+typename E::template Buffer<Vec3<Real>> positions_in_order(E& executor, const Vec3<Real>* positions,
+                                                           const NodeId* caller_ids,
+                                                           std::size_t node_count) {
+  auto result = executor.template allocate<Vec3<Real>>(node_count);
+  Vec3<Real>* const ordered = result.data();
+  executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) {
+    ordered[node] = positions[caller_ids[node]];
+  });
+  return result;
+}
+
+}  // namespace meshsmooth::detail

@@ -1,0 +1,86 @@
+#include "smooth/steps/refusals.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "meshsmooth/error.hpp"
+#include "smooth/rules/facet_key.hpp"
+
+namespace meshsmooth::detail {
+
+/// Throws the `InvalidMesh` of a facet used more than twice. Called once something
+/// is known to be wrong; O(elements log elements).
+[[noreturn]] void throw_overused_facet(const TopologyView& topology) {
+  struct Use {
+    FacetKey key;
+    std::size_t element;
+  };
+  std::vector<Use> uses;
+  std::size_t element = 0;
+  for (const ElementBlockView& block : topology.blocks) {
+    const ElementShape& shape = element_shape(block.type);
+    for (std::size_t e = 0; e < block.element_count(); ++e, ++element) {
+      const ElementView view{&shape, &block.nodes[e * static_cast<std::size_t>(shape.node_count)]};
+      for (int f = 0; f < shape.facet_count; ++f) uses.push_back({facet_key(view, f), element});
+    }
+  }
+  std::sort(uses.begin(), uses.end(), [](const Use& a, const Use& b) {
+    return a.key == b.key ? a.element < b.element : a.key < b.key;
+  });
+  for (std::size_t first = 0, last; first < uses.size(); first = last) {
+    for (last = first; last < uses.size() && uses[last].key == uses[first].key;) ++last;
+    if (last - first <= 2) continue;
+    std::string nodes;
+    for (const NodeId n : uses[first].key.nodes) {
+      if (n >= 0) nodes += (nodes.empty() ? "" : ", ") + std::to_string(n);
+    }
+    const std::string third = std::to_string(uses[first + 2].element);
+    throw InvalidMesh("FACET_OVERUSED",
+                      "element " + third + ": its facet with the nodes " + nodes + " is used by " +
+                          std::to_string(last - first) + " elements (also by " +
+                          std::to_string(uses[first].element) + " and " +
+                          std::to_string(uses[first + 1].element) +
+                          "); a facet belongs to one or two elements",
+                      {{"element", third}, {"facet_nodes", nodes}});
+  }
+  throw InvalidMesh("FACET_OVERUSED", "a facet is used by more than two elements");
+}
+
+/// Ids inside a job are 32-bit.
+void refuse_too_large(const TopologyView& topology) {
+  if (topology.node_count > std::numeric_limits<NodeId>::max()) {
+    throw NotSupported("MESH_TOO_LARGE", "a mesh has at most 2147483647 nodes, this one has " +
+                                             std::to_string(topology.node_count));
+  }
+  if (topology.element_count() > std::numeric_limits<ElementId>::max()) {
+    throw NotSupported("MESH_TOO_LARGE", "a mesh has at most 4294967295 elements, this one has " +
+                                             std::to_string(topology.element_count()));
+  }
+}
+
+[[noreturn]] void throw_node_order(const QualityStats& quality) {
+  throw InvalidMesh(
+      "ALL_ELEMENTS_INVERTED",
+      "all " + std::to_string(quality.element_count) +
+          " elements are inverted: the nodes of an element are in the other orientation; use "
+          "VTK's node order (swap two nodes of every element)",
+      {{"inverted_element_count", std::to_string(quality.inverted_count)}});
+}
+
+void refuse_tangled(const QualityStats& quality, TangledPolicy policy, bool volume) {
+  if (quality.inverted_count == 0) return;
+  if (volume && quality.inverted_count == quality.element_count) throw_node_order(quality);
+  if (policy == TangledPolicy::refuse) {
+    const std::string element = std::to_string(quality.worst.front().element);
+    throw InvalidMesh(
+        "MESH_TANGLED",
+        std::to_string(quality.inverted_count) + " of " + std::to_string(quality.element_count) +
+            " elements are inverted, the worst is element " + element +
+            "; allow repair, or mend the mesh first",
+        {{"inverted_element_count", std::to_string(quality.inverted_count)}, {"element", element}});
+  }
+}
+
+}  // namespace meshsmooth::detail

@@ -1,0 +1,20 @@
+#pragma once
+
+#include "meshsmooth/mesh.hpp"
+#include "meshsmooth/options.hpp"
+#include "meshsmooth/quality.hpp"
+
+namespace meshsmooth::detail {
+
+/// Ids inside a job are 32-bit: throws NotSupported (MESH_TOO_LARGE) for more.
+void refuse_too_large(const TopologyView& topology);
+
+/// Throws the InvalidMesh (FACET_OVERUSED) of a facet that more than two elements use. Called
+/// once a backend has found that there is one; O(elements log elements).
+[[noreturn]] void throw_overused_facet(const TopologyView& topology);
+
+/// Throws InvalidMesh where inverted elements end the job: ALL_ELEMENTS_INVERTED in a volume
+/// mesh, whatever the policy; MESH_TANGLED if the policy is to refuse.
+void refuse_tangled(const QualityStats& quality, TangledPolicy policy, bool volume);
+
+}  // namespace meshsmooth::detail
