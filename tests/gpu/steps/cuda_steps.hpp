@@ -25,11 +25,6 @@ struct DeviceReduction {
 [[nodiscard]] DeviceReduction reduce_on_device(const std::vector<std::uint32_t>& values);
 /// In place; returns the sum.
 std::int64_t scan_on_device(std::vector<std::int64_t>& values);
-/// Sorted, without repetitions.
-[[nodiscard]] std::vector<std::uint64_t> sort_unique_on_device(std::vector<std::uint64_t> keys);
-/// For each of `values` its `lower_bound` in ascending `keys`.
-[[nodiscard]] std::vector<std::size_t> lower_bounds_on_device(
-    const std::vector<std::uint64_t>& keys, const std::vector<std::uint64_t>& values);
 
 // --- topology ---------------------------------------------------------------------
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "gpu/steps/on_executor.hpp"
-#include "smooth/cuda/device/cuda_executor.cuh"
+#include "smooth/cuda/device/executor.cuh"
 
 namespace meshsmooth::test {
 

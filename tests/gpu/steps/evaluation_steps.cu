@@ -1,6 +1,6 @@
 #include "gpu/steps/cuda_steps.hpp"
 #include "gpu/steps/device_session.cuh"
-#include "smooth/cuda/quality/cuda_evaluator.cuh"
+#include "smooth/cuda/device/backend.cuh"
 
 namespace meshsmooth::test {
 namespace {
@@ -24,12 +24,12 @@ DeviceEvaluation evaluate(const Mesh& mesh, const FlatMesh& flat, std::vector<Ve
 
   const MeshTopology topology(mesh);
   const TopologyView view = topology.view();
-  detail::CudaEvaluator evaluator(executor, view, std::span<const Vec3<Real>>(given));
-  const auto orientation = evaluator.orientation(job);
+  detail::CudaBackend backend(executor, view, std::span<const Vec3<Real>>(given));
+  const auto orientation = backend.orient(job);
   DeviceEvaluation result;
-  result.quality = evaluator.quality(job, orientation);
-  result.locked = evaluator.verdict(job, orientation).locked;
-  const std::int64_t* const moved = evaluator.write_back(job, std::span<Vec3<Real>>(given));
+  result.quality = backend.evaluate(job, orientation);
+  result.locked = backend.evaluate_result(job, orientation).locked;
+  const std::int64_t* const moved = backend.write_back(job, std::span<Vec3<Real>>(given));
   executor.finish();
   result.moved = *moved;
   result.written = positions_as<double>(given);

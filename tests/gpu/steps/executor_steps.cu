@@ -25,23 +25,4 @@ std::int64_t scan_on_device(std::vector<std::int64_t>& values) {
   return sum;
 }
 
-std::vector<std::uint64_t> sort_unique_on_device(std::vector<std::uint64_t> keys) {
-  DeviceSession device;
-  auto there = uploaded(device.executor, keys);
-  device.executor.sort(there.data(), keys.size());
-  const std::size_t count = device.executor.unique(there.data(), keys.size());
-  return downloaded(device.executor, there.data(), count);
-}
-
-std::vector<std::size_t> lower_bounds_on_device(const std::vector<std::uint64_t>& keys,
-                                                const std::vector<std::uint64_t>& values) {
-  DeviceSession device;
-  const auto there = uploaded(device.executor, keys);
-  std::vector<std::size_t> result;
-  for (const std::uint64_t value : values) {
-    result.push_back(device.executor.lower_bound(there.data(), keys.size(), value));
-  }
-  return result;
-}
-
 }  // namespace meshsmooth::test

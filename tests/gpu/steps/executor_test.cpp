@@ -1,4 +1,4 @@
-// What every step of the CUDA backend stands on: reductions, scans, sorting, searching.
+// What every step of the CUDA backend stands on: reductions and scans.
 
 #include <gmock/gmock.h>
 
@@ -46,25 +46,6 @@ TEST_F(CudaExecutorVerbs, ScanGivesTheSumBeforeEachItem) {
     EXPECT_EQ(test::scan_on_device(values), sum) << size;
     EXPECT_EQ(values, expected) << size;
   }
-}
-
-TEST_F(CudaExecutorVerbs, SortAndUniqueGiveTheSet) {
-  for (const std::size_t size : kSizes) {
-    std::vector<std::uint64_t> keys = random_values<std::uint64_t>(size, size / 2);
-    for (std::size_t n = 0; n < size; n += 3) keys[n] |= std::uint64_t{n} << 40;  // high bits too
-    std::vector<std::uint64_t> expected = keys;
-    std::sort(expected.begin(), expected.end());
-    expected.erase(std::unique(expected.begin(), expected.end()), expected.end());
-
-    EXPECT_EQ(test::sort_unique_on_device(keys), expected) << size;
-  }
-}
-
-TEST_F(CudaExecutorVerbs, LowerBoundFindsTheFirstKeyNotBelow) {
-  const std::vector<std::uint64_t> keys = {2, 3, 3, 7, 9};
-
-  EXPECT_THAT(test::lower_bounds_on_device(keys, {0, 2, 3, 4, 9, 10}),
-              testing::ElementsAre(0U, 0U, 1U, 3U, 4U, 5U));
 }
 
 }  // namespace

@@ -6,8 +6,8 @@
 #include "gpu/steps/cuda_steps.hpp"
 #include "gpu/steps/on_executor.hpp"
 #include "gpu/steps/optimize_phase.hpp"
-#include "smooth/cpu/cpu_executor.hpp"
-#include "smooth/steps/iterate.hpp"
+#include "smooth/cpu/cpu_backend.hpp"
+#include "smooth/steps/form.hpp"
 
 namespace meshsmooth::test {
 
@@ -25,8 +25,8 @@ DeviceSweeps sweep_on_host(const FlatMesh& mesh, const SmoothOptions& options) {
   OnExecutor<detail::CpuExecutor, Real> here(host.executor, mesh, element_table().data());
   detail::ConvergenceMonitor monitor(options, host.control, mesh.diagonal, mesh.free_count());
   detail::Sweeper<detail::CpuExecutor, Real> sweeper(
-      host.executor, here.around, here.colouring, detail::resolve_form(options),
-      detail::acceptance_of(options), {}, here.positions.data());
+      host.executor, here.context(detail::acceptance_of(options)), detail::resolve_form(options),
+      here.positions.data());
   while (!monitor.done(sweeper.step(detail::UniformMean{}, 1))) {
   }
   DeviceSweeps result;
@@ -41,11 +41,10 @@ DeviceSweeps sweep_on_host(const FlatMesh& mesh, const SmoothOptions& options) {
 inline PhaseResult optimize_on_host(const FlatMesh& mesh, bool float32,
                                     const PhaseRequest& request) {
   HostSession host;
-  const auto run = [&]<class Real>() {
-    return run_optimize_phase<detail::CpuExecutor, Real>(host.executor, host.control, mesh,
-                                                         element_table().data(), request);
-  };
-  return float32 ? run.template operator()<float>() : run.template operator()<double>();
+  detail::CpuBackend backend(host.executor, QualityDetail::full);
+  const ElementShape* const shapes = element_table().data();
+  return float32 ? run_optimize_phase<float>(backend, host.control, mesh, shapes, request)
+                 : run_optimize_phase<double>(backend, host.control, mesh, shapes, request);
 }
 
 }  // namespace meshsmooth::test

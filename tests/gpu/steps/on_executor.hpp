@@ -3,8 +3,7 @@
 // A `FlatMesh` in the memory of a backend.
 
 #include "gpu/steps/flat_mesh.hpp"
-#include "smooth/rules/rules.hpp"
-#include "smooth/steps/colouring.hpp"
+#include "smooth/steps/sweep_context.hpp"
 
 namespace meshsmooth::test {
 
@@ -69,6 +68,10 @@ struct OnExecutor {
               .reference = flat.reference};
     colouring.nodes = uploaded(executor, flat.colour_nodes);
     colouring.first = flat.colour_first;
+  }
+
+  [[nodiscard]] detail::SweepContext<E, Real> context(const detail::Acceptance& acceptance) const {
+    return {around, &colouring, acceptance};
   }
 
   template <class T>

@@ -2,34 +2,32 @@
 
 #include "gpu/steps/cuda_steps.hpp"
 #include "gpu/steps/on_executor.hpp"
-#include "smooth/steps/optimize.hpp"
+#include "smooth/steps/backend.hpp"
 
 namespace meshsmooth::test {
 
 /// One phase of Optimize on a backend.
-template <class E, class Real>
-PhaseResult run_optimize_phase(E& executor, const JobControl& control, const FlatMesh& mesh,
+template <class Real, detail::Backend B>
+PhaseResult run_optimize_phase(B& backend, const JobControl& control, const FlatMesh& mesh,
                                const ElementShape* shapes, const PhaseRequest& request) {
+  using E = typename B::Executor;
+  E& executor = backend.executor();
   OnExecutor<E, Real> there(executor, mesh, shapes);
   SmoothOptions options;
   options.method = Optimize{};
   options.max_iterations = request.sweeps;
   options.tolerance = {0, false};
   detail::ConvergenceMonitor monitor(options, control, mesh.diagonal, mesh.free_count());
-  typename E::template Buffer<NodeId> opposite;
-  if (only_tetrahedra(executor, there.around.elements)) {
-    opposite = find_opposite_nodes(executor, there.around);
-    there.around.opposite = opposite.data();
-  }
+  const auto opposite = backend.find_opposite_nodes(there.around);
   const auto home = uploaded(executor, positions_as<Real>(mesh.positions));
-  detail::DisplacementLimit<Real> limit;
-  if (request.movement_limit) limit = {home.data(), *request.movement_limit};
-  detail::OptimizeSweeper<E, Real> sweeper(executor, there.around, there.colouring, limit,
-                                           there.positions.data());
+  auto context = there.context({});
+  context.around.opposite = opposite.data();
+  if (request.movement_limit) context.displacement_limit = {home.data(), *request.movement_limit};
+  detail::OptimizeSweeper<E, Real> sweeper(executor, context, there.positions.data());
   const detail::OptimizePhase phase{request.power, request.poor, request.guard};
   detail::PhaseMonitor phase_monitor(monitor, phase, {}, 0);
   sweeper.wake_all();
-  run_phase(executor, sweeper, phase, phase_monitor);
+  backend.optimize_phase(sweeper, phase, phase_monitor);
 
   const detail::OptimizeStats last = phase_monitor.last();
   const detail::MeshEnergy energy = sweeper.measure(request.power);

@@ -1,6 +1,8 @@
 #include "gpu/steps/cuda_steps.hpp"
 #include "gpu/steps/device_session.cuh"
-#include "smooth/cuda/sweeps/cuda_sweeps.cuh"
+#include "smooth/cuda/sweeps/sweeps.cuh"
+#include "smooth/steps/form.hpp"
+#include "smooth/steps/iterate.hpp"
 
 namespace meshsmooth::test {
 namespace {
@@ -61,7 +63,7 @@ bool sweep_by(SweepKernel kernel, CudaExecutor& executor, const FlatMesh& mesh,
     case SweepKernel::resident:
       if constexpr (std::is_same_v<Real, float>) {
         const auto patch =
-            detail::PatchSizes::of(mesh.node_count(), sizeof(Real), executor.lane().patch_limits());
+            detail::PatchSizes::of(mesh.node_count(), sizeof(Real), executor.lane().limits());
         return patch && detail::run_resident_sweeps(executor, *patch, sweeper, factor, monitor);
       }
       return false;
@@ -98,8 +100,8 @@ DeviceSweeps sweep(const FlatMesh& mesh, SweepKernel kernel, const SmoothOptions
   CudaExecutor& executor = device.executor;
   OnDevice<Real> there(executor, mesh, device.lane.shapes());
   detail::ConvergenceMonitor monitor(options, device.control, mesh.diagonal, mesh.free_count());
-  Sweeper<Real> sweeper(executor, there.around, there.colouring, detail::resolve_form(options),
-                        detail::acceptance_of(options), {}, there.positions.data());
+  Sweeper<Real> sweeper(executor, there.context(detail::acceptance_of(options)),
+                        detail::resolve_form(options), there.positions.data());
   DeviceSweeps result;
   result.ran = sweep_by(kernel, executor, mesh, sweeper, options, monitor);
   result.positions =

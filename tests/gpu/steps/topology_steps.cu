@@ -1,8 +1,6 @@
 #include "gpu/steps/cuda_steps.hpp"
 #include "gpu/steps/device_session.cuh"
-#include "smooth/cuda/topology/cuda_colouring.cuh"
-#include "smooth/cuda/topology/cuda_topology.cuh"
-#include "smooth/cuda/topology/node_order.cuh"
+#include "smooth/cuda/device/backend.cuh"
 
 namespace meshsmooth::test {
 namespace {
@@ -61,10 +59,11 @@ DeviceTopology prepare(const Mesh& mesh, const std::vector<Vec3<Real>>& position
   DeviceSession device;
   CudaExecutor& executor = device.executor;
   const MeshTopology topology(mesh);
+  const TopologyView view = topology.view();
+  detail::CudaBackend backend(executor, view, mesh.positions_view());
   StageTimes times;
   const auto job =
-      detail::prepare_job(executor, topology.view(), std::span<const Vec3<Real>>(positions),
-                          options, device.control, times);
+      backend.prepare(view, std::span<const Vec3<Real>>(positions), options, device.control, times);
 
   const auto nodes = downloaded(executor, job.caller_ids.data(), job.node_count);
   DeviceTopology found;
@@ -106,7 +105,9 @@ std::vector<std::vector<NodeId>> colour_on_device(const FlatMesh& mesh) {
   DeviceSession device;
   CudaExecutor& executor = device.executor;
   const OnDevice<double> there(executor, mesh, device.lane.shapes());
-  const auto colouring = detail::colour_nodes(executor, there.around, there.caller_ids.data());
+  const TopologyView none;
+  const auto colouring =
+      detail::CudaBackend(executor, none, {}).colour(there.around, there.caller_ids.data());
   std::vector<std::vector<NodeId>> colours;
   for (std::size_t c = 0; c < colouring.count(); ++c) {
     colours.push_back(downloaded(executor, colouring.nodes.data() + colouring.first[c],

@@ -131,7 +131,8 @@ class MappedBuffer {
  public:
   explicit MappedBuffer(std::size_t size) {
     void* data = nullptr;
-    check_cuda(cudaHostAlloc(&data, size * sizeof(T), cudaHostAllocMapped), "allocating page-locked memory");
+    check_cuda(cudaHostAlloc(&data, size * sizeof(T), cudaHostAllocMapped),
+               "allocating page-locked memory");
     data_ = static_cast<T*>(data);
   }
   ~MappedBuffer() { cudaFreeHost(data_); }

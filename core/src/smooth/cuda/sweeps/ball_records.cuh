@@ -23,8 +23,8 @@ struct ColouredNodes {
   int colour_count;
 };
 
-/// Owns the nodes to visit, colour after colour. Runs of nodes of a colour are sorted by ball size, so
-/// that the teams of a warp have about the same amount of work; alternately descending and
+/// Owns the nodes to visit, colour after colour. Runs of nodes of a colour are sorted by ball size,
+/// so that the teams of a warp have about the same amount of work; alternately descending and
 /// ascending, so that the largest balls do not always meet the same teams (smart Laplacian 4.96 to
 /// 4.63 ms for 20 sweeps at 100k, H200).
 struct BallRecords {
@@ -33,9 +33,7 @@ struct BallRecords {
   int colour_count = 0;
   std::size_t largest = 0;  // nodes of a colour
 
-  [[nodiscard]] ColouredNodes nodes() const {
-    return {records.data(), first.data(), colour_count};
-  }
+  [[nodiscard]] ColouredNodes nodes() const { return {records.data(), first.data(), colour_count}; }
 };
 
 inline constexpr int kRecordsEach = 8;
@@ -101,10 +99,10 @@ inline BallRecords record_balls(CudaExecutor& executor, const Surroundings& arou
   for (int c = 0; c < result.colour_count; ++c) {
     result.largest = std::max<std::size_t>(result.largest, first[c + 1] - first[c]);
   }
-  launch<&record_balls_kernel>(
-      executor.stream(), {static_cast<unsigned int>((count + kRecordRun - 1) / kRecordRun)},
-      colouring.nodes.data(), around.balls, result.first.data(), result.colour_count,
-      result.records.data());
+  launch<&record_balls_kernel>(executor.stream(),
+                               {static_cast<unsigned int>((count + kRecordRun - 1) / kRecordRun)},
+                               colouring.nodes.data(), around.balls, result.first.data(),
+                               result.colour_count, result.records.data());
   return result;
 }
 

@@ -8,8 +8,8 @@ namespace meshsmooth::detail {
 
 /// The Gauss-Seidel loop of a team of kTeam threads in a cooperative kernel: colour after colour,
 /// with a grid barrier in between. Software-pipelined: what the next visit needs and no sweep
-/// changes is fetched during this one, across the barrier too (at 100k smart Laplacian 6.2 to 5.24 ms
-/// for 20 sweeps, optimizer 200 to 179 us a sweep, each together with another change; H200).
+/// changes is fetched during this one, across the barrier too (at 100k smart Laplacian 6.2 to 5.24
+/// ms for 20 sweeps, optimizer 200 to 179 us a sweep, each together with another change; H200).
 ///
 /// Ahead  what is known of a visit before its positions: a member `ball`, and `fetch()`, which
 ///        loads the rest from it

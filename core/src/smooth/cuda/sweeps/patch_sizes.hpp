@@ -25,7 +25,7 @@ struct PatchSizes {
   [[nodiscard]] MESHSMOOTH_HD int slices() const { return nodes / 32; }
   [[nodiscard]] MESHSMOOTH_HD std::size_t bytes() const {
     return static_cast<std::size_t>(positions()) * kBuffers * kPositionBytes  // positions
-           + static_cast<std::size_t>(nodes) * 2 * sizeof(double)            // squared moves
+           + static_cast<std::size_t>(nodes) * 2 * sizeof(double)             // squared moves
            + static_cast<std::size_t>(entries) * sizeof(std::uint16_t) +
            static_cast<std::size_t>(halo) * sizeof(int)            // their nodes
            + static_cast<std::size_t>(slices()) * 2 * sizeof(int)  // slices

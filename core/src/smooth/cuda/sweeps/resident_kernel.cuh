@@ -49,8 +49,8 @@ __device__ inline void publish_moves(const SweepBatch& batch, int sweep,
 
 inline constexpr int kMostResidentThreads = 768;  // that move nodes
 
-/// Waits for the halo's positions before `sweep`; `threads` threads share this, each with four loads
-/// in flight (one after the other: 100k 7.5 us a sweep, H200).
+/// Waits for the halo's positions before `sweep`; `threads` threads share this, each with four
+/// loads in flight (one after the other: 100k 7.5 us a sweep, H200).
 __device__ __forceinline__ void await_halo(const Patch& patch, int halo_begin,
                                            const TaggedPosition* tagged, int sweep, int threads) {
   constexpr int kAtOnce = 4;
@@ -98,8 +98,9 @@ __device__ __forceinline__ void sweep_patch(const Patch& patch, float factor, in
 /// exchange only their halos, through `tagged` (two per node, by the sweep's parity), and wait for
 /// their neighbours only. What a block reads of sweep s, its owner overwrites in sweep s + 2, for
 /// which it needs this block's s + 1: rings are symmetric, so whoever is read by a free node reads
-/// it too. The last warp, the control warp, evaluates convergence: that sweep s met the tolerance is
-/// known before sweep s + 2. Positions are triple-buffered, so that those after s are still there.
+/// it too. The last warp, the control warp, evaluates convergence: that sweep s met the tolerance
+/// is known before sweep s + 2. Positions are triple-buffered, so that those after s are still
+/// there.
 ///
 /// grid   cooperative: a patch per block, one block per multiprocessor
 /// shared a `Patch`, up to the device's limit

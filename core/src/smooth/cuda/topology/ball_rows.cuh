@@ -49,7 +49,8 @@ __device__ inline void sort_balls(const RingTask& task, std::size_t first, RowEn
   }
   __syncwarp();
   const auto key = [=](int e) {
-    return caller_ids == nullptr ? static_cast<ElementId>(e) : caller_ids[static_cast<ElementId>(e)];
+    return caller_ids == nullptr ? static_cast<ElementId>(e)
+                                 : caller_ids[static_cast<ElementId>(e)];
   };
   const unsigned int own_size = size <= kRowCapacity ? size : 0;  // of a short row
   const bool wide = __any_sync(kAllLanes, own_size > kRowCapacity / 2) != 0;

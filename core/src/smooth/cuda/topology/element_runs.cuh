@@ -15,7 +15,8 @@ void with_width(ElementType type, const Body& body) {
     static_cast<void>(((type == kElementTypes[kType] &&
                         (body.template operator()<kNodesPerElement[kType]>(), true)) ||
                        ...));
-  }(std::make_index_sequence<kElementTypeCount>());
+  }
+  (std::make_index_sequence<kElementTypeCount>());
 }
 
 /// Calls `body.operator()<nodes per element>(run, its element count)` for each run.

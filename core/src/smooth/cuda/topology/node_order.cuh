@@ -141,7 +141,8 @@ void order_nodes(CudaExecutor& executor, const NodeOrder<Real>& order, PrepareSt
   const std::size_t node_count = order.node_count;
   const int bits = curve_bits(node_count);
   if (node_count <= kSmallOrder) {
-    launch<&small_order_kernel<Real>>(executor.stream(), {1, kSmallOrderThreads}, order, bits, state);
+    launch<&small_order_kernel<Real>>(executor.stream(), {1, kSmallOrderThreads}, order, bits,
+                                      state);
     return;
   }
   launch<&box_kernel<Real>>(

@@ -31,16 +31,14 @@ void upload_job(CudaExecutor& executor, const TopologyView& topology,
   executor.upload_early(positions.data(), job.node_count, job.given.data());
   executor.await_uploads();
   executor.upload_early(topology.fixed.data(), topology.fixed.size(), preparation.mask.data());
-  job.elements =
-      upload_elements(executor, topology, std::move(connectivity), preparation.chunks);
+  job.elements = upload_elements(executor, topology, std::move(connectivity), preparation.chunks);
   preparation.uploads_end = executor.mark(executor.lane().uploads);
   executor.add_interval(begin, preparation.uploads_end, times.upload_seconds);
 }
 
 /// Queues the order of the nodes, while the elements are still being copied.
 template <class Real>
-void order_job(CudaExecutor& executor, JobMesh<CudaExecutor, Real>& job,
-               Preparation& preparation) {
+void order_job(CudaExecutor& executor, JobMesh<CudaExecutor, Real>& job, Preparation& preparation) {
   const std::size_t node_count = job.node_count;
   job.places = executor.allocate<Vec3<Real>>(node_count);
   job.fixed = executor.allocate<std::uint8_t>(node_count);
@@ -138,9 +136,10 @@ JobMesh<CudaExecutor, Real> prepare_job(CudaExecutor& executor, const TopologyVi
   const UploadsEnd uploads_end_first(executor);
   upload_job(executor, topology, positions, std::move(connectivity), job, preparation, times);
   order_job(executor, job, preparation);
-  const PrepareState& found = *executor.lane().template mapped<PrepareState>(CudaLane::kStateOffset);
-  const std::size_t rings_end = find_topology(executor, topology, positions, options, control, job,
-                                              preparation, found);
+  const PrepareState& found =
+      *executor.lane().template mapped<PrepareState>(CudaLane::kStateOffset);
+  const std::size_t rings_end =
+      find_topology(executor, topology, positions, options, control, job, preparation, found);
   executor.add_interval(preparation.uploads_end, rings_end, times.find_neighbours_seconds);
   executor.add_interval(rings_end, executor.mark(executor.lane().stream),
                         times.find_boundary_seconds);

@@ -6,8 +6,8 @@
 
 namespace meshsmooth::detail {
 
-/// Load balancing inside a block: which of its nodes a thread searches. Sorted by ball size, so that
-/// the threads of a warp do about the same amount of work. All threads call.
+/// Load balancing inside a block: which of its nodes a thread searches. Sorted by ball size, so
+/// that the threads of a warp do about the same amount of work. All threads call.
 __device__ inline unsigned int balance_by_ball_size(const RingTask& task, std::size_t first,
                                                     unsigned int block) {
   constexpr unsigned int kBins = 2 * kWarp;

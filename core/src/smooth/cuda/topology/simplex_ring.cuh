@@ -85,9 +85,9 @@ class BallPipeline {
 
 /// Lowers found[h][n], ~0 before, to the index of queries[h][n] if the thread's row has it.
 template <int kOthers>
-__device__ __forceinline__ void search_row(
-    const RowEntries& row, int row_end, const unsigned int (&queries)[kElementsPerPass][kOthers],
-    unsigned int (&found)[kElementsPerPass][kOthers]) {
+__device__ __forceinline__ void search_row(const RowEntries& row, int row_end,
+                                           const unsigned int (&queries)[kElementsPerPass][kOthers],
+                                           unsigned int (&found)[kElementsPerPass][kOthers]) {
   // As far as the longest row of the warp: unused entries match no id.
 #if __CUDA_ARCH__ >= 800
   const int longest = min(__reduce_max_sync(__activemask(), row_end), kRowCapacity);
