@@ -1,17 +1,16 @@
 #pragma once
 
-/// Marks a function that runs on the host and on a CUDA device; vanishes for a
-/// plain C++ compiler.
+/// Marks a function that runs on the host and on a CUDA device; empty for a C++ compiler.
 #if defined(__CUDACC__)
 #define MESHSMOOTH_HD __host__ __device__
 #else
 #define MESHSMOOTH_HD
 #endif
 
-/// Keeps what is called rarely out of its callers' registers and code.
+/// Keeps rarely called code out of its callers' registers and instruction cache.
 #define MESHSMOOTH_OUTLINE __attribute__((noinline))
 
-/// Lets nvcc unroll the loop that follows; host compilers decide by themselves.
+/// Makes nvcc unroll the loop that follows; host compilers decide themselves.
 #if defined(__CUDA_ARCH__)
 #define MESHSMOOTH_PRAGMA(text) _Pragma(#text)
 #define MESHSMOOTH_UNROLL(times) MESHSMOOTH_PRAGMA(unroll times)

@@ -10,9 +10,8 @@ namespace meshsmooth {
 /// Index of a node. Node ids are 32-bit, everything that counts more is 64-bit.
 using NodeId = std::int32_t;
 
-/// The linear element types; node order is VTK's. Mind the wedge: seen from the
-/// triangle 3-4-5 the triangle 0-1-2 runs clockwise, the other way round than in
-/// Gmsh, Exodus and Abaqus.
+/// The linear element types, in VTK's node order. In a wedge, seen from the triangle 3-4-5, the
+/// triangle 0-1-2 is clockwise: the opposite of Gmsh, Exodus and Abaqus.
 enum class ElementType : std::uint8_t { triangle, quad, tetrahedron, pyramid, wedge, hexahedron };
 
 inline constexpr std::size_t kElementTypeCount = 6;
@@ -33,33 +32,29 @@ inline constexpr int kMaxNodeFacets = 4;  // facets of an element at one of its 
   return (count >= 3 && count <= 6) || count == 8;
 }
 
-/// A facet: the face of a volume element or the edge of a surface element, as
-/// local node numbers. Seen from outside the nodes of a face run
-/// counter-clockwise.
+/// A facet: the face of a volume element or the edge of a surface element, as local node
+/// numbers. Seen from outside, the nodes of a face are counter-clockwise.
 struct FacetShape {
   std::int8_t node_count;
   std::array<std::int8_t, kMaxFacetNodes> nodes;
 };
 
-/// The ideal corner of an element: its rows are the inverse of the matrix of
-/// the ideal edge vectors. A corner matrix A (columns = edge vectors) has the
-/// shape matrix A * inverse.
+/// The ideal corner of an element: the inverse of the matrix of the ideal edge vectors, by rows.
+/// A corner matrix A (columns = edge vectors) has the shape matrix A * inverse.
 struct IdealCorner {
   std::array<std::array<double, 3>, 3> inverse;
   double determinant;  // of the ideal edge vectors scaled to length 1
 };
 
-/// A corner: the node and its neighbours along edges, ordered so that the
-/// determinant of the edge vectors is positive in a valid element. Surface
-/// elements have two neighbours per corner. Together the corners of a pyramid
-/// also cover its apex.
+/// A corner: the node and its neighbours along edges, ordered so that the determinant of the edge
+/// vectors is positive in a valid element. Surface elements have two neighbours per corner. The
+/// four corners of a pyramid's base also cover its apex.
 struct CornerShape {
   std::int8_t node;
   std::array<std::int8_t, 3> neighbours;
 };
 
-/// One row of the element table: what the steps and the quality measures need
-/// to know of a type.
+/// One row of the element table: all that the steps and the quality measures know of a type.
 struct ElementShape {
   std::string_view name;  // "tetrahedron"
   std::int8_t dimension;  // 2 or 3
@@ -70,13 +65,13 @@ struct ElementShape {
   std::array<std::array<std::int8_t, 2>, 12> edges;
   std::array<FacetShape, kMaxElementFacets> facets;
   std::array<CornerShape, kMaxElementNodes> corners;
-  IdealCorner ideal;  // the same at every corner of the types we have
+  IdealCorner ideal;  // the same at every corner
 };
 
-/// The row of a type. O(1).
+/// @returns the row of a type; it lives as long as the program. O(1), thread-safe.
 [[nodiscard]] const ElementShape& element_shape(ElementType type) noexcept;
 
-/// The whole table, for upload to a device.
+/// @returns the whole table, by element type; for upload to a device.
 [[nodiscard]] const std::array<ElementShape, kElementTypeCount>& element_table() noexcept;
 
 }  // namespace meshsmooth

@@ -11,23 +11,25 @@ namespace meshsmooth {
 /// determinant may be rounding.
 inline constexpr double kSignBound = 1e-14;
 
-/// What the measures of an element are made of, at one corner. Everything is in
-/// the mesh's unit.
+/// What the quality measures of an element are computed from, at one corner; in the mesh's unit.
 struct CornerGeometry {
-  /// Of the edge vectors; in a surface element twice the area of the corner's
-  /// triangle, negative when its normal points against the reference.
+  /// Of the edge vectors; in a surface element twice the area of the corner's triangle, negative
+  /// if its normal points against the reference.
   double determinant;
   double length_product;  // of the corner's edges
-  /// Squared Frobenius norm of the shape matrix: edge vectors times the inverse
-  /// of the ideal ones.
+  /// Squared Frobenius norm of the shape matrix: edge vectors times the inverse of the ideal ones.
   double shape_norm_squared;
-  /// +1 or -1 where the sign of the determinant is certain in double, else 0.
+  /// +1 or -1 if the sign of the determinant is certain in double, else 0.
   int sign;
 };
 
-/// Corner `k` of an element. `get(n)` gives the position of local node n as
-/// Vec3d. `reference` is a unit normal for surface elements, or zero to take
-/// them as they lie; volume elements do not look at it.
+/// Measures one corner of an element.
+///
+/// @param shape      the element's row of the table
+/// @param k          the corner, 0 … shape.corner_count - 1
+/// @param get        get(n): position of local node n, as Vec3d
+/// @param reference  unit normal of a surface element, or zero to accept its own; unused for
+///                   volume elements
 template <class GetPosition>
 MESHSMOOTH_HD CornerGeometry corner_geometry(const ElementShape& shape, int k,
                                              const GetPosition& get, Vec3d reference) {
@@ -63,10 +65,10 @@ MESHSMOOTH_HD CornerGeometry corner_geometry(const ElementShape& shape, int k,
   return result;
 }
 
-/// Signed volume of a volume element, area of a surface element with the sign
-/// of its normal against `reference`. A facet of four nodes is the bilinear
-/// patch, whose cone is the mean of its two triangulations; a quad's area is
-/// that along its mean normal. `get` and `reference` as for `corner_geometry`.
+/// Signed volume of a volume element; area of a surface element, negative if its normal points
+/// against `reference`. A facet with four nodes is the bilinear patch, whose cone is the mean of
+/// its two triangulations; a quad's area is that along its mean normal. Parameters as for
+/// `corner_geometry`.
 template <class GetPosition>
 MESHSMOOTH_HD double element_volume(const ElementShape& shape, const GetPosition& get,
                                     Vec3d reference) {

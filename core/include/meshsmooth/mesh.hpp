@@ -21,20 +21,20 @@ struct ElementBlockView {
   }
 };
 
-/// A mesh without its positions, not owned. Element ids count through all
-/// blocks in order; all blocks are of one dimension.
+/// A mesh without its positions, not owned. Element ids count through all blocks in order; all
+/// blocks have the same dimension.
 struct TopologyView {
   std::size_t node_count = 0;
   std::span<const ElementBlockView> blocks;
-  std::span<const std::uint8_t> fixed;  // node_count bytes, non-zero = fixed; or empty
-  /// A region per element: facets between two keep their place as the boundary does. Or empty:
-  /// one region.
+  std::span<const std::uint8_t> fixed;  // [node_count], non-zero = fixed; or empty
+  /// [element_count()]: the facets between two regions keep their shape as the boundary does. Or
+  /// empty: one region.
   std::span<const std::int32_t> regions = {};
 
   [[nodiscard]] std::size_t element_count() const;
 };
 
-/// Node positions in the caller's precision, not owned.
+/// Node positions in the caller's precision, [node_count], in the mesh's unit; not owned.
 using PositionsView = std::variant<std::span<const Vec3f>, std::span<const Vec3d>>;
 using PositionsSpan = std::variant<std::span<Vec3f>, std::span<Vec3d>>;
 
@@ -47,8 +47,7 @@ struct ElementBlock {
   std::vector<NodeId> nodes;
 };
 
-/// Owns node positions and connectivity on the host; nothing else. A mesh need
-/// not be valid: `validate` says whether it is.
+/// Owns node positions and connectivity on the host. A mesh need not be valid: see `validate`.
 struct Mesh {
   std::variant<std::vector<Vec3f>, std::vector<Vec3d>> positions = std::vector<Vec3d>{};
   std::vector<ElementBlock> blocks;
@@ -62,8 +61,7 @@ struct Mesh {
   [[nodiscard]] std::vector<ElementBlockView> block_views() const;
 };
 
-/// A `TopologyView` of a mesh together with the block views it points to. The
-/// mesh must outlive it.
+/// A `TopologyView` of a mesh and the block views it points to. The mesh must outlive it.
 class MeshTopology {
  public:
   explicit MeshTopology(const Mesh& mesh)
@@ -80,25 +78,22 @@ class MeshTopology {
   std::span<const std::int32_t> regions_;
 };
 
-/// Throws `InvalidMesh` naming the first offender (lowest id) unless the mesh
-/// has nodes and elements, blocks of one dimension and whole elements, every
-/// index in range, no element with a repeated node, only finite coordinates,
-/// and a fixed mask and regions of the right size. Facets used more than twice are found
-/// by the boundary step. O(nodes + elements), multi-threaded.
+/// Checks that a mesh is valid: it has nodes and elements, blocks of one dimension with whole
+/// elements, every index in range, no element with a repeated node, finite coordinates, and a
+/// fixed mask and regions of the right size. Facets used more than twice are found by the
+/// boundary step instead. O(nodes + elements), multi-threaded.
 ///
-/// Reasons: MESH_EMPTY, ARRAY_SIZE_MISMATCH, MIXED_DIMENSIONS,
-/// INDEX_OUT_OF_RANGE, REPEATED_NODE, NON_FINITE_COORDINATE.
+/// @throws InvalidMesh naming the first offender (lowest id): MESH_EMPTY, ARRAY_SIZE_MISMATCH,
+///         MIXED_DIMENSIONS, INDEX_OUT_OF_RANGE, REPEATED_NODE, NON_FINITE_COORDINATE
 void validate(const TopologyView& topology, const PositionsView& positions);
 
 /// The part of `validate` that needs no positions.
 void validate(const TopologyView& topology);
 
-/// The part of `validate` for new positions of a topology that has passed it. O(nodes),
-/// multi-threaded.
+/// The part of `validate` for new positions of a valid topology. O(nodes), multi-threaded.
 void validate_positions(const TopologyView& topology, const PositionsView& positions);
 
-/// The part of `validate` that looks at sizes and types, not into the arrays.
-/// O(blocks).
+/// The part of `validate` that reads sizes and types only, not the arrays. O(blocks).
 void validate_sizes(const TopologyView& topology);
 void validate_sizes(const TopologyView& topology, const PositionsView& positions);
 

@@ -10,10 +10,10 @@
 
 namespace meshsmooth {
 
-/// How much is said of the elements of a mesh.
+/// How much the evaluation of a mesh reports.
 enum class QualityDetail {
   full,   // every metric of every element
-  brief,  // what is inverted and degenerate, the volumes, the worst elements: a third of the time
+  brief,  // counts of inverted and degenerate, volumes, worst elements: a third of the time
 };
 
 enum class QualityMetric {
@@ -26,6 +26,7 @@ enum class QualityMetric {
   max_angle,           // triangles, degrees; 180 when inverted
 };
 
+/// @returns the metric's name as in the enum.
 [[nodiscard]] std::string_view metric_name(QualityMetric metric);
 
 /// A metric over all elements it is defined for.
@@ -39,9 +40,10 @@ struct MetricStats {
   double max = 0;
   double histogram_lower = 0;
   double histogram_upper = 0;
-  std::vector<std::int64_t> histogram;  // 32 equal bins; the outer ones take what lies outside
+  std::vector<std::int64_t> histogram;  // 32 equal bins; the outer ones include values outside
 };
 
+/// One element and its main metrics.
 struct ElementQuality {
   std::int64_t element = -1;  // the caller's id
   ElementType type = ElementType::tetrahedron;
@@ -49,16 +51,17 @@ struct ElementQuality {
   double scaled_jacobian = 0;
 };
 
+/// The quality of a mesh.
 struct QualityStats {
   std::int64_t element_count = 0;
-  /// Elements with a corner determinant that is certainly negative.
+  /// Elements with a corner whose determinant is certainly negative.
   std::int64_t inverted_count = 0;
-  /// Not inverted, but the sign of a corner is not decidable in double.
+  /// Not inverted, but the sign of a corner's determinant cannot be decided in double.
   std::int64_t degenerate_count = 0;
   double sum_absolute_volume = 0;  // area for surface elements
-  /// What the boundary facets enclose, by the divergence theorem: the sum of the
-  /// signed volumes, in which each facet between two elements cancels. Differs from
-  /// the sum above where elements overlap, inverted ones twice. 0 for surfaces.
+  /// Volume enclosed by the boundary facets, by the divergence theorem: the sum of the signed
+  /// volumes, in which facets between elements cancel. Differs from the sum above where elements
+  /// overlap. 0 for surfaces.
   double enclosed_volume = 0;
   std::vector<MetricStats> metrics;
   std::vector<ElementQuality> worst;  // by mean ratio, then id; worst first; at most 10
@@ -71,8 +74,7 @@ struct LockedStats {
   std::optional<ElementQuality> worst;
 };
 
-/// What one element is energy. All measures in double from the stored
-/// coordinates.
+/// The measures of one element, in double from the stored coordinates.
 struct ElementMeasure {
   double mean_ratio = 0;
   double scaled_jacobian = 0;
@@ -84,10 +86,11 @@ struct ElementMeasure {
   double max_angle_cos = 0;
 };
 
-/// A direction to about half a degree, as multiples of 1/127. Enough to say on
-/// which side of a surface a normal points, at 3 B.
+/// A direction to about half a degree, in multiples of 1/127: enough to tell on which side of a
+/// surface a normal points, in 3 B.
 using PackedDirection = Vec3<std::int8_t>;
 
+/// Rounds a unit vector.
 [[nodiscard]] MESHSMOOTH_HD inline PackedDirection pack_direction(Vec3d unit) {
   const auto pack = [](double c) {
     return static_cast<std::int8_t>(c * 127 + (c < 0 ? -0.5 : 0.5));
@@ -98,22 +101,20 @@ using PackedDirection = Vec3<std::int8_t>;
   return (1.0 / 127) * vec3_cast<double>(packed);
 }
 
-/// Reference directions by which surface elements are judged: an element is
-/// inverted when its normal points against its reference. For plane meshes (to
-/// 1e-12 of their extent and to the rounding of the coordinates) the plane's
-/// normal, on the side that gives a positive sum of areas; on curved surfaces
-/// each element's own normal in the mesh given here; empty for volume meshes.
-/// O(elements).
+/// Reference directions of surface elements: an element is inverted if its normal points against
+/// its reference. Of plane meshes (to 1e-12 of their extent and the rounding of the coordinates)
+/// the plane's normal, on the side that gives a positive sum of areas; on curved surfaces each
+/// element's normal in the mesh given here; empty for volume meshes. O(elements).
 class SurfaceOrientation {
  public:
   SurfaceOrientation() = default;
   SurfaceOrientation(const TopologyView& topology, const PositionsView& positions);
   [[nodiscard]] bool plane() const { return plane_; }
-  /// Normal for a global element id; zero vector for volume meshes.
+  /// @returns the normal of an element by its id; zero for volume meshes
   [[nodiscard]] Vec3d reference(std::size_t element) const {
     return normals_.empty() ? common_ : unpack_direction(normals_[element]);
   }
-  /// A normal per element on curved surfaces; empty: all have `common()`.
+  /// @returns a normal per element on curved surfaces; empty: all have `common()`
   [[nodiscard]] std::span<const PackedDirection> normals() const { return normals_; }
   [[nodiscard]] Vec3d common() const { return common_; }
 
@@ -123,26 +124,31 @@ class SurfaceOrientation {
   std::vector<PackedDirection> normals_;
 };
 
-/// Measures one element. `corners` are the positions of its nodes in VTK order,
-/// `reference` the unit reference normal of a surface element; zero takes it as
-/// it lies.
+/// Measures one element.
+///
+/// @param corners    positions of its nodes in VTK order
+/// @param reference  unit reference normal of a surface element; zero accepts its own
 [[nodiscard]] ElementMeasure measure_element(ElementType type, const Vec3d* corners,
                                              Vec3d reference);
 
-/// Judges every element in double, at all its corners. Needs a valid mesh.
-/// `element_ids` are the names of the elements where these are not their places;
-/// by name the worst are listed. Multi-threaded; same bits for every number of
-/// threads. In brief there are no metrics. O(elements).
+/// Evaluates every element of a valid mesh in double, at all its corners. O(elements),
+/// multi-threaded; the same bits for every number of threads.
+///
+/// @param orientation     reference directions of surface elements
+/// @param element_ids     ids under which the worst elements are listed; empty: their indices
+/// @param quality_detail  `brief` leaves the metrics out
 [[nodiscard]] QualityStats measure_quality(const TopologyView& topology,
                                            const PositionsView& positions,
                                            const SurfaceOrientation& orientation,
                                            std::span<const std::uint32_t> element_ids = {},
                                            QualityDetail quality_detail = QualityDetail::full);
 
-/// Convenience over a mesh's own orientation.
+/// Evaluates a mesh with its own orientation.
 [[nodiscard]] QualityStats measure_quality(const Mesh& mesh);
 
-/// Counts the elements whose nodes are all fixed in `fixed` (one byte a node).
+/// Counts the elements whose nodes are all fixed. Parameters as for `measure_quality`.
+///
+/// @param fixed  [node_count], non-zero = fixed
 [[nodiscard]] LockedStats measure_locked(const TopologyView& topology,
                                          std::span<const std::uint8_t> fixed,
                                          const PositionsView& positions,

@@ -18,8 +18,10 @@
 
 namespace meshsmooth {
 
+/// The stages of a job, in order.
 enum class Stage { find_neighbours, find_boundary, iterate, evaluate };
 
+/// How far a job is.
 struct Progress {
   Stage stage = Stage::find_neighbours;
   int iteration = 0;
@@ -27,20 +29,20 @@ struct Progress {
   double rms_displacement = 0;
 };
 
-/// How a running job is watched and stopped. All members may be left empty.
+/// How a running job is observed and stopped. All members may be empty.
 struct JobControl {
-  /// Ends the job by `Cancelled`; looked at at least every 50 ms of work, on a device
-  /// between its kernels: of a mesh with 10^8 elements one may take longer.
+  /// Ends the job by `Cancelled`; checked at least every 50 ms of work, on a device between
+  /// kernels (one kernel may take longer for a mesh with 10^8 elements).
   std::stop_token stop;
   /// Once true, the job ends with the positions reached so far.
   const std::atomic<bool>* finish_early = nullptr;
   /// Ends the job by `DeadlineExceeded` once passed.
   std::optional<std::chrono::steady_clock::time_point> deadline;
-  /// Called by the job's own thread, at most once a sweep; must not block.
+  /// Called on the job's thread, at most once per sweep; must not block.
   std::function<void(const Progress&)> on_progress;
 };
 
-/// What is known of a mesh before its data: enough to foresee its memory.
+/// The sizes of a mesh: enough to estimate the memory of its job.
 struct MeshSize {
   std::int64_t node_count = 0;
   std::array<std::int64_t, kElementTypeCount> element_counts{};
@@ -48,87 +50,90 @@ struct MeshSize {
   bool regions = false;  // its elements have regions
 };
 
+/// Bytes by memory space.
 struct MemoryEstimate {
   std::int64_t host_bytes = 0;
   std::int64_t device_bytes = 0;
 };
 
-/// Memory of the device that a smoother works on; all 0 where that is the host.
+/// Memory of the device that a smoother works on; all 0 for the host.
 struct DeviceSpace {
   std::int64_t total_bytes = 0;
-  std::int64_t free_bytes = 0;  // now, whoever takes it
-  std::int64_t kept_bytes = 0;  // what a smoother holds between its jobs, at most
+  std::int64_t free_bytes = 0;  // now, for any process
+  std::int64_t kept_bytes = 0;  // at most, that a smoother keeps between its jobs
 };
 
-/// What `Smoother::prepare` found out about a topology, for many jobs. It does not change, and
-/// serves every smoother of the backend that made it, several at the same time.
+/// The result of `Smoother::prepare`, for many jobs on one topology. Immutable; all smoothers of
+/// the backend that made it may use it concurrently.
 class PreparedTopology {
  public:
   virtual ~PreparedTopology() = default;
 
-  /// Of which it was made.
+  /// The topology that it was made from.
   TopologyView topology;
 
-  /// What it holds.
+  /// @returns the bytes that it owns
   [[nodiscard]] virtual MemoryEstimate bytes() const = 0;
-  /// -1: not known yet.
+  /// @returns the number of nodes on the boundary; -1: not known yet
   [[nodiscard]] virtual std::int64_t boundary_node_count() const { return -1; }
 };
 
-/// One in-order slot on one backend: takes a mesh and options, moves its nodes,
-/// says what happened. Not thread-safe; costly to build, cheap to call again.
+/// One in-order slot on one backend: smooths one mesh after another. Not thread-safe; expensive
+/// to construct, cheap to reuse.
 class Smoother {
  public:
   virtual ~Smoother() = default;
 
-  /// "cpu", "cuda:0" …
+  /// @returns the backend's name: "cpu", "cuda:0" …
   [[nodiscard]] virtual std::string_view backend() const = 0;
 
-  /// Throws DeviceError.
+  /// @returns the device's memory now. Throws DeviceError.
   [[nodiscard]] virtual DeviceSpace device_space() const { return {}; }
 
-  /// Upper bound of the bytes that `smooth` allocates for an ordinary
-  /// (conforming) mesh of this size, the caller's arrays not counted. For sliding, of one whose
-  /// regions meet in no more than a quarter as many nodes as a cube's boundary has.
+  /// @returns an upper bound of the bytes that `smooth` allocates for a conforming mesh of this
+  /// size, without the caller's arrays. For sliding it assumes that the nodes between regions are
+  /// at most a quarter as many as a cube's boundary has.
   [[nodiscard]] virtual MemoryEstimate estimate(const MeshSize& size,
                                                 const SmoothOptions& options) const = 0;
 
-  /// Smooths `positions` in place: they are written once, when all has gone
-  /// well. Fixed and isolated nodes keep their bits. The same input gives the
-  /// same bits on every call and with every number of threads, `Form::asynchronous`
-  /// excepted.
+  /// Smooths a mesh in place. O(elements + sweeps * edges).
   ///
-  /// Throws InvalidMesh, InvalidOption, NotSupported, OutOfMemory, DeviceError,
-  /// Cancelled, DeadlineExceeded; positions are then as they were. (Only a device
-  /// that is lost while it writes them leaves them undefined: a fatal DeviceError.)
-  /// O(elements + sweeps * edges).
+  /// The same input gives the same bits on every call and with every number of threads,
+  /// `Form::asynchronous` excepted. Fixed and isolated nodes keep their bits.
+  ///
+  /// @param positions  [topology.node_count], in the mesh's unit; written once, at the end
+  /// @throws InvalidMesh, InvalidOption, NotSupported, OutOfMemory, DeviceError, Cancelled,
+  ///         DeadlineExceeded; positions are then unchanged (undefined only if a device is lost
+  ///         while it writes them: a fatal DeviceError)
   virtual SmoothSummary smooth(const TopologyView& topology, PositionsSpan positions,
                                const SmoothOptions& options, const JobControl& control) = 0;
 
-  /// Does once what many jobs on one topology need: rings, balls, boundary. All that
-  /// `topology` views must outlive the result. It does not depend on positions, so a job
-  /// on it has the same bits whenever it was made; they may differ in the last digits of
-  /// sums from those of `smooth` without it, where nodes are numbered by their positions.
+  /// Finds once what many jobs on one topology need: rings, balls, boundary. Independent of
+  /// positions, so that all jobs on it have the same bits; they may differ in the last digits of
+  /// sums from those of a bare topology, whose nodes are ordered by their positions.
+  /// About twice the time of those steps of a job.
   ///
-  /// Throws what `smooth` throws of a topology. About twice the time of those steps of a job.
+  /// @param topology  what it views must outlive the result
+  /// @throws what `smooth` throws for a topology
   [[nodiscard]] virtual std::shared_ptr<const PreparedTopology> prepare(
       const TopologyView& topology, const JobControl& control = {});
-  /// Upper bound of `PreparedTopology::bytes` for a mesh of this size.
+  /// @returns an upper bound of `PreparedTopology::bytes` for a mesh of this size
   [[nodiscard]] virtual MemoryEstimate estimate_prepared(const MeshSize& size) const;
 
-  /// As the other, with `prepared.topology`. O(nodes + sweeps * edges), and the judging.
+  /// Smooths `prepared.topology`. O(nodes + sweeps * edges), and O(elements) to evaluate.
   virtual SmoothSummary smooth(const PreparedTopology& prepared, PositionsSpan positions,
                                const SmoothOptions& options, const JobControl& control);
 
+  /// Smooths a mesh with its own positions.
   SmoothSummary smooth(Mesh& mesh, const SmoothOptions& options, const JobControl& control = {}) {
     const MeshTopology topology(mesh);
     return smooth(topology.view(), mesh.positions_span(), options, control);
   }
 };
 
-/// While it lives, no more than so many threads of this process work on jobs of the CPU backend,
-/// beside those that called `smooth`. Of several the least holds. Where a control group's quota
-/// allows less than the processor has, more would be held up all together.
+/// While it exists, at most this many threads of the process work on jobs of the CPU backend,
+/// besides those that called `smooth`; of several objects the least applies. For control groups
+/// whose quota is below the processor count: more threads would all be throttled together.
 class ThreadLimit {
  public:
   explicit ThreadLimit(int thread_count);
@@ -141,19 +146,23 @@ class ThreadLimit {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The backends compiled in, in order of preference; of CUDA one per device, or
-/// "cuda" alone where no device can be asked.
+/// A backend of this build.
 struct BackendInfo {
   std::string name;  // "cpu", "cuda:0"
   bool available;    // usable on this machine
   std::string device_name;
-  std::int64_t device_bytes = 0;  // the device's memory; 0: it works in the host's
-  std::string problem;            // why it is not available
+  std::int64_t device_bytes = 0;  // the device's memory; 0: it uses host memory
+  std::string problem;            // why it is unavailable
 };
+/// @returns the backends of this build in order of preference: of CUDA one per device, or "cuda"
+/// alone if there is no driver or device
 [[nodiscard]] std::vector<BackendInfo> list_backends();
 
-/// `backend` is "auto", "cpu", "cuda" or "cuda:N"; `thread_count` 0 means all
-/// cores. Throws `NotSupported` (BACKEND_NOT_AVAILABLE).
+/// Creates a smoother.
+///
+/// @param backend       "auto" (the first available), "cpu", "cuda" or "cuda:N"
+/// @param thread_count  of the CPU backend; 0: all cores
+/// @throws NotSupported (BACKEND_NOT_AVAILABLE)
 [[nodiscard]] std::unique_ptr<Smoother> make_smoother(std::string_view backend = "auto",
                                                       int thread_count = 0);
 

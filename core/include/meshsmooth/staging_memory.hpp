@@ -14,32 +14,33 @@
 
 namespace meshsmooth {
 
-/// Host memory that a device copies from and to at full speed, beside its kernels:
-/// its pages are locked. Locking costs far more than using them, so blocks that
-/// come back stay locked for the next caller, up to a bound; then the one that was
-/// not used for longest goes. What is larger than the bound is not locked, so that
-/// an allocation takes milliseconds at most; where locking fails neither.
-/// Thread-safe.
+/// Page-locked host memory, which a device copies from and to at full speed and concurrently with
+/// its kernels. Locking is far more expensive than reuse, so freed blocks stay locked for the next
+/// caller, up to a bound on the idle bytes; beyond it the least recently used block is released.
+/// Blocks larger than the bound stay unlocked, so that an allocation takes milliseconds at most;
+/// so do blocks that cannot be locked. Thread-safe.
 class StagingMemory final : public std::pmr::memory_resource {
  public:
-  /// How pages are locked. Called by any thread, several at a time.
+  /// How pages are locked. Called concurrently, by any thread.
   struct PageLock {
-    std::function<bool(void* data, std::size_t bytes)> lock;  // false: they are not
+    std::function<bool(void* data, std::size_t bytes)> lock;  // false: failed
     std::function<void(void* data)> unlock;
   };
 
-  /// Blocks come from `upstream`, aligned to pages; it must outlive this.
+  /// @param pages           locks and unlocks
+  /// @param max_idle_bytes  bound on the bytes that stay locked while unused
+  /// @param upstream        gives the blocks, aligned to pages; must outlive this object
   StagingMemory(PageLock pages, std::size_t max_idle_bytes,
                 std::pmr::memory_resource* upstream = std::pmr::new_delete_resource());
-  /// Needs all memory to have come back.
+  /// All blocks must have been deallocated.
   ~StagingMemory() override;
   StagingMemory(const StagingMemory&) = delete;
   StagingMemory& operator=(const StagingMemory&) = delete;
 
-  /// What an allocation of `bytes` takes: at most an eighth more.
+  /// @returns the bytes that an allocation of `bytes` really takes: at most an eighth more
   [[nodiscard]] static std::size_t block_bytes(std::size_t bytes);
 
-  /// Locked, and used by nobody.
+  /// @returns the bytes that are locked but unused
   [[nodiscard]] std::size_t idle_bytes() const;
 
  private:
@@ -67,8 +68,10 @@ class StagingMemory final : public std::pmr::memory_resource {
   std::unordered_set<const void*> unlocked_;  // in use, but could not be locked
 };
 
-/// Memory for the meshes of jobs that run on `backend` ("cuda:0"); nothing for a
-/// backend that works in the host's memory.
+/// Creates memory for the meshes of jobs of one backend.
+///
+/// @param backend  "cpu", "cuda:0" …
+/// @returns null for a backend that works in host memory; other parameters as above
 [[nodiscard]] std::unique_ptr<StagingMemory> make_staging_memory(
     std::string_view backend, std::size_t max_idle_bytes,
     std::pmr::memory_resource* upstream = std::pmr::new_delete_resource());

@@ -29,21 +29,25 @@ struct Vec3 {
 using Vec3f = Vec3<float>;
 using Vec3d = Vec3<double>;
 
+/// Scalar product.
 template <class Real>
 MESHSMOOTH_HD constexpr Real dot(Vec3<Real> a, Vec3<Real> b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
+/// Vector product.
 template <class Real>
 MESHSMOOTH_HD constexpr Vec3<Real> cross(Vec3<Real> a, Vec3<Real> b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
+/// Euclidean length.
 template <class Real>
 MESHSMOOTH_HD Real norm(Vec3<Real> a) {
   return std::sqrt(dot(a, a));
 }
 
+/// Converts each coordinate to another precision.
 template <class To, class From>
 MESHSMOOTH_HD constexpr Vec3<To> vec3_cast(Vec3<From> a) {
   return {static_cast<To>(a.x), static_cast<To>(a.y), static_cast<To>(a.z)};

@@ -1,6 +1,6 @@
 #pragma once
 
-// How the measures of all elements are counted and summed up.
+// Statistics over the measures of all elements.
 
 #include <algorithm>
 #include <array>
@@ -31,7 +31,7 @@ MESHSMOOTH_HD constexpr MetricRange metric_range(std::size_t metric) {
   return metric < 3 ? MetricRange{-1, 1} : MetricRange{0, 180};
 }
 
-/// The fine bin of a value; the outer ones take what lies outside.
+/// The fine bin of a value; the outer ones include values outside.
 MESHSMOOTH_HD inline std::size_t metric_bin(std::size_t metric, double value) {
   const MetricRange range = metric_range(metric);
   const double place = (value - range.lower) * (kBinCount / (range.upper - range.lower));
@@ -42,9 +42,40 @@ MESHSMOOTH_HD inline double degrees(double cosine) {
   return std::acos(cosine) * (180 / 3.14159265358979323846);
 }
 
-/// Coordinates whose products overflow have no measure.
+/// The measure of an element whose coordinates overflow is 0.
 MESHSMOOTH_HD inline double finite_measure(double value) {
   return std::isfinite(value) ? value : 0;
+}
+
+/// The table of the metrics per type: calls `add(index, metric, value)` for each.
+template <class Add>
+MESHSMOOTH_HD void for_each_metric(const ElementShape& shape, const ElementMeasure& m,
+                                   const Add& add) {
+  add(0, QualityMetric::mean_ratio, m.mean_ratio);
+  add(1, QualityMetric::scaled_jacobian, m.scaled_jacobian);
+  if (shape.dimension == 3 && shape.node_count == 4) {
+    add(2, QualityMetric::radius_ratio, m.radius_ratio);
+    add(3, QualityMetric::min_dihedral_angle, degrees(m.min_angle_cos));
+    add(4, QualityMetric::max_dihedral_angle, degrees(m.max_angle_cos));
+  } else if (shape.dimension == 2 && shape.node_count == 3) {
+    add(2, QualityMetric::min_angle, degrees(m.min_angle_cos));
+    add(3, QualityMetric::max_angle, degrees(m.max_angle_cos));
+  }
+}
+
+/// The metrics of a type, the first `count` of them.
+inline constexpr int kMostMetrics = 5;
+struct MetricsOfType {
+  int count = 0;
+  int metrics[kMostMetrics] = {};
+};
+MESHSMOOTH_HD inline MetricsOfType metrics_of(const ElementShape& shape) {
+  MetricsOfType result;
+  for_each_metric(shape, ElementMeasure{}, [&](int index, QualityMetric metric, double) {
+    result.metrics[index] = static_cast<int>(metric);
+    result.count = index + 1;
+  });
+  return result;
 }
 
 inline bool worse(const ElementQuality& a, const ElementQuality& b) {
@@ -57,7 +88,7 @@ struct ChunkSums {
   double enclosed_volume = 0;  // of V, volume elements only
 };
 
-/// What one thread has counted. Nothing here depends on the order of elements.
+/// Counts of one thread. Independent of the order of elements.
 struct QualityAccumulator {
   std::array<std::array<std::int64_t, kBinCount>, kMetricCount> bins{};
   std::array<double, kMetricCount> min, max;
@@ -79,20 +110,13 @@ struct QualityAccumulator {
   }
 
   void add(const ElementMeasure& measure, ElementType type, std::int64_t element, ChunkSums& sums) {
+    const ElementShape& shape = element_shape(type);
     inverted += measure.inverted ? 1 : 0;
     degenerate += measure.degenerate ? 1 : 0;
     sums.volume += std::abs(measure.volume);
-    if (element_shape(type).dimension == 3) sums.enclosed_volume += measure.volume;
-    add(QualityMetric::mean_ratio, measure.mean_ratio, sums);
-    add(QualityMetric::scaled_jacobian, measure.scaled_jacobian, sums);
-    if (type == ElementType::tetrahedron) {
-      add(QualityMetric::radius_ratio, measure.radius_ratio, sums);
-      add(QualityMetric::min_dihedral_angle, degrees(measure.min_angle_cos), sums);
-      add(QualityMetric::max_dihedral_angle, degrees(measure.max_angle_cos), sums);
-    } else if (type == ElementType::triangle) {
-      add(QualityMetric::min_angle, degrees(measure.min_angle_cos), sums);
-      add(QualityMetric::max_angle, degrees(measure.max_angle_cos), sums);
-    }
+    if (shape.dimension == 3) sums.enclosed_volume += measure.volume;
+    for_each_metric(shape, measure,
+                    [&](int, QualityMetric metric, double value) { add(metric, value, sums); });
     keep_if_worst(quality_of(measure, type, element));
   }
 
@@ -103,7 +127,7 @@ struct QualityAccumulator {
     const double bar = worst.front().mean_ratio;
     return bar * bar * bar + 1e-9;
   }
-  /// What is said in brief.
+  /// The part that a brief evaluation reports.
   void add_briefly(const ElementMeasure& measure, ElementType type, std::int64_t element,
                    ChunkSums& sums) {
     inverted += measure.inverted ? 1 : 0;
@@ -155,7 +179,7 @@ inline MetricStats summarize(std::size_t m, const QualityAccumulator& accumulate
   for (std::size_t b = 0; b < kBinCount; ++b) {
     stats.histogram[b / (kBinCount / kHistogramSize)] += accumulate.bins[m][b];
   }
-  // The highest edge below which lies at most 1 %; never below the least value.
+  // The highest bin edge with at most 1 % below; never below the least value.
   std::int64_t below = 0;
   std::size_t bin = 0;
   while (100 * (below + accumulate.bins[m][bin]) <= count) below += accumulate.bins[m][bin++];
@@ -165,7 +189,7 @@ inline MetricStats summarize(std::size_t m, const QualityAccumulator& accumulate
   return stats;
 }
 
-/// The answer from all that was counted and summed.
+/// The statistics from all counts and sums.
 inline QualityStats summarize(const QualityAccumulator& accumulate, const ChunkSums& sums,
                               std::int64_t element_count) {
   QualityStats stats;

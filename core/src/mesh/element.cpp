@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "mesh/node_counts.hpp"
+
 namespace meshsmooth {
 namespace {
 
@@ -33,96 +35,45 @@ constexpr IdealCorner kUprightWedge = kEquilateral;
 
 constexpr IdealCorner kCube = kSquare;
 
+// name, dimension, nodes, edges, facets, corners; then the lists in this order.
+// clang-format off
 constexpr std::array<ElementShape, kElementTypeCount> kTable = {{
-    {"triangle",
-     2,
-     3,
-     3,
-     3,
-     3,
+    {"triangle", 2, 3, 3, 3, 3,
      {{{0, 1}, {1, 2}, {2, 0}}},
      {{{2, {0, 1}}, {2, {1, 2}}, {2, {2, 0}}}},
      {{{0, {1, 2}}, {1, {2, 0}}, {2, {0, 1}}}},
      kEquilateral},
-    {"quad",
-     2,
-     4,
-     4,
-     4,
-     4,
+    {"quad", 2, 4, 4, 4, 4,
      {{{0, 1}, {1, 2}, {2, 3}, {3, 0}}},
      {{{2, {0, 1}}, {2, {1, 2}}, {2, {2, 3}}, {2, {3, 0}}}},
      {{{0, {1, 3}}, {1, {2, 0}}, {2, {3, 1}}, {3, {0, 2}}}},
      kSquare},
-    {"tetrahedron",
-     3,
-     4,
-     6,
-     4,
-     4,
+    {"tetrahedron", 3, 4, 6, 4, 4,
      {{{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}},
      {{{3, {0, 1, 3}}, {3, {1, 2, 3}}, {3, {2, 0, 3}}, {3, {0, 2, 1}}}},
      {{{0, {1, 2, 3}}, {1, {2, 0, 3}}, {2, {0, 1, 3}}, {3, {0, 2, 1}}}},
      kRegularTetrahedron},
-    {"pyramid",
-     3,
-     5,
-     8,
-     5,
-     4,
+    {"pyramid", 3, 5, 8, 5, 4,
      {{{0, 1}, {1, 2}, {2, 3}, {3, 0}, {0, 4}, {1, 4}, {2, 4}, {3, 4}}},
      {{{4, {0, 3, 2, 1}}, {3, {0, 1, 4}}, {3, {1, 2, 4}}, {3, {2, 3, 4}}, {3, {3, 0, 4}}}},
      {{{0, {1, 3, 4}}, {1, {2, 0, 4}}, {2, {3, 1, 4}}, {3, {0, 2, 4}}}},
      kEqualEdgedPyramid},
-    {"wedge",
-     3,
-     6,
-     9,
-     5,
-     6,
+    {"wedge", 3, 6, 9, 5, 6,
      {{{0, 1}, {1, 2}, {2, 0}, {3, 4}, {4, 5}, {5, 3}, {0, 3}, {1, 4}, {2, 5}}},
      {{{3, {0, 1, 2}}, {3, {3, 5, 4}}, {4, {0, 3, 4, 1}}, {4, {1, 4, 5, 2}}, {4, {2, 5, 3, 0}}}},
-     {{{0, {2, 1, 3}},
-       {1, {0, 2, 4}},
-       {2, {1, 0, 5}},
-       {3, {4, 5, 0}},
-       {4, {5, 3, 1}},
+     {{{0, {2, 1, 3}}, {1, {0, 2, 4}}, {2, {1, 0, 5}}, {3, {4, 5, 0}}, {4, {5, 3, 1}},
        {5, {3, 4, 2}}}},
      kUprightWedge},
-    {"hexahedron",
-     3,
-     8,
-     12,
-     6,
-     8,
-     {{{0, 1},
-       {1, 2},
-       {2, 3},
-       {3, 0},
-       {4, 5},
-       {5, 6},
-       {6, 7},
-       {7, 4},
-       {0, 4},
-       {1, 5},
-       {2, 6},
+    {"hexahedron", 3, 8, 12, 6, 8,
+     {{{0, 1}, {1, 2}, {2, 3}, {3, 0}, {4, 5}, {5, 6}, {6, 7}, {7, 4}, {0, 4}, {1, 5}, {2, 6},
        {3, 7}}},
-     {{{4, {0, 4, 7, 3}},
-       {4, {1, 2, 6, 5}},
-       {4, {0, 1, 5, 4}},
-       {4, {3, 7, 6, 2}},
-       {4, {0, 3, 2, 1}},
-       {4, {4, 5, 6, 7}}}},
-     {{{0, {1, 3, 4}},
-       {1, {2, 0, 5}},
-       {2, {3, 1, 6}},
-       {3, {0, 2, 7}},
-       {4, {7, 5, 0}},
-       {5, {4, 6, 1}},
-       {6, {5, 7, 2}},
-       {7, {6, 4, 3}}}},
+     {{{4, {0, 4, 7, 3}}, {4, {1, 2, 6, 5}}, {4, {0, 1, 5, 4}}, {4, {3, 7, 6, 2}},
+       {4, {0, 3, 2, 1}}, {4, {4, 5, 6, 7}}}},
+     {{{0, {1, 3, 4}}, {1, {2, 0, 5}}, {2, {3, 1, 6}}, {3, {0, 2, 7}}, {4, {7, 5, 0}},
+       {5, {4, 6, 1}}, {6, {5, 7, 2}}, {7, {6, 4, 3}}}},
      kCube},
 }};
+// clang-format on
 
 constexpr int edges_at(const ElementShape& shape, int node) {
   return static_cast<int>(
@@ -163,6 +114,14 @@ static_assert(
       return true;
     }(),
     "steps take a volume element with four nodes for a tetrahedron");
+static_assert(
+    [] {
+      for (std::size_t type = 0; type < kElementTypeCount; ++type) {
+        if (kTable[type].node_count != detail::kNodesPerElement[type]) return false;
+      }
+      return true;
+    }(),
+    "node_counts.hpp differs from the element table");
 
 }  // namespace
 

@@ -1,6 +1,6 @@
 #pragma once
 
-// The measures of one element: one text for host and device.
+// The measures of one element, for host and device.
 
 #include <cmath>
 
@@ -9,8 +9,7 @@
 
 namespace meshsmooth::detail {
 
-// The cube root is taken of a ratio, not of a volume: so the measure has the
-// same bits when the mesh is scaled by a power of two.
+// The cube root of a ratio, not of a volume: a mesh scaled by a power of two has the same bits.
 
 MESHSMOOTH_HD inline double mean_ratio(const ElementShape& shape, const CornerGeometry& corner) {
   const double size = corner.shape_norm_squared;
@@ -64,8 +63,7 @@ MESHSMOOTH_HD inline ElementMeasure measure_by_corners(const ElementShape& shape
   return measure;
 }
 
-/// The same as by corners, but what the corners share is computed once: meshes
-/// have millions of tetrahedra.
+/// The same as by corners, but what the corners share is computed once.
 MESHSMOOTH_HD inline ElementMeasure measure_tetrahedron(const Vec3d* p) {
   const auto lower = [](double x, double y) { return x < y ? x : y; };
   const auto higher = [](double x, double y) { return x > y ? x : y; };

@@ -81,7 +81,7 @@ Vec3d find_plane(const TopologyView& topology, std::span<const Vec3<Real>> posit
   if (!(norm(across) > 0)) return {0, 0, 0};
   const Vec3d normal = (1 / norm(across)) * across;
 
-  // The coordinates themselves are rounded; in float32 that is what decides.
+  // The coordinates themselves are rounded, which dominates in float32.
   NodeId outermost = first;
   const double magnitude = norm(origin) + find_farthest(topology, outermost, [&](NodeId node) {
                                             return norm(at(node));
@@ -93,8 +93,8 @@ Vec3d find_plane(const TopologyView& topology, std::span<const Vec3<Real>> posit
   return deviation <= tolerance ? normal : Vec3d{0, 0, 0};
 }
 
-/// Sum of the elements' areas as seen along `normal`. Its sign is all that
-/// counts, so the grouping of the sum may be fixed but arbitrary.
+/// Sum of the elements' areas projected along `normal`. Only its sign matters, so the grouping of
+/// the sum is fixed but arbitrary.
 template <class Real>
 double sum_areas(const ElementBlockView& block, std::span<const Vec3<Real>> positions,
                  Vec3d normal) {

@@ -14,22 +14,24 @@
 #include <sanitizer/tsan_interface.h>
 #endif
 
-/// How the core has oneTBB run bodies. The templates of its loops are used in parallel.cpp alone:
-/// like the library, that file is not built with the thread sanitizer, which would take the
-/// hand-overs inside for races. What oneTBB promises of the order of bodies is told here instead.
+/// How the core runs functors by oneTBB. Only parallel.cpp uses the templates of its loops: like
+/// the library, that file is built without the thread sanitizer, which would report the hand-overs
+/// inside as races. The order that oneTBB guarantees is annotated here instead.
 namespace meshsmooth::detail {
 
-/// A body as parallel.cpp sees it.
+/// A functor as parallel.cpp sees it.
 struct AnyBody {
   void (*call)(const AnyBody& self, std::size_t index);
 };
 
-/// Every call comes after the constructor and before the end of the destructor, whatever the
-/// threads. Calls are not in any order among each other: their races are found.
-template <class Body>
+/// Every call happens after the constructor and before the end of the destructor, on any thread.
+/// Calls are unordered among each other, so that their races are found.
+template <class Functor>
 class OrderedBody : public AnyBody {
  public:
-  explicit OrderedBody(const Body& body) : AnyBody{&call_in_order}, body_(body) { release(this); }
+  explicit OrderedBody(const Functor& functor) : AnyBody{&call_in_order}, body_(functor) {
+    release(this);
+  }
   ~OrderedBody() { acquire(&ended_); }
   OrderedBody(const OrderedBody&) = delete;
   OrderedBody& operator=(const OrderedBody&) = delete;
@@ -53,14 +55,14 @@ class OrderedBody : public AnyBody {
   static void release(const void*) {}
 #endif
 
-  const Body& body_;
+  const Functor& body_;
   char ended_ = 0;  // its address stands for the ends of the calls
 };
 
-void call_in(tbb::task_arena& arena, const AnyBody& body);
-void call_for_each(std::size_t count, const AnyBody& body);
+void call_in(tbb::task_arena& arena, const AnyBody& functor);
+void call_for_each(std::size_t count, const AnyBody& functor);
 
-/// `function()` by a thread of the arena.
+/// Runs `function()` on a thread of the arena.
 template <class Function>
 auto run_in(tbb::task_arena& arena, const Function& function) {
   using Result = decltype(function());
@@ -74,17 +76,17 @@ auto run_in(tbb::task_arena& arena, const Function& function) {
   }
 }
 
-/// `body(i)` for every i < `count`, by the threads of the arena that this one is in.
-template <class Body>
-void parallel_for(std::size_t count, const Body& body) {
-  call_for_each(count, OrderedBody(body));
+/// Calls `functor(i)` for every i < `count`, on the threads of the current arena.
+template <class Functor>
+void parallel_for(std::size_t count, const Functor& functor) {
+  call_for_each(count, OrderedBody(functor));
 }
 
-/// Ascending, by the threads of the arena that this one is in.
+/// Sorts ascending, on the threads of the current arena.
 template <class Key>
 void parallel_sort(Key* keys, std::size_t count) {
 #if defined(__SANITIZE_THREAD__)
-  std::sort(keys, keys + count);  // no body of ours runs in a sort: nothing is lost
+  std::sort(keys, keys + count);  // no functor of ours runs in a sort
 #else
   tbb::parallel_sort(keys, keys + count);
 #endif
@@ -92,22 +94,22 @@ void parallel_sort(Key* keys, std::size_t count) {
 
 inline constexpr std::size_t kRange = 8192;
 
-/// `body(begin, end)` for consecutive ranges that cover [0, count).
-template <class Body>
-void parallel_for_ranges(std::size_t count, const Body& body) {
+/// Calls `functor(begin, end)` for consecutive ranges that cover [0, count).
+template <class Functor>
+void parallel_for_ranges(std::size_t count, const Functor& functor) {
   parallel_for((count + kRange - 1) / kRange,
-               [&](std::size_t r) { body(r * kRange, std::min(count, (r + 1) * kRange)); });
+               [&](std::size_t r) { functor(r * kRange, std::min(count, (r + 1) * kRange)); });
 }
 
-/// `combine` over zero and all `body(begin, end)`, in their order: the same bits for any number
-/// of threads.
-template <class T, class Body, class Combine>
-[[nodiscard]] T parallel_reduce(std::size_t count, T zero, const Body& body,
+/// `combine` over zero and all `functor(begin, end)` in order: the same bits for any number of
+/// threads.
+template <class T, class Functor, class Combine>
+[[nodiscard]] T parallel_reduce(std::size_t count, T zero, const Functor& functor,
                                 const Combine& combine) {
-  static_assert(!std::is_same_v<T, bool>, "bodies would share the words of a vector<bool>");
+  static_assert(!std::is_same_v<T, bool>, "functors would share the words of a vector<bool>");
   std::vector<T> partial((count + kRange - 1) / kRange, zero);
   parallel_for_ranges(count, [&](std::size_t begin, std::size_t end) {
-    partial[begin / kRange] = body(begin, end);
+    partial[begin / kRange] = functor(begin, end);
   });
   T sum = zero;
   for (const T& part : partial) sum = combine(sum, part);

@@ -1,4 +1,4 @@
-// Judging all elements of a mesh in one pass.
+// Evaluates all elements of a mesh in one pass.
 
 #include "meshsmooth/quality.hpp"
 
@@ -17,8 +17,7 @@ namespace {
 
 using namespace detail;
 
-/// Sums are made chunk by chunk and added in order, so that their bits do not
-/// depend on the number of threads.
+/// Sums are formed by chunk and added in order: the same bits for any number of threads.
 constexpr std::size_t kChunk = 8192;
 
 /// A run of elements of one type.

@@ -4,8 +4,8 @@
 
 namespace meshsmooth::detail {
 
-/// The brief quality_detail of some tetrahedra side by side, as the vector units of a processor
-/// take them, without roots and divisions but that of the volume.
+/// The brief evaluation of several tetrahedra at once, vectorized, without roots and divisions
+/// except that of the volume.
 class TetrahedronBatch {
  public:
   static constexpr int kSize = 8;
@@ -20,8 +20,8 @@ class TetrahedronBatch {
       corners_[corner][2][t] = static_cast<double>(p.z);
     }
   }
-  /// Of all that are set, and nonsense of the others. `least_cube` is of a mean ratio. The bits are
-  /// the same as of `compute_plainly`, which any processor can.
+  /// Evaluates all that are set; the others have no meaning. `least_cube` is of a mean ratio. The
+  /// same bits as `compute_plainly`, which runs on any processor.
   void compute(double least_cube) {
 #if defined(__x86_64__)
     static const bool wide = __builtin_cpu_supports("avx2") != 0;

@@ -2,13 +2,13 @@
 
 #include "meshsmooth/error.hpp"
 #include "smooth/cpu/cpu_smoother.hpp"
-#include "smooth/cuda/device/cuda_smoother.hpp"
+#include "smooth/cuda/device/smoother.hpp"
 #include "smooth/cuda/device/device_name.hpp"
 
 namespace meshsmooth {
 namespace {
 
-/// Of a backend that prepares every job anew.
+/// For a backend that prepares every job from scratch.
 struct UnpreparedTopology final : PreparedTopology {
   [[nodiscard]] MemoryEstimate bytes() const override { return {}; }
 };

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kPageBytes = 4096;
 
-// Smaller ones are copied about as fast without a lock.
+// Smaller blocks are copied about as fast unlocked.
 constexpr std::size_t kMinBlockBytes = 8 * kPageBytes;
 
 }  // namespace
@@ -24,8 +24,7 @@ StagingMemory::~StagingMemory() {
   for (const auto& [age, block] : by_age_) release(block);
 }
 
-// Eight sizes between a power of two and the next: whole pages from the smallest
-// block on.
+// Eight sizes between successive powers of two; always whole pages.
 std::size_t StagingMemory::block_bytes(std::size_t bytes) {
   if (bytes < kMinBlockBytes) return bytes;
   const std::size_t step = std::bit_floor(bytes) / 8;
@@ -78,7 +77,7 @@ bool StagingMemory::do_is_equal(const memory_resource& other) const noexcept {
   return this == &other;
 }
 
-// The one used last: its pages are likeliest in the caches.
+// The most recently used: its pages are most likely cached.
 void* StagingMemory::take_idle(std::size_t bytes) {
   const std::lock_guard lock(mutex_);
   const auto after = by_size_.lower_bound({bytes + 1, 0});

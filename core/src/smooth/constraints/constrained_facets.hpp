@@ -26,13 +26,13 @@ MESHSMOOTH_HD inline bool has_facet(const ElementView& element, const FacetKey& 
   return false;
 }
 
-/// Calls `body(element, facet, between)` for the facets of which `node` is the lowest node
-/// that one element uses, or two of different regions: then from the lower one. `fixed`
-/// holds all nodes of such facets.
-template <class Body>
+/// Calls `visit(element, facet, between)` for the constrained facets whose lowest node is `node`:
+/// used by one element, or by two of different regions (then for the lower one). `fixed` marks
+/// all nodes of such facets.
+template <class Visit>
 MESHSMOOTH_HD void visit_constrained_facets(const Elements& elements, const Rows<ElementId>& balls,
                                             const Regions& regions, const std::uint8_t* fixed,
-                                            std::size_t node, const Body& body) {
+                                            std::size_t node, const Visit& visit) {
   if (fixed[node] == 0) return;
   const ElementId* const end = balls.end(node);
   for (const ElementId* e = balls.begin(node); e != end; ++e) {
@@ -49,15 +49,15 @@ MESHSMOOTH_HD void visit_constrained_facets(const Elements& elements, const Rows
       const ElementId* other = balls.begin(node);
       while (other != end && (other == e || !has_facet(elements[*other], key))) ++other;
       if (other == end) {
-        body(*e, f, false);
+        visit(*e, f, false);
       } else if (regions[*e] < regions[*other]) {
-        body(*e, f, true);
+        visit(*e, f, true);
       }
     }
   }
 }
 
-/// The facet with its normal, as it lies.
+/// The facet with its normal at the given positions.
 template <class Real>
 MESHSMOOTH_HD ConstrainedFacet constrained_facet(const ElementView& element, int facet,
                                                  std::uint64_t name, bool between,

@@ -12,8 +12,8 @@ MESHSMOOTH_HD inline bool goes_on(const ConstrainedFacet& a, const ConstrainedFa
   return cosine > 0 && cosine >= rule.feature_angle_cos * (norm(a.normal) * norm(b.normal));
 }
 
-/// The facet beyond the k-th edge of a facet: kNoFacet at a crease, where two facets turn by
-/// more than the feature angle or others than two meet.
+/// The facet beyond the k-th edge of a facet; kNoFacet at a crease, where two facets turn by more
+/// than the feature angle or not exactly two meet.
 MESHSMOOTH_HD inline ElementId facet_across(const SlidingConstraints& sliding, ElementId facet,
                                             int k, const NodeConstraintRule& rule) {
   const ConstrainedFacet& own = sliding.facets[facet];
@@ -34,15 +34,15 @@ MESHSMOOTH_HD inline ElementId facet_across(const SlidingConstraints& sliding, E
   return opposed && goes_on(own, beyond, rule) ? other : SlidingConstraints::kNoFacet;
 }
 
-/// What the facets around a node leave it.
+/// The constraint that the facets around a node leave.
 struct CurvedConstraint {
   NodeConstraint constraint;
   bool corner = false;  // where creases meet, or one turns
 };
 
-/// Of a node by the creases between the kept facets around it. With none it moves on them, if
-/// they are one fan and every two turn by less than the feature angle; with two that go on
-/// at less than it, along them.
+/// The constraint of a node by the creases between the facets around it. Without a crease it moves
+/// on the facets, if they are one fan and every two turn by less than the feature angle; with two
+/// creases that continue at less than that angle, along them.
 class FacetsAtNode {
  public:
   MESHSMOOTH_HD FacetsAtNode(const SlidingConstraints& sliding, std::size_t node,
@@ -116,7 +116,7 @@ class FacetsAtNode {
   const NodeConstraintRule& rule_;
 };
 
-/// Of a node of a surface mesh that goes on along its two kept edges.
+/// The constraint of a node of a surface mesh whose two edges continue each other.
 MESHSMOOTH_HD inline CurvedConstraint find_constraint_on_edges(const SlidingConstraints& sliding,
                                                                std::size_t node) {
   const auto id = static_cast<NodeId>(node);

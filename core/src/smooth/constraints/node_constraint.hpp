@@ -6,21 +6,21 @@
 
 namespace meshsmooth::detail {
 
-/// What is told apart when node_constraints are found.
+/// Tolerances for finding constraints.
 struct NodeConstraintRule {
-  double flatness;           // planar means: no node farther from the plane than this
+  double flatness;           // a part is planar if no node is farther from its plane
   double feature_angle_cos;  // facets that turn by less belong to a curved part
 };
 
-/// The planes of the kept facets at a node, by area: each next one is that of the largest
-/// facet that lies in none before. A node in one plane may slide in it, in two along the
-/// line that they share, in more not unless they all share that. `NodeConstraint::surface` says no
-/// more than that a part around it is curved.
+/// The planes of the constrained facets at a node, by area: each next one is that of the largest
+/// facet in none of the earlier ones. A node in one plane may slide in it, in two along their
+/// common line, in more only if all of them contain that line. `NodeConstraint::surface` only means
+/// that a part around the node is curved.
 ///
-/// The planes are told apart by the distances of the facets' nodes, not by their normals:
-/// those of slivers mean little. Planes that meet at less than the feature angle are taken
-/// for a curved part; so are facets with four nodes that lie in no plane. Two boundary
-/// facets back to back are a slit, whose front stays.
+/// Planes are distinguished by the distances of the facets' nodes, not by normals, which are
+/// unreliable for slivers. Planes that meet at less than the feature angle count as a curved part;
+/// so do warped facets with four nodes. Two boundary facets back to back are a slit, whose front
+/// is fixed.
 template <class Get>
 class PlanesAtNode {
  public:
@@ -89,7 +89,7 @@ class PlanesAtNode {
     return largest;
   }
 
-  /// Of the facets in the plane with this normal; zero for a slit.
+  /// The mean normal of the facets in the plane with this normal; zero for a slit.
   [[nodiscard]] MESHSMOOTH_HD Vec3d average_normal(Vec3d normal) const {
     Vec3d sum{0, 0, 0};
     bool ahead = false, behind = false;
@@ -104,7 +104,7 @@ class PlanesAtNode {
     return sum == Vec3d{0, 0, 0} ? normal : unit(sum);
   }
 
-  /// Whether a step along the line as long as the facets does not leave the plane.
+  /// Whether a step along the line, as long as the facets, stays in the plane.
   [[nodiscard]] MESHSMOOTH_HD bool shares_line(Vec3d normal, Vec3d line) const {
     double reach = 0;
     for (const ElementId* f = begin_; f != end_; ++f) {
@@ -127,7 +127,7 @@ class PlanesAtNode {
   int plane_count_ = 0;
 };
 
-/// Of a node by the kept facets around it. `get(node)` gives positions in double.
+/// The constraint of a node by the facets around it. `get(node)` gives positions in double.
 template <class Get>
 MESHSMOOTH_HD NodeConstraint find_constraint_in_space(const ConstrainedFacet* facets,
                                                       const ElementId* begin, const ElementId* end,
@@ -136,8 +136,8 @@ MESHSMOOTH_HD NodeConstraint find_constraint_in_space(const ConstrainedFacet* fa
   return PlanesAtNode<Get>(facets, begin, end, home, get, rule).find();
 }
 
-/// Of a node of a surface mesh by the kept edges around it: two that go on straight are a
-/// line, at less than the feature angle a curve.
+/// The constraint of a node of a surface mesh by the edges around it: two that continue straight
+/// are a line, at less than the feature angle a curve.
 template <class Get>
 MESHSMOOTH_HD NodeConstraint find_constraint_on_surface(const ConstrainedFacet* edges,
                                                         std::size_t node, const ElementId* begin,

@@ -28,7 +28,7 @@ inline void add_facets(const ElementView& element, NodeId node, RowCounter<Facet
   if (shape.dimension == 3 && shape.node_count == 4) {
     NodeId higher[4];
     int count = 0;
-    for (int n = 0; n < 4; ++n) {  // without a branch: it could not be foreseen
+    for (int n = 0; n < 4; ++n) {  // branch-free: a branch would be unpredictable
       higher[count] = element.nodes[n];
       count += element.nodes[n] > node ? 1 : 0;
     }

@@ -7,10 +7,13 @@
 
 namespace meshsmooth::detail {
 
-/// First-fit in the order of `colour_priority`, found in parallel: a node
-/// chooses once all its neighbours of higher priority have. The result is that
-/// of the serial first-fit, whatever the schedule. Source: Jones, Plassmann
-/// 1993, "A parallel graph coloring heuristic".
+/// Bytes of a colouring of n nodes, and what `colour_nodes` holds while it runs.
+[[nodiscard]] constexpr std::int64_t colouring_bytes(std::int64_t n) { return n * 4; }
+[[nodiscard]] constexpr std::int64_t colouring_nodes_bytes(std::int64_t n) { return n * (4 + 8); }
+
+/// First-fit in the order of `colour_priority`, in parallel: a node chooses once all its
+/// neighbours of higher priority have. The result is that of the serial first-fit. Source: Jones,
+/// Plassmann 1993, "A parallel graph coloring heuristic".
 ///
 /// needs  `around.balls`
 /// cost   O(ball entries) in about log n rounds; 12 B a node while it runs
@@ -28,7 +31,7 @@ inline Colouring<CpuExecutor> colour_nodes(CpuExecutor& executor, const Surround
           if (around.fixed[node] != 0 || colour[node] != kNoColour) return 0;
           return choose_colour<CpuExecutor>(around, caller_ids, node, colour) ? 0 : 1;
         },
-        [](std::size_t a, std::size_t b) { return a + b; });
+        Plus{});
   }
 
   auto keys = executor.allocate<std::uint64_t>(node_count);

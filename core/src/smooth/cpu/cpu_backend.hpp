@@ -142,12 +142,12 @@ class CpuBackend {
   }
 
  private:
-  template <class Real, class Body>
-  auto in_arena(const Job<Real>& job, const Body& body) const {
+  template <class Real, class Functor>
+  auto in_arena(const Job<Real>& job, const Functor& functor) const {
     const std::vector<ElementBlockView> blocks = block_views(job.elements);
     const TopologyView topology{job.node_count, blocks, {}};
     const PositionsView positions = std::span<const Vec3<Real>>(job.places.data(), job.node_count);
-    return run_in(executor_.arena(), [&] { return body(topology, positions); });
+    return run_in(executor_.arena(), [&] { return functor(topology, positions); });
   }
 
   static std::span<const ElementId> caller_ids(const JobElements<CpuExecutor>& elements) {

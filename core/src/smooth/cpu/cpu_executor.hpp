@@ -22,9 +22,8 @@
 
 namespace meshsmooth::detail {
 
-/// Memory that goes back to the system when it is freed: an allocator that keeps
-/// it for the thread that freed it would let a job hold more than was promised.
-/// Null when there is none.
+/// Memory that returns to the system when freed: an allocator with caches per thread would let a
+/// job hold more than its estimate. Null if there is none.
 inline void* map_memory(std::size_t bytes) {
   void* const data =
       mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
@@ -66,7 +65,7 @@ class CpuBuffer {
     return borrowed;
   }
 
-  /// From now on another count has its bytes.
+  /// Moves its bytes to another count.
   void count_by(ByteCount& count) {
     if (data_ != nullptr) {
       count.add(size_ * sizeof(T));
@@ -147,14 +146,14 @@ class CpuExecutor {
     if (size != 0) std::memcpy(host, from, size * sizeof(T));
   }
 
-  /// Calls `body(begin, end)` for consecutive ranges that cover [0, count);
+  /// Calls `functor(begin, end)` for consecutive ranges that cover [0, count);
   /// stops early when the job is interrupted, which `check` then reports.
-  template <class Body>
-  void for_each_range(std::size_t count, const Body& body, std::size_t size = kChunk) {
+  template <class Functor>
+  void for_each_range(std::size_t count, const Functor& functor, std::size_t size = kChunk) {
     const std::size_t chunks = (count + size - 1) / size;
     const auto run = [&](std::size_t chunk) {
       if (interrupt_.requested()) return;
-      body(chunk * size, std::min(count, (chunk + 1) * size));
+      functor(chunk * size, std::min(count, (chunk + 1) * size));
     };
     if (chunks <= 1 || arena_.max_concurrency() == 1) {
       for (std::size_t chunk = 0; chunk < chunks; ++chunk) run(chunk);
@@ -164,18 +163,19 @@ class CpuExecutor {
     check();
   }
 
-  template <class Body>
-  void for_each(std::size_t count, const Body& body) {
+  template <class Functor>
+  void for_each(std::size_t count, const Functor& functor) {
     for_each_range(count, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) body(i);
+      for (std::size_t i = begin; i < end; ++i) functor(i);
     });
   }
 
-  template <class T, class Body, class Combine>
-  [[nodiscard]] T reduce(std::size_t count, T zero, const Body& body, const Combine& combine) {
-    // A few bodies may be long ones: the last colours of a sweep.
+  template <class T, class Functor, class Combine>
+  [[nodiscard]] T reduce(std::size_t count, T zero, const Functor& functor,
+                         const Combine& combine) {
+    // Few calls may be long ones: the last colours of a sweep.
     const std::size_t size = std::clamp<std::size_t>(count / 32, 32, kChunk);
-    struct Part {  // of its own: bodies that share a word, as in vector<bool>, undo each other
+    struct Part {  // a word each: those that shared one, as in vector<bool>, would race
       T sum;
     };
     std::vector<Part> partial((count + size - 1) / size, Part{zero});
@@ -183,7 +183,7 @@ class CpuExecutor {
         count,
         [&](std::size_t begin, std::size_t end) {
           T sum = zero;
-          for (std::size_t i = begin; i < end; ++i) sum = combine(sum, body(i));
+          for (std::size_t i = begin; i < end; ++i) sum = combine(sum, functor(i));
           partial[begin / size].sum = sum;
         },
         size);
@@ -205,8 +205,8 @@ class CpuExecutor {
     check();
   }
 
-  /// Adds to a slot that several bodies share and returns what was there. A
-  /// lock-free addition costs several plain ones, so one thread does without.
+  /// Adds to a slot that functors share and returns the former value. An atomic addition costs
+  /// several plain ones, so a single thread does without.
   class Adder {
    public:
     explicit Adder(bool alone) : alone_(alone) {}

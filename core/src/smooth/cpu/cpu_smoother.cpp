@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "smooth/cpu/cpu_backend.hpp"
-#include "smooth/steps/memory_model.hpp"
+#include "smooth/cpu/memory_model.hpp"
 #include "smooth/steps/pipeline.hpp"
 
 namespace meshsmooth::detail {

@@ -5,9 +5,22 @@
 
 #include "smooth/cpu/cpu_executor.hpp"
 #include "smooth/cpu/row_counter.hpp"
+#include "smooth/steps/mesh_counts.hpp"
 #include "smooth/steps/rows.hpp"
 
 namespace meshsmooth::detail {
+
+/// Bytes of all balls, and of all rings.
+[[nodiscard]] inline std::int64_t ball_bytes(const MeshCounts& mesh) {
+  return row_bytes(mesh.nodes, mesh.entries);
+}
+[[nodiscard]] inline std::int64_t ring_bytes(const MeshCounts& mesh) {
+  return row_bytes(mesh.nodes, 2 * mesh.edges);
+}
+/// Bytes that `find_rings` holds besides them: the entries once more, in chunks.
+[[nodiscard]] inline std::int64_t finding_rings_bytes(const MeshCounts& mesh) {
+  return 2 * mesh.edges * 4;
+}
 
 /// Emits every node of an element.
 struct VisitNodes {

@@ -5,8 +5,17 @@
 #include "meshsmooth/mesh.hpp"
 #include "smooth/cpu/cpu_executor.hpp"
 #include "smooth/steps/job_mesh.hpp"
+#include "smooth/steps/mesh_counts.hpp"
 
 namespace meshsmooth::detail {
+
+/// Bytes of `JobElements` without the table, and what `renumber_elements` holds while it runs.
+[[nodiscard]] inline std::int64_t element_bytes(const MeshCounts& mesh) {
+  return mesh.entries * 4 + mesh.elements * 4;
+}
+[[nodiscard]] inline std::int64_t renumbering_bytes(const MeshCounts& mesh) {
+  return mesh.nodes * 4 + row_bytes(mesh.nodes, mesh.elements);
+}
 
 /// The caller's elements of one type: blocks in executor memory.
 struct SourceBlock {

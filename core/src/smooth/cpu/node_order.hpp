@@ -24,9 +24,8 @@ Box find_box(CpuExecutor& executor, const Vec3<Real>* positions, std::size_t nod
       });
 }
 
-/// Node numbers inside a job, along a space-filling curve, so that nodes that
-/// are close in space are close in memory. Only speed depends on it: rows are
-/// kept in the caller's order, so results do not.
+/// Node numbers inside a job: nodes that are close in space are close in memory. Only speed
+/// depends on it, because rows keep the caller's order.
 struct Renumbering {
   CpuBuffer<NodeId> caller_ids;   // internal -> caller
   CpuBuffer<NodeId> internal_of;  // caller -> internal
@@ -58,15 +57,15 @@ Renumbering renumber_nodes(CpuExecutor& executor, const Vec3<Real>* positions,
   return result;
 }
 
-/// `renumber_nodes` by the topology alone: breadth first along the rings, from the caller's
-/// first node of each part, so that neighbours are close in memory too. What was prepared for one
-/// mesh serves all that share its topology, and their jobs have the same bits whoever came first.
+/// `renumber_nodes` by the topology alone: breadth first along the rings, from the caller's first
+/// node of each component. All meshes with one topology share the result, and their jobs have the
+/// same bits whichever came first.
 ///
 /// takes  rings by the caller's ids
 /// cost   O(nodes + ring entries), serial
 inline Renumbering renumber_by_rings(CpuExecutor& executor, std::size_t node_count,
                                      const Rows<NodeId>& rings) {
-  constexpr std::size_t kNodesPerLook = 65536;
+  constexpr std::size_t kNodesPerCheck = 65536;
   Renumbering result;
   result.caller_ids = executor.allocate<NodeId>(node_count);
   result.internal_of = executor.allocate<NodeId>(node_count);
@@ -83,7 +82,7 @@ inline Renumbering renumber_by_rings(CpuExecutor& executor, std::size_t node_cou
   for (std::size_t first = 0; first < node_count; ++first) {
     visit(static_cast<NodeId>(first));
     for (; next < end; ++next) {
-      if (next % kNodesPerLook == 0) executor.check();
+      if (next % kNodesPerCheck == 0) executor.check();
       const auto node = static_cast<std::size_t>(queue[next]);
       for (const NodeId* n = rings.begin(node); n != rings.end(node); ++n) visit(*n);
     }

@@ -43,7 +43,7 @@ OptimizeStats sweep_optimize(CpuExecutor& executor, OptimizeSweeper<CpuExecutor,
                           }
                           return stats_of_visit(before, visit);
                         },
-                        AddOptimizeStats{});
+                        Plus{});
   }
   return stats;
 }

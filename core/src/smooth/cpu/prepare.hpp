@@ -22,8 +22,7 @@ void fix_nodes(CpuExecutor& executor, const TopologyView& topology, const Smooth
   const Rows<NodeId> rings = job.rings.view();
   const FixedCounts counts = executor.reduce(
       job.node_count, FixedCounts{},
-      [=](std::size_t node) { return rule(node, rings.size(node) == 0); },
-      [](const FixedCounts& a, const FixedCounts& b) { return a + b; });
+      [=](std::size_t node) { return rule(node, rings.size(node) == 0); }, Plus{});
   job.nodes = counts.nodes;
   job.free_count = static_cast<std::size_t>(counts.free);
 }

@@ -8,7 +8,7 @@
 
 namespace meshsmooth::detail {
 
-/// Rings, balls and boundary that many jobs use at the same time.
+/// Order, elements, rings, balls and boundary, shared by concurrent jobs.
 struct CpuPreparedTopology final : PreparedTopology {
   ByteCount count;  // of the buffers, so before them
   CpuBuffer<NodeId> caller_ids;
@@ -67,10 +67,9 @@ inline std::shared_ptr<CpuPreparedTopology> prepare_topology(CpuExecutor& execut
   }
   result->boundary_nodes = executor.reduce(
       node_count, std::int64_t{0},
-      [=](std::size_t node) -> std::int64_t { return on_boundary[node] != 0 ? 1 : 0; },
-      [](std::int64_t a, std::int64_t b) { return a + b; });
+      [=](std::size_t node) -> std::int64_t { return on_boundary[node] != 0 ? 1 : 0; }, Plus{});
 
-  // They outlive the job that made them.
+  // The buffers outlive the job that made them.
   const auto keep = [&](auto&... buffers) { (buffers.count_by(result->count), ...); };
   keep(result->caller_ids, result->elements.shapes, result->elements.connectivity,
        result->elements.caller_ids, result->balls.offsets, result->balls.entries,

@@ -9,8 +9,8 @@
 namespace meshsmooth::detail {
 
 /// x^(-1/3) for a positive, normal x, to about two units in the last place, by
-/// operations that host and device round alike: a guess from the exponent, then two
-/// steps of fourth order.
+/// operations that host and device round equally: an estimate from the exponent, then two
+/// iterations of fourth order.
 MESHSMOOTH_HD inline double inverse_cbrt(double x) {
   std::uint64_t bits = 0;
   std::memcpy(&bits, &x, sizeof bits);
@@ -25,7 +25,7 @@ MESHSMOOTH_HD inline double inverse_cbrt(double x) {
   return y;
 }
 
-/// D^(2 / dimension) turned over, and its square root's power that the derivatives need.
+/// D^(-2 / dimension), and 1 / D, which the derivatives need.
 template <int kDimension>
 struct InverseVolume {
   double scale;  // D^(-2 / dimension)
@@ -42,21 +42,20 @@ struct InverseVolume {
   }
 };
 
-/// Below this multiple of S^(d/2) the determinant D of a corner is not taken for
-/// positive. The house's own bound is `kSignBound` times the product of the corner's
-/// edges, which is below S^(d/2) for every ideal corner; the rest is for the rounding
-/// of a term that is moved (see `MovedCorner`).
+/// Below this multiple of S^(d/2) the determinant D of a corner does not count as positive.
+/// `kSignBound` times the product of the corner's edges is less, as that is below S^(d/2) for
+/// every ideal corner; the rest covers the rounding of a moved term (see `MovedCorner`).
 inline constexpr double kCertainVolume = 8e-14;
 /// The same for S / D^(2/d): its power -2/d.
 template <int kDimension>
 inline constexpr double kCertainStretch = kDimension == 2 ? 1 / kCertainVolume : 5.386e8;
 
-/// What a corner with this determinant and norm is energy.
+/// The energy of a corner with this determinant and norm.
 template <int kDimension>
 struct CornerEnergy {
   InverseVolume<kDimension> inverse;
   double stretch;  // S / D^(2/d): the inverse mean ratio times d
-  bool positive;   // certainly; else the rest means nothing
+  bool positive;   // certainly; else the other members have no meaning
 
   MESHSMOOTH_HD CornerEnergy(double volume, double size)
       : inverse(volume),
@@ -64,8 +63,8 @@ struct CornerEnergy {
         positive(volume > 0 && stretch < kCertainStretch<kDimension>) {}
 };
 
-/// A moved corner: to be certainly positive it must also not have shrunk by more than ten
-/// in length at one go, or what is left of D and S is the rounding of what they were made of.
+/// A moved corner: to be certainly positive it must also not have shrunk by more than a factor of
+/// ten in one step, or cancellation leaves only rounding in D and S.
 template <int kDimension>
 struct MovedCorner : CornerEnergy<kDimension> {
   MESHSMOOTH_HD MovedCorner(const CornerTerm& term, double volume, double size)
@@ -80,16 +79,16 @@ MESHSMOOTH_HD inline double raise(double f, int power) {
   return f;
 }
 
-/// What a ball is energy: the weighted sum over its corners of f^power, f = S / (d chi(D)^(2/d))
+/// The energy of a ball: the weighted sum over its corners of f^power, f = S / (d chi(D)^(2/d))
 /// the inverse mean ratio, chi(D) = (D + sqrt(D^2 + 4 e^2)) / 2. Source: Garanzha et al. 2021,
 /// "Foldover-free maps in 50 lines of code", for chi; Knupp 2001 for f.
 struct BallEnergy {
   int power = 1;               // a power of two
   double epsilon_squared = 0;  // 0: corners must be positive
-  double unit = 1;             // f is counted in it, so that a high power stays in range
+  double unit = 1;             // f is divided by it, so that a high power stays in range
 };
 
-/// The terms of a ball in one look.
+/// What one pass over the terms of a ball finds.
 struct BallScan {
   bool valid = true;         // every corner is certainly positive
   double lowest_volume = 0;  // of all D and 0
@@ -176,7 +175,7 @@ MESHSMOOTH_HD double energy_as(const Team& team, const Terms& terms, const BallE
   return team.sum(allowed ? sum : HUGE_VAL);
 }
 
-/// The energy with the node displaced by `d`; HUGE_VAL where that is not allowed: with
+/// The energy with the node displaced by `d`; HUGE_VAL if that is not allowed: with
 /// epsilon 0 every corner must be certainly positive, else, if `guard`, those that were.
 template <int kDimension, class Team, class Terms>
 MESHSMOOTH_HD double energy_at(const Team& team, const Terms& terms, const BallEnergy& energy,
@@ -193,7 +192,7 @@ struct BallDerivatives {
   Vec3d gradient{0, 0, 0};
   double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
 
-  /// Without epsilon: every corner is certainly positive. Else the rest means nothing.
+  /// Without epsilon: every corner is certainly positive. Else the other members have no meaning.
   [[nodiscard]] MESHSMOOTH_HD bool valid() const { return energy < HUGE_VAL; }
 };
 
@@ -209,7 +208,7 @@ MESHSMOOTH_HD BallDerivatives differentiate_as(const Team& team, const Terms& te
   bool valid = true;
   terms.for_each([&](const CornerTerm& term) {
     double stretch = 0;
-    double slope = 0;  // 1 / D, or what stands for it
+    double slope = 0;  // 1 / D, or its regularization
     if constexpr (kRegularised) {
       const Regularized regularized(term.volume, energy.epsilon_squared);
       stretch = term.size * InverseVolume<kDimension>(regularized.chi).scale;
@@ -259,7 +258,7 @@ MESHSMOOTH_HD BallDerivatives differentiate(const Team& team, const Terms& terms
                                     : differentiate_as<kDimension, false>(team, terms, energy);
 }
 
-/// A Newton step and what it promises: L = g' H^-1 g / E. Zero where the matrix is not
+/// A Newton step and its predicted gain L = g' H^-1 g / E. Zero if the matrix is not
 /// positive definite in double.
 struct NewtonStep {
   Vec3d direction{0, 0, 0};

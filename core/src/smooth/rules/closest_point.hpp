@@ -67,20 +67,20 @@ MESHSMOOTH_HD Closest closest_on_facet(const ConstrainedFacet& facet, Vec3d p, c
   return other;
 }
 
-/// A place on the facets, and the one that it is on.
+/// A position on the facets, and its facet.
 struct OnFacets {
   Closest closest;
   ElementId facet = SlidingConstraints::kNoFacet;
 };
 
-/// How far a search goes. It begins where the node came from and goes as long as it comes
-/// nearer, so the end may be nearest only among what is around it; but it is on the facets.
+/// Bound on the steps of a search. It starts at the node's input facets and continues while the
+/// distance falls, so it may end in a local minimum; but always on the facets.
 inline constexpr int kMostSteps = 64;
 
-/// Searches from the facets at a node, where it lies at `start`, over edges that are no
-/// creases. `get(node)` says where the facets' nodes lie.
+/// Searches from the facets at a node, where it is at `start`, across edges that are no creases.
+/// `get(node)` gives the positions of the facets' nodes.
 ///
-/// cost   the facets at the node, and those on the way
+/// cost   the facets at the node, and those on the path
 template <class Get>
 MESHSMOOTH_HD OnFacets closest_on_patch(const SlidingConstraints& sliding, std::size_t node,
                                         Vec3d start, Vec3d p, const Get& get) {
@@ -92,7 +92,7 @@ MESHSMOOTH_HD OnFacets closest_on_patch(const SlidingConstraints& sliding, std::
     best = {found, facet};
     return true;
   };
-  // Those around a corner of a facet, one way and the other until a crease.
+  // The facets around a corner of a facet, in both directions until a crease.
   const auto look_around = [&](ElementId first, NodeId corner) {
     bool nearer = false;
     for (int way = 0; way < 2; ++way) {
@@ -146,7 +146,7 @@ MESHSMOOTH_HD Closest closest_on_crease(const SlidingConstraints& sliding, std::
   return best;
 }
 
-/// Of what a node of curved parts may take, given `get(node)`: where its facets lie.
+/// The same on a curved constraint of either kind.
 template <class Get>
 MESHSMOOTH_HD Closest closest_of_constraint(const SlidingConstraints& sliding, std::size_t node,
                                             Vec3d start, Vec3d p, const Get& get) {
@@ -155,8 +155,8 @@ MESHSMOOTH_HD Closest closest_of_constraint(const SlidingConstraints& sliding, s
              : closest_on_patch(sliding, node, start, p, get).closest;
 }
 
-/// The place on the crease or part of the node, as it came, that is nearest to `place`. Always
-/// searched from the node's home: it depends on nothing else, and roundings do not add up.
+/// The nearest position on the node's input crease or part. Always searched from the node's home,
+/// so that it depends on nothing else and roundings do not accumulate.
 MESHSMOOTH_HD inline Vec3d project(const SlidingConstraints& sliding, std::size_t node,
                                    Vec3d place) {
   const Vec3d home = sliding.home(static_cast<NodeId>(node));
@@ -165,8 +165,8 @@ MESHSMOOTH_HD inline Vec3d project(const SlidingConstraints& sliding, std::size_
       .place;
 }
 
-/// The direction of the node's crease, or the normal of its part, as they lie around it;
-/// zero where there is none.
+/// The direction of the node's crease, or the normal of its part, at the current positions; zero
+/// if there is none.
 template <class P>
 MESHSMOOTH_OUTLINE MESHSMOOTH_HD Vec3d direction_on_facets(const SlidingConstraints& sliding,
                                                            std::size_t node, const P& x) {

@@ -4,8 +4,7 @@
 
 namespace meshsmooth::detail {
 
-/// A bijection of 32-bit numbers that looks random: the order in which nodes
-/// choose their colours.
+/// A bijective 32-bit hash: the order in which nodes choose their colours.
 MESHSMOOTH_HD inline std::uint32_t colour_priority(NodeId caller_id) {
   auto h = static_cast<std::uint32_t>(caller_id);
   h = (h ^ (h >> 16)) * 0x85ebca6bU;
@@ -13,40 +12,41 @@ MESHSMOOTH_HD inline std::uint32_t colour_priority(NodeId caller_id) {
   return h ^ (h >> 16);
 }
 
-/// Calls `body(other)` for the nodes that share an element with `node` until it
-/// returns false; says whether it never did. In a mesh of simplices they are the
+/// Calls `visit(other)` for the nodes that share an element with `node` until it
+/// returns false; returns whether it never did. In a mesh of simplices they are the
 /// ring; else some are visited more than once.
-template <class Body>
-MESHSMOOTH_HD bool visit_adjacent(const Surroundings& around, std::size_t node, const Body& body) {
+template <class Visit>
+MESHSMOOTH_HD bool visit_adjacent(const Surroundings& around, std::size_t node,
+                                  const Visit& visit) {
   if (around.elements.simplices()) {
     for (const NodeId* n = around.rings.begin(node); n != around.rings.end(node); ++n) {
-      if (!body(*n)) return false;
+      if (!visit(*n)) return false;
     }
     return true;
   }
   for (const ElementId* e = around.balls.begin(node); e != around.balls.end(node); ++e) {
     const ElementView element = around.elements[*e];
     for (int n = 0; n < element.shape->node_count; ++n) {
-      if (!body(element.nodes[n])) return false;
+      if (!visit(element.nodes[n])) return false;
     }
   }
   return true;
 }
 
 /// `visit_adjacent` over the free nodes that choose before `node`.
-template <class Body>
+template <class Visit>
 MESHSMOOTH_HD bool visit_higher(const Surroundings& around, const NodeId* caller_ids,
-                                std::size_t node, const Body& body) {
+                                std::size_t node, const Visit& visit) {
   const std::uint32_t own = colour_priority(caller_ids[node]);
   return visit_adjacent(around, node, [&](NodeId other) {
-    return around.fixed[other] != 0 || colour_priority(caller_ids[other]) <= own || body(other);
+    return around.fixed[other] != 0 || colour_priority(caller_ids[other]) <= own || visit(other);
   });
 }
 
 inline constexpr std::uint32_t kNoColour = 0xffffffffU;
 
 /// Gives a node the lowest colour that none of its neighbours before it has, if
-/// they all have one; says whether it did.
+/// they all have one; returns whether it did.
 template <class E>
 MESHSMOOTH_HD bool choose_colour(const Surroundings& around, const NodeId* caller_ids,
                                  std::size_t node, std::uint32_t* colours) {

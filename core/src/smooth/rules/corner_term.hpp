@@ -108,20 +108,20 @@ MESHSMOOTH_HD inline CornerTerm tetrahedron_term(Vec3d a, Vec3d b, Vec3d c) {
   return term;
 }
 
-/// The place of `node` among an element's nodes.
+/// The local number of `node` in an element.
 MESHSMOOTH_HD inline int local_node(const ElementView& element, NodeId node) {
   int own = 0;
   while (element.nodes[own] != node) ++own;
   return own;
 }
 
-/// Calls `body(term)` for the corners that change when `node` moves, as it lies at
-/// `place`: of a simplex one stands for all, they are equal. A team's thread takes the
-/// elements `rank`, `rank + size`, …
-template <int kDimension, class Team, class P, class Body>
+/// Calls `visit(term)` for the corners that change when `node` moves, with the node at `place`: one
+/// stands for all of a simplex, whose corners are equal. A team's thread takes the elements
+/// `rank`, `rank + size`, …
+template <int kDimension, class Team, class P, class Visit>
 MESHSMOOTH_HD void visit_terms(const Team& team, const Surroundings& around, const P& x,
                                std::size_t node, Vec3<typename P::Real> place, Vec3d normal,
-                               const Body& body) {
+                               const Visit& visit) {
   const Vec3d own_place = vec3_cast<double>(place);
   const auto relative = [&](NodeId other) {
     return vec3_cast<double>(x[static_cast<std::size_t>(other)]) - own_place;
@@ -130,7 +130,7 @@ MESHSMOOTH_HD void visit_terms(const Team& team, const Surroundings& around, con
     const std::int64_t last = around.balls.offsets[node + 1];
     for (std::int64_t e = around.balls.offsets[node] + team.rank; e < last; e += team.size) {
       const NodeId* const others = around.opposite + 3 * e;
-      body(tetrahedron_term(relative(others[0]), relative(others[1]), relative(others[2])));
+      visit(tetrahedron_term(relative(others[0]), relative(others[1]), relative(others[2])));
     }
     return;
   }
@@ -146,18 +146,18 @@ MESHSMOOTH_HD void visit_terms(const Team& team, const Surroundings& around, con
       if (reference == Vec3d{0, 0, 0}) reference = normal;  // it had no area in the input
     }
     if (is_simplex(shape)) {
-      body(corner_term<kDimension>(shape, own, -1, get, reference));
+      visit(corner_term<kDimension>(shape, own, -1, get, reference));
       continue;
     }
     for (int k = 0; k < shape.corner_count; ++k) {
       const int role = role_in_corner(shape.corners[k], own, kDimension);
-      if (role < 3) body(corner_term<kDimension>(shape, k, role, get, reference));
+      if (role < 3) visit(corner_term<kDimension>(shape, k, role, get, reference));
     }
   }
 }
 
 /// The terms of one node's ball, of one thread of a team. The first `kCapacity` are
-/// kept, a larger ball is gathered again at every look.
+/// stored; a larger ball is gathered again at every pass.
 template <int kDimension, int kCapacity, class Team, class P>
 class BallTerms {
  public:
@@ -169,7 +169,7 @@ class BallTerms {
     move_to(x[node]);
   }
 
-  /// Places the node anew: displacements count from here.
+  /// Moves the node: displacements are relative to its new position.
   MESHSMOOTH_HD void move_to(Vec3<Real> place) {
     place_ = place;
     count_ = 0;
@@ -182,16 +182,16 @@ class BallTerms {
   [[nodiscard]] MESHSMOOTH_HD Vec3<Real> place() const { return place_; }
   [[nodiscard]] MESHSMOOTH_HD const P& positions() const { return x_; }
 
-  template <class Body>
-  MESHSMOOTH_HD void for_each(const Body& body) const {
-    if (count_ > kCapacity) return gather(body);
-    for (int n = 0; n < count_; ++n) body(kept_[n]);
+  template <class Visit>
+  MESHSMOOTH_HD void for_each(const Visit& visit) const {
+    if (count_ > kCapacity) return gather(visit);
+    for (int n = 0; n < count_; ++n) visit(kept_[n]);
   }
 
  private:
-  template <class Body>
-  MESHSMOOTH_HD void gather(const Body& body) const {
-    visit_terms<kDimension>(team_, around_, x_, node_, place_, normal_, body);
+  template <class Visit>
+  MESHSMOOTH_HD void gather(const Visit& visit) const {
+    visit_terms<kDimension>(team_, around_, x_, node_, place_, normal_, visit);
   }
 
   const Team& team_;

@@ -8,7 +8,7 @@
 
 namespace meshsmooth::detail {
 
-/// What is counted when it is decided which nodes stay.
+/// Counts of nodes by `FixRule`.
 struct FixedCounts {
   NodeCounts nodes;
   std::int64_t free = 0;
@@ -20,9 +20,8 @@ struct FixedCounts {
   }
 };
 
-/// Turns the boundary's marks into those of the nodes that stay: the boundary
-/// unless it is free, the caller's own, and nodes in no element. (`constrain` frees those
-/// that may slide.)
+/// Turns the marks of the boundary into those of the fixed nodes: the boundary unless it is free,
+/// the caller's, and nodes in no element. (`constrain` frees those that may slide.)
 struct FixRule {
   const NodeId* caller_ids;
   const std::uint8_t* mask;  // by the caller's ids, or null

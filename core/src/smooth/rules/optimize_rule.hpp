@@ -5,7 +5,7 @@
 
 namespace meshsmooth::detail {
 
-/// What the visits of a run of sweeps do.
+/// What the visits of a phase do.
 struct OptimizePhase {
   int power = 2;      // of the energy of valid balls, a power of two
   double poor = 0;    // visit only balls whose worst inverse mean ratio is above
@@ -18,37 +18,37 @@ struct Visit {
   Vec3<Real> place;
   double gain = 0;       // relative fall of the ball's energy to the power of 1/p
   bool tangled = false;  // a corner is not certainly positive
-  bool held = false;     // it should move, but nothing tried was better
+  bool held = false;     // no trial of its move was better
 };
 
-/// What must be won for a move to be taken: more than rounding can feign.
+/// The least relative gain of an accepted move: more than rounding.
 inline constexpr double kLeastFall = 1e-12;
-/// A ball whose Newton step promises less is at rest.
+/// Below this Newton decrement a ball has converged.
 inline constexpr double kRestDecrement = 4e-6;
-/// Above it the step is tried at several times its length.
+/// Above it, multiples of the step are tried too.
 inline constexpr double kStretchDecrement = 0.1;
 /// Over-relaxation: neighbours move too.
 inline constexpr double kOverRelaxation = 1.4;
 
-/// The best place found along a direction.
+/// The best position along a direction.
 template <class Real>
 struct Found {
   Vec3<Real> place;
   double value;
 };
 
-/// Tries 1, 1/2, … 1/32 of `step` from `before`; after a whole step 2 and 4 times it, if
-/// `stretch`. `hold(place)` gives the place as it will be stored, which is judged;
-/// `judge(place)` is what is to fall, `value` what it is at `before`.
-template <class Real, class Hold, class Judge>
+/// Line search: tries 1, 1/2, … 1/32 of `step` from `before`; after a whole step 2 and 4 times it,
+/// if `stretch`. `project(position)` gives the position as it will be stored, at which
+/// `evaluate` gives the value to minimize; `value` is that at `before`.
+template <class Real, class Project, class Evaluate>
 MESHSMOOTH_HD Found<Real> search_along(Vec3<Real> before, Vec3d step, bool stretch, double value,
-                                       const Hold& hold, const Judge& judge) {
+                                       const Project& project, const Evaluate& evaluate) {
   Found<Real> best{before, value};
   const Vec3d origin = vec3_cast<double>(before);
   const auto improves = [&](double length) {
-    const Vec3<Real> place = hold(vec3_cast<Real>(origin + length * step));
+    const Vec3<Real> place = project(vec3_cast<Real>(origin + length * step));
     if (place == best.place) return false;
-    const double found = judge(place);
+    const double found = evaluate(place);
     if (!(found < best.value - kLeastFall * std::abs(best.value))) return false;
     best = {place, found};
     return true;
@@ -62,8 +62,8 @@ MESHSMOOTH_HD Found<Real> search_along(Vec3<Real> before, Vec3d step, bool stret
   return best;
 }
 
-/// The normal of the plane in which a surface node moves: that of the plane mesh, else
-/// the mean of its ball's references; zero when there is none.
+/// The normal of the plane in which a surface node moves: that of the plane mesh, else the mean of
+/// its ball's references; zero if there is none.
 template <class Team>
 MESHSMOOTH_HD Vec3d node_normal(const Team& team, const Surroundings& around, std::size_t node) {
   if (around.references == nullptr) return around.reference;
@@ -77,8 +77,8 @@ MESHSMOOTH_HD Vec3d node_normal(const Team& team, const Surroundings& around, st
   return length > 1e-6 ? (1 / length) * sum : Vec3d{0, 0, 0};
 }
 
-/// One visit of one node. Reads positions, writes none. Without `kBound` the node has no
-/// displacement_limit and does not slide.
+/// One visit of one node. Reads positions, writes none. Without `kBound` the node has neither a
+/// displacement limit nor a constraint.
 template <int kDimension, bool kBound, class Team, class Terms>
 class NodeOptimizer {
  public:
@@ -96,9 +96,9 @@ class NodeOptimizer {
         phase_(phase),
         displacement_limit_(displacement_limit) {}
 
-  /// In a valid ball one step down its energy. In a tangled one two steps down the
-  /// regularized energy; once it is valid, the second one as in a valid ball. One text for
-  /// all of them, or a device would have to hold every look at a ball several times.
+  /// In a valid ball one descent step of its energy. In a tangled one two of the regularized
+  /// energy; once it is valid, the second as in a valid ball. One loop for all of them, so that
+  /// device code has each pass over a ball only once.
   MESHSMOOTH_HD Visit<Real> visit() {
     Visit<Real> visit{.place = terms_.place()};
     BallEnergy energy{.power = phase_.power};
@@ -153,14 +153,13 @@ class NodeOptimizer {
     return {.power = 1, .epsilon_squared = epsilon_squared<kDimension>(scan)};
   }
 
-  /// `search_along` a Newton step from where the node lies, where the ball's energy is
-  /// `value`.
+  /// `search_along` a Newton step from the node's position, where the ball's energy is `value`.
   [[nodiscard]] MESHSMOOTH_HD Found<Real> search(const BallEnergy& energy, double value,
                                                  const NewtonStep& newton_step) const {
     const bool regularized = energy.epsilon_squared > 0;
     double length = 1;
     if (regularized) {
-      // Taken as the trials take theirs, not with the derivatives' rounding.
+      // Evaluated as the trials are, not with the derivatives' rounding.
       value = energy_at<kDimension>(team_, terms_, energy, Vec3d{0, 0, 0}, phase_.guard);
     } else {
       length = kOverRelaxation * p_norm_length(energy.power, newton_step.decrement);
@@ -180,7 +179,7 @@ class NodeOptimizer {
         });
   }
 
-  /// Newton on the p-norm of f: the direction of the sum's step, but longer.
+  /// Newton's method on the p-norm of f: the direction of the sum's step, but longer.
   [[nodiscard]] static MESHSMOOTH_HD double p_norm_length(int power, double decrement) {
     const double shortening = 1 - (power - 1) * decrement;
     return 1 / (shortening > 0.1 ? shortening : 0.1);
@@ -196,7 +195,7 @@ class NodeOptimizer {
   const DisplacementLimit<Real>& displacement_limit_;
 };
 
-/// Where one node goes. `kCapacity` corners of its ball are kept per thread of the team.
+/// The visit of a node whose `kCapacity` corners are stored per thread of the team.
 template <int kDimension, int kCapacity, class Team, class P>
 MESHSMOOTH_HD Visit<typename P::Real> optimize_node(
     const Team& team, const Surroundings& around, const P& x, std::size_t node,

@@ -7,43 +7,42 @@
 
 namespace meshsmooth::detail {
 
-/// How a boundary node may move: in a plane or along a line through `home`, where the
-/// caller had it; or where parts are curved on the facets as they came, along a crease of
-/// them or on the part between creases.
+/// How a boundary node may move: in a plane or along a line through `home`, its input position;
+/// or, on curved parts, on the input facets: along a crease or on the part between creases.
 struct NodeConstraint {
   enum Kind : std::uint8_t { point, line, plane, curve, surface };
 
   Vec3d home;
   Vec3d direction;  // unit: the line's, or the plane's normal
   Kind kind;
-  NodeId next[2] = {-1, -1};  // curve: the nodes beside it on its crease
+  NodeId next[2] = {-1, -1};  // curve: its neighbours on the crease
 
   [[nodiscard]] MESHSMOOTH_HD bool curved() const { return kind == curve || kind == surface; }
   [[nodiscard]] MESHSMOOTH_HD bool along() const { return kind == line || kind == curve; }
 };
 
-/// A facet that keeps its place: on the boundary, or between two regions. Edges of surface
+/// A facet whose shape is preserved: on the boundary, or between two regions. Edges of surface
 /// elements have two nodes.
 struct ConstrainedFacet {
   NodeId nodes[4];     // seen from outside counter-clockwise; missing ones are -1
-  Vec3d normal;        // of the facet as it came, as long as twice its area; an edge's own vector
-  std::uint64_t name;  // by the caller's element: the order of sums
+  Vec3d normal;        // of the input facet, as long as twice its area; an edge's own vector
+  std::uint64_t name;  // from the caller's element: the order of sums
   bool between;        // two regions; seen from the lower one
 };
 
-/// The nodes of kept facets, how they slide, and the facets around them, in executor memory.
-/// Empty where none may.
+/// The nodes of constrained facets, how they slide, and the facets around them, in executor
+/// memory. Empty if no node may slide.
 struct SlidingConstraints {
   static constexpr ElementId kNoFacet = ~ElementId{0};
 
-  const std::int32_t* slots = nullptr;               // of a node, -1 for those on no kept facet
+  const std::int32_t* slots = nullptr;  // of a node, -1 for those on no constrained facet
   const NodeConstraint* node_constraints = nullptr;  // by slot
   Rows<ElementId> facets_of{};                       // by slot: the facets at the node
   const ConstrainedFacet* facets = nullptr;
   std::size_t facet_count = 0;
-  bool curved = false;  // some parts are curved: all that slide do it on facets
-  // Where curved, of four edges a facet (the k-th from node k on) the facet that goes on
-  // beyond without a crease, or kNoFacet.
+  bool curved = false;  // some parts are curved: all nodes slide on facets
+  // If curved: for each of a facet's four edges (the k-th starts at node k) the facet that
+  // continues beyond it without a crease, or kNoFacet.
   const ElementId* across = nullptr;
 
   [[nodiscard]] MESHSMOOTH_HD bool any() const { return slots != nullptr; }
@@ -52,7 +51,7 @@ struct SlidingConstraints {
   [[nodiscard]] MESHSMOOTH_HD const NodeConstraint* constraint(std::size_t node) const {
     return slots == nullptr || slots[node] < 0 ? nullptr : node_constraints + slots[node];
   }
-  /// Of a node on a kept facet, where the caller had it.
+  /// The input position of a node on a constrained facet.
   [[nodiscard]] MESHSMOOTH_HD Vec3d home(NodeId node) const {
     return node_constraints[slots[node]].home;
   }
@@ -63,7 +62,7 @@ MESHSMOOTH_HD inline int corner_count(const ConstrainedFacet& facet) {
   return facet.nodes[2] < 0 ? 2 : facet.nodes[3] < 0 ? 3 : 4;
 }
 
-/// Where in the facet the node is; -1 if it is not.
+/// The node's index in the facet; -1 if it is not part of it.
 MESHSMOOTH_HD inline int place_in(const ConstrainedFacet& facet, NodeId node) {
   for (int k = 0; k < corner_count(facet); ++k) {
     if (facet.nodes[k] == node) return k;
@@ -71,8 +70,8 @@ MESHSMOOTH_HD inline int place_in(const ConstrainedFacet& facet, NodeId node) {
   return -1;
 }
 
-/// As it lies, as long as twice its area; an edge's own vector. `get(node)` gives positions in
-/// double.
+/// The facet's normal at the positions `get(node)`, as long as twice its area; an edge's own
+/// vector.
 template <class Get>
 MESHSMOOTH_HD Vec3d normal_of(const ConstrainedFacet& facet, const Get& get) {
   const NodeId* const nodes = facet.nodes;
@@ -82,7 +81,7 @@ MESHSMOOTH_HD Vec3d normal_of(const ConstrainedFacet& facet, const Get& get) {
   return cross(get(nodes[2]) - a, get(nodes[3]) - get(nodes[1]));
 }
 
-/// One coordinate of a place drawn back by `off`: where the direction lies along an axis a
+/// One coordinate of a position pulled back by `off`: where the direction is along an axis, a
 /// coordinate is either free or fixed, and the fixed one keeps its bits.
 MESHSMOOTH_HD inline double slid_coordinate(const NodeConstraint& constraint, double direction,
                                             double home, double place, double off) {
@@ -92,8 +91,8 @@ MESHSMOOTH_HD inline double slid_coordinate(const NodeConstraint& constraint, do
   return place - off;
 }
 
-/// The place of the constraint that is nearest to `place`, to the rounding of the coordinates.
-/// Counted from home every time, so that roundings do not add up.
+/// The nearest position on the node's plane or line, to the rounding of the coordinates.
+/// Computed from home every time, so that roundings do not accumulate.
 template <class Real>
 MESHSMOOTH_HD Vec3<Real> slide_to(const NodeConstraint& constraint, Vec3<Real> place) {
   const Vec3d p = vec3_cast<double>(place);
@@ -107,10 +106,9 @@ MESHSMOOTH_HD Vec3<Real> slide_to(const NodeConstraint& constraint, Vec3<Real> p
                                slid_coordinate(constraint, n.z, h.z, p.z, off.z)});
 }
 
-/// Whether a facet lies as it came: every corner turned the same way, an edge not reversed;
-/// of curved parts turned by less than 60 degrees. `get(node)` gives positions in double. A
-/// node in a plane, or on a line, whose facets keep this does not leave the part of it that
-/// they cover.
+/// Whether a facet keeps its input orientation at the positions `get(node)`: no corner flipped, no
+/// edge reversed; on curved parts turned by less than 60 degrees. A node whose facets keep it does
+/// not leave the part of its plane or line that they cover.
 template <class Get>
 MESHSMOOTH_HD bool facet_is_right(const ConstrainedFacet& facet, bool curved, const Get& get) {
   const NodeId* const nodes = facet.nodes;
@@ -130,7 +128,7 @@ MESHSMOOTH_HD bool facet_is_right(const ConstrainedFacet& facet, bool curved, co
   return true;
 }
 
-/// Whether every facet at the node that is right stays so when it goes to `place`.
+/// Whether every facet at the node that keeps its orientation still does with the node moved.
 template <class Team, class P>
 MESHSMOOTH_HD bool keeps_facets(const Team& team, const SlidingConstraints& sliding, const P& x,
                                 std::size_t node, Vec3<typename P::Real> place) {

@@ -12,7 +12,7 @@ struct Box {
   [[nodiscard]] MESHSMOOTH_HD double diagonal() const { return norm(upper - lower); }
 };
 
-/// Place of a cell along Hilbert's curve through a grid of 2^bits cells a side.
+/// Index of a cell along Hilbert's curve through a grid of 2^bits cells a side.
 /// Source: Skilling 2004, "Programming the Hilbert curve", AIP Conf. Proc. 707.
 MESHSMOOTH_HD inline std::uint64_t hilbert_key(std::uint32_t x, std::uint32_t y, std::uint32_t z,
                                                int bits) {

@@ -6,7 +6,7 @@
 
 namespace meshsmooth::detail {
 
-/// Everything around the nodes of a job that does not move, in executor memory.
+/// Everything that the rules read besides positions, in executor memory.
 struct Surroundings {
   std::size_t node_count;
   Elements elements;
@@ -15,8 +15,9 @@ struct Surroundings {
   const std::uint8_t* fixed;          // one byte a node
   const PackedDirection* references;  // a normal per surface element; null: all have `reference`
   Vec3d reference;
-  // Of a mesh of tetrahedra, for Optimize: beside each entry of the balls the three other
-  // nodes, in the order of the corner's edges.
+  // Of a mesh of tetrahedra, for Optimize: for each entry of the balls the three other nodes, in
+  // the order of the corner's edges. Without it, loads depend on each other: ball, element, local
+  // node, neighbours' order, positions.
   const NodeId* opposite = nullptr;
   SlidingConstraints sliding{};
 
@@ -28,7 +29,7 @@ struct Surroundings {
   }
 };
 
-/// Reads positions that nobody writes, or only nodes of another colour.
+/// Reads positions that are not written concurrently, except for nodes of another colour.
 template <class R>
 struct QuietPositions {
   using Real = R;
@@ -36,8 +37,8 @@ struct QuietPositions {
   [[nodiscard]] MESHSMOOTH_HD Vec3<R> operator[](std::size_t node) const { return data[node]; }
 };
 
-/// Threads that judge one node's ball together: each takes every `size`-th element
-/// from `rank` on, and all learn what they found.
+/// Threads that evaluate one node's ball together: each takes every `size`-th element from `rank`
+/// on, and all get the combined result. A backend may have larger teams.
 struct SingleThread {
   static constexpr int size = 1;
   static constexpr int rank = 0;

@@ -19,12 +19,6 @@ struct SweepStats {
   }
 };
 
-struct AddStats {
-  MESHSMOOTH_HD SweepStats operator()(const SweepStats& a, const SweepStats& b) const {
-    return a + b;
-  }
-};
-
 template <class Real>
 MESHSMOOTH_HD SweepStats stats_of_move(Vec3<Real> before, Vec3<Real> after, bool held) {
   const Vec3d move = vec3_cast<double>(after) - vec3_cast<double>(before);

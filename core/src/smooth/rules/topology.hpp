@@ -63,9 +63,8 @@ struct Rows {
   }
 };
 
-/// Sorts a row by `key(entry)`; keys differ. In a short row every entry counts
-/// the lower ones: more comparisons than needed, but no branch to guess wrong.
-/// Heap order keeps the rare long row O(n log n).
+/// Sorts a row by `key(entry)`; keys differ. In a short row every entry counts the lower ones:
+/// more comparisons, but no mispredicted branch. A heap sort keeps the rare long row O(n log n).
 template <class Id, class Key>
 MESHSMOOTH_HD void sort_row(Id* row, std::size_t count, const Key& key) {
   constexpr std::size_t kShort = 64;

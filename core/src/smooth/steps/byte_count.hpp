@@ -5,7 +5,7 @@
 
 namespace meshsmooth::detail {
 
-/// Counts the bytes of one job: now and at the highest. Thread-safe.
+/// Counts the bytes of one job: current and peak. Thread-safe.
 class ByteCount {
  public:
   void add(std::size_t bytes) {

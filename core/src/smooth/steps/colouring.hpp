@@ -7,8 +7,8 @@
 
 namespace meshsmooth::detail {
 
-/// Free nodes grouped so that no two of one colour share an element: the nodes
-/// of a colour may move at the same time without seeing each other.
+/// Free nodes grouped so that no two of one colour share an element: all nodes of a colour can
+/// move concurrently.
 template <Executor E>
 struct Colouring {
   typename E::template Buffer<NodeId> nodes;  // colour after colour, ascending inside

@@ -9,10 +9,11 @@
 #include "smooth/constraints/node_constraint.hpp"
 #include "smooth/steps/find_facets.hpp"
 #include "smooth/steps/job_mesh.hpp"
+#include "smooth/steps/mesh_counts.hpp"
 
 namespace meshsmooth::detail {
 
-/// Owns what the sweeps need to know of sliding nodes.
+/// Owns the `SlidingConstraints` of a job.
 template <Executor E>
 struct Constraints {
   typename E::template Buffer<std::int32_t> slots;
@@ -30,24 +31,36 @@ struct Constraints {
   }
 };
 
+/// Bytes of `Constraints`.
+[[nodiscard]] inline std::int64_t constraint_bytes(const MeshCounts& mesh,
+                                                   const SmoothOptions& options) {
+  if (options.boundary != BoundaryPolicy::slide) return 0;
+  // A boundary node has two triangles and six entries in their rows, or one quad or edge.
+  const std::int64_t facets = mesh.dimension == 3 && !mesh.only(8) ? 2 : 1;
+  // `across` has four entries a facet; a slot has an offset.
+  const auto facet = static_cast<std::int64_t>(sizeof(ConstrainedFacet) + 4 * sizeof(ElementId));
+  const auto constraint = static_cast<std::int64_t>(sizeof(NodeConstraint));
+  return mesh.nodes * 4 + mesh.surface * (facets * (facet + 3 * 4) + constraint + 8);
+}
+
+/// Bytes that `constrain` holds while it runs.
+[[nodiscard]] inline std::int64_t constraining_bytes(const MeshCounts& mesh,
+                                                     const SmoothOptions& options) {
+  return options.boundary == BoundaryPolicy::slide ? mesh.nodes * 8 : 0;
+}
+
 /// Which nodes slide.
 struct SlidingCounts {
   std::int64_t in_plane = 0;
   std::int64_t on_line = 0;
   std::int64_t on_surface = 0;
   std::int64_t on_curve = 0;
-  std::int64_t curved = 0;  // beside a part that is not planar
+  std::int64_t curved = 0;  // next to a part that is not planar
 
   [[nodiscard]] std::int64_t sliding() const { return in_plane + on_line + on_surface + on_curve; }
   friend MESHSMOOTH_HD SlidingCounts operator+(const SlidingCounts& a, const SlidingCounts& b) {
     return {a.in_plane + b.in_plane, a.on_line + b.on_line, a.on_surface + b.on_surface,
             a.on_curve + b.on_curve, a.curved + b.curved};
-  }
-};
-
-struct AddSlidingCounts {
-  MESHSMOOTH_HD SlidingCounts operator()(const SlidingCounts& a, const SlidingCounts& b) const {
-    return a + b;
   }
 };
 
@@ -64,8 +77,8 @@ struct VisitSlots {
   }
 };
 
-/// How far from its plane or line a node may lie: 1e-13 of the box, and what the rounding of
-/// the coordinates makes.
+/// How far a node may be from its plane or line: 1e-13 of the box, plus the rounding of the
+/// coordinates.
 template <class Real>
 [[nodiscard]] double flatness_of(const Box& box) {
   const double farthest =
@@ -98,9 +111,9 @@ std::size_t number_slots(E& executor, std::size_t node_count, const ConstrainedF
   return static_cast<std::size_t>(count);
 }
 
-/// Finds the constraint of each node with a slot that the caller does not hold (`mask`, by the
-/// caller's ids, or null), as if all parts were planar: those with one are no longer fixed.
-/// Those beside curved parts get a curved one to begin with, and stay fixed.
+/// Finds the constraint of each node with a slot that the caller has not fixed (`mask`, by the
+/// caller's ids, or null), as if all parts were planar: nodes with one are no longer fixed.
+/// Nodes next to curved parts get a preliminary curved one, and stay fixed.
 ///
 /// cost   O(facets at a node squared)
 template <Executor E, class Real>
@@ -132,12 +145,12 @@ SlidingCounts find_node_constraints(E& executor, const JobMesh<E, Real>& job,
                              .on_line = found.kind == NodeConstraint::line ? 1 : 0,
                              .curved = found.curved() ? 1 : 0};
       },
-      AddSlidingCounts{});
+      Plus{});
 }
 
-/// Where some parts are curved: looks again at the node_constraints that `find_node_constraints`
-/// gave, by the creases between facets. Nodes in a plane or on a line become curved ones too: what
-/// is around them may now change its outline.
+/// If some parts are curved: replaces the constraints of `find_node_constraints`, by the creases
+/// between facets. Nodes in a plane or on a line become curved ones too, because the outline
+/// around them may change.
 ///
 /// cost   O(facets at a node squared); 16 B a facet
 template <Executor E, class Real>
@@ -167,7 +180,7 @@ SlidingCounts find_curved_constraints(E& executor, const JobMesh<E, Real>& job,
         if (flat == NodeConstraint::point) return SlidingCounts{};
         const CurvedConstraint found = volume ? FacetsAtNode(sliding, node, rule).find()
                                               : find_constraint_on_edges(sliding, node);
-        // Not its home: bodies of other nodes read that.
+        // Not its home: functors of other nodes read that.
         constraint.direction = found.constraint.direction;
         constraint.kind = found.constraint.kind;
         for (int k = 0; k < 2; ++k) constraint.next[k] = found.constraint.next[k];
@@ -179,7 +192,7 @@ SlidingCounts find_curved_constraints(E& executor, const JobMesh<E, Real>& job,
         return constraint.kind == NodeConstraint::surface ? SlidingCounts{.on_surface = 1}
                                                           : SlidingCounts{.on_curve = 1};
       },
-      AddSlidingCounts{});
+      Plus{});
 }
 
 /// After step 2: fixes the nodes between regions, and lets those of the boundary and between

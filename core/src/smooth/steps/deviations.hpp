@@ -7,10 +7,10 @@
 
 namespace meshsmooth::detail {
 
-/// How far nodes of curved parts lie off, in the mesh's unit.
+/// One-sided (Hausdorff) deviations of the nodes of curved parts, in the mesh's unit.
 struct OneSidedDeviations {
-  double off_facets = 0;  // of the facets as they came: a node's farthest
-  double cut_off = 0;     // of the facets as they are now: a node's home's farthest
+  double off_facets = 0;  // largest distance of a node from the input facets
+  double cut_off = 0;     // largest distance of an input position from the current facets
 
   friend MESHSMOOTH_HD OneSidedDeviations operator+(const OneSidedDeviations& a,
                                                     const OneSidedDeviations& b) {
@@ -19,8 +19,8 @@ struct OneSidedDeviations {
   }
 };
 
-/// Measures the nodes with a curved constraint. One that seems to be farther off than `tolerance`
-/// is looked for on all facets.
+/// Measures the nodes with a curved constraint. If a node seems farther off than `tolerance`, all
+/// facets are searched.
 ///
 /// cost   O(curved nodes)
 template <Executor E, class Real>
@@ -45,7 +45,7 @@ OneSidedDeviations measure_deviations(E& executor, std::size_t node_count,
             std::sqrt(off),
             std::sqrt(closest_of_constraint(sliding, node, place, home, lies).squared)};
       },
-      [] MESHSMOOTH_HD(const OneSidedDeviations& a, const OneSidedDeviations& b) { return a + b; });
+      Plus{});
 }
 
 }  // namespace meshsmooth::detail

@@ -9,6 +9,14 @@
 
 namespace meshsmooth::detail {
 
+/// Sums up in `Executor::reduce`.
+struct Plus {
+  template <class T>
+  MESHSMOOTH_HD T operator()(const T& a, const T& b) const {
+    return a + b;
+  }
+};
+
 /// Functors of the kind that steps pass to an executor; the concept checks with them.
 struct ExampleFunctor {
   MESHSMOOTH_HD std::int64_t operator()(std::size_t) const { return 0; }

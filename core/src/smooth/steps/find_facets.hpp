@@ -36,10 +36,10 @@ InterfaceCounts fix_interfaces(E& executor, std::size_t node_count, const Rows<E
         fixed[node] = 1;
         return InterfaceCounts{1, was_free ? 1 : 0};
       },
-      [] MESHSMOOTH_HD(const InterfaceCounts& a, const InterfaceCounts& b) { return a + b; });
+      Plus{});
 }
 
-/// The facets that keep their place: on the boundary, and between regions.
+/// Finds the constrained facets: on the boundary, and between regions.
 ///
 /// takes  `fixed`: 1 for the nodes of the boundary and between regions, and for others
 /// gives  the facets by their lowest node, in the order of its ball

@@ -7,7 +7,7 @@
 
 namespace meshsmooth::detail {
 
-/// Whether a job must end without a result: looked at between pieces of work.
+/// Whether a job must end without a result; checked between pieces of work.
 class Interrupt {
  public:
   explicit Interrupt(const JobControl& control) : control_(control) {}

@@ -3,23 +3,40 @@
 #include <type_traits>
 
 #include "smooth/steps/form.hpp"
+#include "smooth/steps/mesh_counts.hpp"
 #include "smooth/steps/optimize.hpp"
 
 namespace meshsmooth::detail {
 
-/// Calls `body(mean)` with the rule of a weighting.
-template <class Body>
-void with_mean(Weighting weighting, const Body& body) {
+/// Calls `functor(mean)` with the rule of a weighting.
+template <class Functor>
+void with_mean(Weighting weighting, const Functor& functor) {
   switch (weighting) {
     case Weighting::uniform:
-      return body(UniformMean{});
+      return functor(UniformMean{});
     case Weighting::inverse_edge_length:
-      return body(EdgeLengthMean<-1>{});
+      return functor(EdgeLengthMean<-1>{});
     case Weighting::edge_length:
-      return body(EdgeLengthMean<1>{});
+      return functor(EdgeLengthMean<1>{});
     case Weighting::ball_volume:
-      return body(BallVolumeMean{});
+      return functor(BallVolumeMean{});
   }
+}
+
+/// Bytes that `iterate` holds besides rings and balls.
+[[nodiscard]] inline std::int64_t iterate_bytes(const MeshCounts& mesh,
+                                                const SmoothOptions& options) {
+  const std::int64_t positions = mesh.nodes * mesh.position_bytes;
+  const Acceptance acceptance = acceptance_of(options);
+  std::int64_t bytes = 0;
+  if (const Form form = resolve_form(options); form != Form::gauss_seidel) {
+    if (form == Form::jacobi || acceptance.active()) bytes += positions;  // the sweeper's
+    if (acceptance.active()) bytes += limit_moves_bytes(mesh.nodes, acceptance.smart);
+  }
+  if (std::holds_alternative<Taubin>(options.method)) bytes += positions;
+  if (std::holds_alternative<HcLaplacian>(options.method)) bytes += 2 * positions;
+  if (std::holds_alternative<Optimize>(options.method)) bytes += optimize_bytes(mesh, options);
+  return options.movement_limit ? bytes + positions : bytes;
 }
 
 /// Step 3: sweeps until the monitor reports the end.

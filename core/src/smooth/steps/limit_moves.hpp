@@ -5,6 +5,11 @@
 
 namespace meshsmooth::detail {
 
+/// Bytes of `limit_moves` for n nodes.
+[[nodiscard]] constexpr std::int64_t limit_moves_bytes(std::int64_t n, bool smart) {
+  return n * (smart ? 3 + 8 : 3);
+}
+
 /// `accept_move` for all nodes of a sweep in which they did not see each other, in rounds:
 /// while an element or facet violates the acceptance, the moves of its nodes (guard, facets)
 /// or of the node whose ball it worsens (smart) are halved, and undone in the last trial.
@@ -32,7 +37,6 @@ std::int64_t limit_moves(E& executor, const SweepContext<E, Real>& context,
   double* const floor = floor_buffer.data();
   const QuietPositions<Real> old_x{before};
   const QuietPositions<Real> new_x{after};
-  const auto add = [] MESHSMOOTH_HD(std::int64_t a, std::int64_t b) { return a + b; };
 
   executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) {
     cuts[node] = 0;
@@ -108,13 +112,14 @@ std::int64_t limit_moves(E& executor, const SweepContext<E, Real>& context,
                             : before[node];
           return 1;
         },
-        add);
+        Plus{});
     if (cut == 0) break;
     few_changed = static_cast<std::size_t>(cut) < node_count / kFew;
   }
   return executor.reduce(
       node_count, std::int64_t{0},
-      [=] MESHSMOOTH_HD(std::size_t node) -> std::int64_t { return cuts[node] != 0 ? 1 : 0; }, add);
+      [=] MESHSMOOTH_HD(std::size_t node) -> std::int64_t { return cuts[node] != 0 ? 1 : 0; },
+      Plus{});
 }
 
 /// `limit_moves`, then the statistics of what remains of the sweep.

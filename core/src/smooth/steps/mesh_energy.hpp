@@ -60,7 +60,7 @@ MeshEnergy measure_energy(E& executor, const Surroundings& around, const Vec3<Re
         }
         return sum;
       },
-      [] MESHSMOOTH_HD(const MeshEnergy& a, const MeshEnergy& b) { return a + b; });
+      Plus{});
 }
 
 template <Executor E, class Real>

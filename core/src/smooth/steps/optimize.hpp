@@ -2,6 +2,7 @@
 
 #include "smooth/steps/backend.hpp"
 #include "smooth/steps/limit_moves.hpp"
+#include "smooth/steps/mesh_counts.hpp"
 
 namespace meshsmooth::detail {
 
@@ -17,6 +18,15 @@ struct CallerPositions {
   const Vec3<Real>* positions;  // in the caller's order
   const NodeId* caller_ids;     // of a node of ours
 };
+
+/// Bytes of `optimize`: states, opposite nodes, and where a tangled mesh is repaired its input
+/// and `limit_moves`.
+[[nodiscard]] inline std::int64_t optimize_bytes(const MeshCounts& mesh,
+                                                 const SmoothOptions& options) {
+  const bool repairs = options.tangled == TangledPolicy::repair;
+  return mesh.nodes + (mesh.only(4) ? 3 * 4 * mesh.entries : 0) +
+         (repairs ? mesh.nodes * mesh.position_bytes + limit_moves_bytes(mesh.nodes, false) : 0);
+}
 
 /// The method Optimize: untangles where a ball is not valid, then descends the goal's energy,
 /// then refines poor balls by high powers for Goal::worst.

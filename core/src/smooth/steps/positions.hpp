@@ -13,7 +13,7 @@ SweepStats measure_moves(E& executor, std::size_t node_count, const Vec3<Real>* 
       [=] MESHSMOOTH_HD(std::size_t node) {
         return stats_of_move(before[node], after[node], false);
       },
-      AddStats{});
+      Plus{});
 }
 
 template <Executor E, class Real>

@@ -18,7 +18,7 @@ struct RowBuffer {
 /// takes  `visit(item, emit)` calls `emit(row)` for every row the item belongs to
 /// gives  per row the ids of its items, ascending by `key(item)`
 /// cost   O(items + rows), 8 B a row and 4 B an entry, 4 B a row while it runs
-/// order  deterministic: the fill is unordered, the rows are sorted after it
+/// order  deterministic: rows are filled in any order, then sorted
 template <Executor E, class Visit, class Key>
 RowBuffer<E, ElementId> group_items(E& executor, std::size_t row_count, std::size_t item_count,
                                     const Visit& visit, const Key& key) {

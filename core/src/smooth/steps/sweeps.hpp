@@ -21,7 +21,7 @@ SweepStats sweep_jacobi(E& executor, const SweepContext<E, Real>& context, const
             project(around, displacement_limit, node, step_towards(mean, around, x, node, factor));
         return stats_of_move(before[node], after[node], false);
       },
-      AddStats{});
+      Plus{});
   return context.acceptance.active() ? limit_and_measure(executor, context, before, after) : stats;
 }
 
@@ -64,7 +64,7 @@ SweepStats sweep_gauss_seidel(E& executor, const SweepContext<E, Real>& context,
                           positions[node] = position;
                           return stats_of_move(before, position, held);
                         },
-                        AddStats{});
+                        Plus{});
   }
   return stats;
 }
@@ -90,7 +90,7 @@ SweepStats sweep_asynchronous(E& executor, const SweepContext<E, Real>& context,
         x.store(node, position);
         return stats_of_move(before_move, position, false);
       },
-      AddStats{});
+      Plus{});
   return limited ? limit_and_measure<E, Real>(executor, context, before, positions) : stats;
 }
 

@@ -52,7 +52,6 @@ class CudaExecutor : public StreamMarks {
   using HostArray = DeviceBuffer<T>;
   template <class Real>
   using AsynchronousPositions = CudaAsynchronousPositions<Real>;
-  static constexpr int kKeptCorners = 1;  // more would go to local memory
 
   CudaExecutor(CudaLane& lane, const Interrupt& interrupt)
       : StreamMarks(lane), interrupt_(interrupt) {}

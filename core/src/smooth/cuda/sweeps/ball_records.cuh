@@ -33,6 +33,9 @@ struct BallRecords {
   int colour_count = 0;
   std::size_t largest = 0;  // nodes of a colour
 
+  static constexpr std::int64_t bytes(std::int64_t node_count) {
+    return node_count * std::int64_t{sizeof(BallRecord)};
+  }
   [[nodiscard]] ColouredNodes nodes() const { return {records.data(), first.data(), colour_count}; }
 };
 

@@ -2,11 +2,11 @@
 
 #include "smooth/cuda/primitives/vector_access.cuh"
 #include "smooth/cuda/sweeps/ball_records.cuh"
-#include "smooth/rules/rules.hpp"
+#include "smooth/rules/acceptance.hpp"
 
 namespace meshsmooth::detail {
 
-/// A tetrahedron of a ball in the registers of one thread. A second text of `element_score`: with
+/// A tetrahedron of a ball in the registers of one thread. A second text of `quality_with`: with
 /// the corners held, the trials of a move read no memory (smart Laplacian 9.6 to 6.4 ms for 20
 /// sweeps at 100k, H200). parity_test compares the bits with the CPU's.
 template <class Real>
@@ -105,8 +105,7 @@ class HeldBall {
     }
   }
 
-  /// `accept_move` from `before`. A second text because the trials work on held tetrahedra, see
-  /// there.
+  /// `accept_move` from `before`, on held tetrahedra.
   __device__ Vec3<Real> accept_move(Vec3<Real> before, Vec3<Real> candidate, Acceptance acceptance,
                                     bool& held) const {
     if (candidate == before) return before;
@@ -123,7 +122,7 @@ class HeldBall {
     const unsigned int hopeless =
         acceptance.smart ? find_hopeless(before, candidate, QualityThreshold(worst)) : 0;
     Real share = 1;
-    for (int trial = 0; trial < kTrials; ++trial, share /= 2) {
+    for (int trial = 0; trial < kMoveTrials; ++trial, share /= 2) {
       bool accepted = (hopeless >> trial & 1U) == 0;
       if (accepted) {
         const Vec3<Real> position = position_of(before, candidate, trial, share);
@@ -143,7 +142,6 @@ class HeldBall {
 
  private:
   static constexpr int kEach = 64 / Team::size;
-  static constexpr int kTrials = 4;
 
   [[nodiscard]] __device__ bool has(int n) const { return team_.rank + n * Team::size < size_; }
   static __device__ Vec3<Real> position_of(Vec3<Real> before, Vec3<Real> candidate, int trial,
@@ -157,20 +155,20 @@ class HeldBall {
     unsigned int hopeless = 0;
     if constexpr (std::is_same_v<Real, float>) {
       if (!threshold.usable()) return 0;
-      bool below[kTrials] = {};
+      bool below[kMoveTrials] = {};
 #pragma unroll
       for (int n = 0; n < kEach; ++n) {
         if (!has(n)) continue;
         const QualityThreshold::Facet facet(elements_[n]);
         float share = 1;
 #pragma unroll
-        for (int trial = 0; trial < kTrials; ++trial, share /= 2) {
+        for (int trial = 0; trial < kMoveTrials; ++trial, share /= 2) {
           below[trial] |=
               threshold.is_above(elements_[n], facet, position_of(before, candidate, trial, share));
         }
       }
 #pragma unroll
-      for (int trial = 0; trial < kTrials; ++trial) {
+      for (int trial = 0; trial < kMoveTrials; ++trial) {
         hopeless |= (team_.all(!below[trial]) ? 0U : 1U) << trial;
       }
     }

@@ -1,14 +1,10 @@
 #pragma once
 
-#include "smooth/cuda/topology/element_runs.cuh"
-#include "smooth/steps/optimize.hpp"
+#include "smooth/cuda/device/executor.cuh"
+#include "smooth/steps/optimize_sweeper.hpp"
+#include "smooth/steps/phase_monitor.hpp"
 
 namespace meshsmooth::detail {
-
-/// `only_tetrahedra`, known on the host.
-[[nodiscard]] inline bool only_tetrahedra(CudaExecutor& executor, const Elements& elements) {
-  return is_only(executor, elements, ElementType::tetrahedron);
-}
 
 /// For every entry of the balls the element's other nodes.
 [[nodiscard]] DeviceBuffer<NodeId> find_opposite_nodes(CudaExecutor& executor,

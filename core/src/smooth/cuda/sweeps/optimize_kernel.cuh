@@ -3,7 +3,8 @@
 #include "smooth/cuda/primitives/warp_team.cuh"
 #include "smooth/cuda/sweeps/coloured_loop.cuh"
 #include "smooth/cuda/sweeps/team_terms.cuh"
-#include "smooth/steps/optimize.hpp"
+#include "smooth/rules/colouring_rule.hpp"
+#include "smooth/rules/optimize_visit.hpp"
 
 namespace meshsmooth::detail {
 
@@ -98,10 +99,7 @@ __global__ void __launch_bounds__(kOptimizeThreads, 4)
     const auto node = static_cast<std::size_t>(now.ball.node);
     if (states != nullptr) {
       const std::uint8_t state = states[node];
-      if ((state & kAwake) == 0) {
-        return {
-            {0, 0, 0, (state & kHeldNode) != 0 ? 1 : 0}, 0, (state & kTangledBall) != 0 ? 1 : 0};
-      }
+      if ((state & kAwake) == 0) return stats_asleep(state);
     }
     const Vec3<Real> before = x[node];
     Visit<Real> visit;
@@ -117,14 +115,10 @@ __global__ void __launch_bounds__(kOptimizeThreads, 4)
     __syncwarp(team.mask);
     if (team.rank == 0) {
       if (moved) x.store(node, visit.place);
-      if (states != nullptr) {
-        states[node] =
-            static_cast<std::uint8_t>((moved ? kAwake : 0) | (visit.tangled ? kTangledBall : 0) |
-                                      (visit.held ? kHeldNode : 0));
-      }
+      if (states != nullptr) states[node] = state_after(before, visit);
     }
     if (states != nullptr && moved) wake_around(team, around, node, states);
-    return {stats_of_move(before, visit.place, visit.held), visit.gain, visit.tangled ? 1 : 0};
+    return stats_of_visit(before, visit);
   };
 
   ColouredLoop<kTeam, kOptimizeThreads, Ahead> loop(nodes, {team, around.opposite});

@@ -2,6 +2,7 @@
 
 #include "smooth/cuda/device/executor.cuh"
 #include "smooth/cuda/primitives/vector_access.cuh"
+#include "smooth/steps/mesh_counts.hpp"
 
 namespace meshsmooth::detail {
 
@@ -52,6 +53,10 @@ class PaddedPositions<double> {
   double2* xy_;
   double* z_;
 };
+
+[[nodiscard]] inline std::int64_t padded_bytes(const MeshCounts& mesh) {
+  return mesh.nodes * (mesh.position_bytes == 12 ? 16 : 24);
+}
 
 template <class Real>
 void pad_positions(CudaExecutor& executor, std::size_t node_count, const Vec3<Real>* from,

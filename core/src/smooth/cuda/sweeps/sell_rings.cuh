@@ -5,6 +5,7 @@
 #include "smooth/cuda/device/executor.cuh"
 #include "smooth/cuda/primitives/vector_access.cuh"
 #include "smooth/rules/surroundings.hpp"
+#include "smooth/steps/mesh_counts.hpp"
 
 namespace meshsmooth::detail {
 
@@ -55,6 +56,10 @@ struct SellRings {
   static constexpr int kFixed = -1;
   /// Most entries, padding included, per entry of the rings.
   static constexpr std::int64_t kMostPadding = 2;
+
+  static constexpr std::int64_t bytes(const MeshCounts& mesh) {
+    return mesh.nodes * 4 + mesh.nodes / 4 + kMostPadding * mesh.edges * 2 * 4;
+  }
 
   /// Nothing if consecutive rings differ so much that padding would take too much memory.
   static std::optional<SellRings> of(CudaExecutor& executor, const Surroundings& around) {

@@ -109,6 +109,11 @@ __device__ void report(const Grid& grid, const SweepBatch& batch, int done) {
   if (blockIdx.x == 0 && threadIdx.x == 0) *batch.done = done;
 }
 
+/// Bytes of the sums of a batch.
+[[nodiscard]] constexpr std::int64_t batch_bytes(std::int64_t blocks) {
+  return blocks * kMostInBatch * std::int64_t{sizeof(SweepStats)};
+}
+
 /// Runs batches of Laplacian sweeps until the monitor ends them. `launch(batch)` queues one,
 /// `finish(sweeps)` is told how many it did. False if a batch could not be done this way.
 template <class Launch, class Finish>

@@ -121,6 +121,11 @@ inline Colouring<CudaExecutor> sort_by_colour(CudaExecutor& executor, std::size_
   return result;
 }
 
+/// Bytes of `colour_nodes`: choices and colours, or what the sort needs.
+[[nodiscard]] constexpr std::int64_t colour_search_bytes(std::int64_t node_count) {
+  return node_count * 25;
+}
+
 /// The colouring of the CPU backend, by the device; the host waits twice.
 inline Colouring<CudaExecutor> colour_nodes(CudaExecutor& executor, const Surroundings& around,
                                             const NodeId* caller_ids) {

@@ -134,6 +134,11 @@ __global__ void __launch_bounds__(kSmallOrderThreads)
   }
 }
 
+/// Bytes of `order_nodes`: keys and ids, as much again in the sort; internal ids and ball sizes.
+[[nodiscard]] constexpr std::int64_t order_bytes(std::int64_t node_count) {
+  return node_count * (12 + 8 + 8);
+}
+
 /// Internal numbers along the Hilbert curve, and the box. Only speed depends on the numbers, so the
 /// sort uses 32-bit keys and as few of their bits as suffice.
 template <class Real>

@@ -5,10 +5,16 @@
 #include "smooth/cuda/topology/node_order.cuh"
 #include "smooth/cuda/topology/ring_kernel.cuh"
 #include "smooth/steps/job_mesh.hpp"
-#include "smooth/steps/memory_model.hpp"
 #include "smooth/steps/refusals.hpp"
 
 namespace meshsmooth::detail {
+
+/// Bytes of a prepared mesh without its rows: two arrays of positions, the caller's ids, marks,
+/// elements.
+[[nodiscard]] inline std::int64_t job_bytes(const MeshCounts& mesh) {
+  return mesh.nodes * (2 * mesh.position_bytes + 4 + 1) + mesh.entries * 4 +
+         (mesh.types > 1 ? mesh.elements * 4 : 0);
+}
 
 /// A job on its way up: what is needed beside the mesh until its rings are known.
 struct Preparation {

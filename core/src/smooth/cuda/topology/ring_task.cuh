@@ -6,7 +6,8 @@
 #include "smooth/rules/facet_key.hpp"
 #include "smooth/rules/fixed_nodes.hpp"
 #include "smooth/rules/topology.hpp"
-#include "smooth/steps/memory_model.hpp"
+#include "smooth/steps/form.hpp"
+#include "smooth/steps/mesh_counts.hpp"
 
 namespace meshsmooth::detail {
 

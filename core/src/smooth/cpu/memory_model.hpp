@@ -1,0 +1,47 @@
+#pragma once
+
+#include <algorithm>
+
+#include "smooth/cpu/colouring.hpp"
+#include "smooth/cpu/incidence.hpp"
+#include "smooth/cpu/job_elements.hpp"
+#include "smooth/steps/constrain.hpp"
+#include "smooth/steps/iterate.hpp"
+
+namespace meshsmooth::detail {
+
+/// Bytes that the CPU backend keeps of a prepared topology; the steps know their parts.
+[[nodiscard]] inline std::int64_t prepared_bytes(const MeshSize& size) {
+  const MeshCounts mesh = count_mesh(size);
+  const auto table = static_cast<std::int64_t>(kElementTypeCount * sizeof(ElementShape));
+  const std::int64_t bytes = mesh.nodes * (4 + 1) +  // caller's ids, boundary marks
+                             element_bytes(mesh) + ball_bytes(mesh) + ring_bytes(mesh) + table;
+  return bytes + bytes / 50;
+}
+
+/// Upper bound of the bytes of a job on the CPU backend, from its sizes alone: the highest of its
+/// stages.
+[[nodiscard]] inline std::int64_t estimate_bytes(const MeshSize& size, const SmoothOptions& options,
+                                                 int thread_count) {
+  const MeshCounts mesh = count_mesh(size);
+  const std::int64_t n = mesh.nodes;
+  const std::int64_t kept = n * (mesh.position_bytes + 4) +  // positions, caller's ids
+                            element_bytes(mesh) + constraint_bytes(mesh, options);
+  const std::int64_t rings = ring_bytes(mesh);
+  const std::int64_t rows = ball_bytes(mesh) + rings;
+  const bool colours = resolve_form(options) == Form::gauss_seidel;
+  // A plane surface needs no normals.
+  const std::int64_t normals =
+      mesh.dimension == 2 ? mesh.elements * std::int64_t{sizeof(PackedDirection)} : 0;
+  const std::int64_t iterating = n + iterate_bytes(mesh, options) + normals +
+                                 (needs_balls(options) ? rows : rings) +
+                                 (colours ? colouring_bytes(n) : 0);
+  const std::int64_t peak =
+      kept + std::max({n * 4 + renumbering_bytes(mesh), rows + finding_rings_bytes(mesh),
+                       rows + n + (colours ? colouring_nodes_bytes(n) : 0),
+                       rows + n + constraining_bytes(mesh, options), iterating});
+  const std::int64_t histograms = (1 + thread_count) * (std::int64_t{192} << 10);
+  return peak + peak / 50 + histograms;
+}
+
+}  // namespace meshsmooth::detail
