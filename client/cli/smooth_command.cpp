@@ -87,7 +87,7 @@ double least_move(const Mesh& mesh, const SmoothOptions& options) {
 void fix_nodes(formats::MeshFile& file, const SmoothCommand& command, BoundaryPolicy boundary) {
   const std::size_t node_count = file.mesh.node_count();
   if (boundary == BoundaryPolicy::fixed) {
-    mark_fixed(file.mesh.fixed, file.passenger_nodes(), node_count);
+    mark_fixed(file.mesh.fixed, file.lower_dimensional_nodes(), node_count);
   }
   if (command.fixed_nodes) {
     mark_fixed(file.mesh.fixed, read_fixed_nodes(*command.fixed_nodes, node_count), node_count);
