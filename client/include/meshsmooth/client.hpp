@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "meshsmooth/error.hpp"
+#include "meshsmooth/error_reason.hpp"
+#include "meshsmooth/job_state.hpp"
 #include "meshsmooth/mesh.hpp"
 #include "meshsmooth/options.hpp"
 #include "meshsmooth/summary.hpp"
@@ -21,24 +23,9 @@ class Summary;
 
 namespace meshsmooth::client {
 
-/// The gRPC status codes a caller can act on.
-enum class StatusCode {
-  cancelled = 1,
-  unknown = 2,
-  invalid_argument = 3,
-  deadline_exceeded = 4,
-  not_found = 5,
-  already_exists = 6,
-  permission_denied = 7,
-  resource_exhausted = 8,
-  failed_precondition = 9,
-  out_of_range = 11,
-  unimplemented = 12,
-  internal = 13,
-  unavailable = 14,
-  data_loss = 15,
-  unauthenticated = 16,
-};
+using meshsmooth::job_state_name;
+using meshsmooth::JobState;
+using meshsmooth::StatusCode;
 
 /// A call failed. `reason()` is the server's ErrorInfo.reason, or "" when the
 /// error did not come from a meshsmooth server; `hint()` then says what such an
@@ -63,18 +50,6 @@ class ServiceError : public Error {
   StatusCode code_;
   std::string hint_;
   std::optional<std::chrono::nanoseconds> retry_delay_;
-};
-
-enum class JobState {
-  unspecified,
-  receiving,
-  queued,
-  running,
-  sending,
-  succeeded,
-  failed,
-  cancelled,
-  expired,
 };
 
 struct JobProgress {
@@ -141,7 +116,14 @@ struct JobInfo {
   std::string json;   // the whole Job
 };
 
-[[nodiscard]] std::string_view job_state_name(JobState state);
+/// A topology that the server keeps for the caller.
+struct TopologyInfo {
+  std::string name;  // "topologies/sha256-…"
+  std::int64_t node_count = 0;
+  std::int64_t element_count = 0;
+  std::int64_t boundary_node_count = 0;  // 0 while no job has found the boundary
+  std::int64_t resident_bytes = 0;       // of the server's memory
+};
 
 /// How a connection is protected, and who calls. Files are in PEM but the token's.
 struct Credentials {
@@ -168,7 +150,7 @@ class Session {
   [[nodiscard]] const std::string& topology_name() const;
 
   /// Smooths the positions in place: as many as the mesh has nodes, in either precision. Errors
-  /// leave them as they were. `QualityDetail::brief` saves the server most of the judging.
+  /// leave them as they were. `QualityDetail::brief` saves the server most of the evaluation.
   SmoothReport smooth(std::span<Vec3d> positions, const SmoothOptions& options,
                       const RequestOptions& request = {});
   SmoothReport smooth(std::span<Vec3f> positions, const SmoothOptions& options,
@@ -209,6 +191,11 @@ class Client {
   /// on_progress, max_attempts and stop; what has arrived before a connection broke is not
   /// sent again.
   SmoothReport attach(const std::string& job_name, Mesh& mesh, const RequestOptions& request = {});
+
+  /// Throws `ServiceError` (TOPOLOGY_NOT_FOUND) when the server does not keep it for this caller.
+  [[nodiscard]] TopologyInfo get_topology(const std::string& name);
+  /// Makes the server drop a topology; jobs that use it go on. Throws as `get_topology`.
+  void delete_topology(const std::string& name);
 
   [[nodiscard]] ServerInfo server_info();
   [[nodiscard]] std::vector<JobInfo> list_jobs();

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <string_view>
 #include <variant>
 
 namespace meshsmooth {
@@ -61,13 +60,10 @@ enum class Goal {
 struct Optimize {
   Goal goal = Goal::balanced;
   /// Ends once the worst mean ratio of the elements that are not locked is this good;
-  /// with Goal::worst only balls below it are polished. [0, 1); 0: no target.
+  /// with Goal::worst only balls below it are refined. [0, 1); 0: no target.
   double target_quality = 0;
 };
 
 using Method = std::variant<Laplacian, SmartLaplacian, Taubin, HcLaplacian, Optimize>;
-
-/// "laplacian", "smart_laplacian", "taubin", "hc_laplacian", "optimize".
-[[nodiscard]] std::string_view method_name(const Method& method);
 
 }  // namespace meshsmooth

@@ -3,18 +3,12 @@
 #include <chrono>
 #include <optional>
 
+#include "meshsmooth/form.hpp"
+#include "meshsmooth/method_traits.hpp"
 #include "meshsmooth/methods.hpp"
 #include "meshsmooth/quality.hpp"
 
 namespace meshsmooth {
-
-/// In which order the nodes of one sweep see each other's moves.
-enum class Form {
-  automatic,     // gauss_seidel for SmartLaplacian and Optimize, else jacobi
-  jacobi,        // form A of the paper: read the old positions, write new ones
-  gauss_seidel,  // in place, colour by colour; deterministic
-  asynchronous,  // form B of the paper: in place, unordered; not deterministic
-};
 
 /// What nodes of the boundary, and between regions, may do.
 enum class BoundaryPolicy {
@@ -43,9 +37,10 @@ struct MovementLimit {
 };
 
 struct SmoothOptions {
-  Method method = SmartLaplacian{};
+  Method method = Optimize{};
   Form form = Form::automatic;
-  int max_iterations = 1000;  // >= 0; 0 only judges the mesh
+  /// >= 0; 0 only evaluates the mesh. Unset: the method's own (`iteration_limit`).
+  std::optional<int> max_iterations = {};
   Tolerance tolerance = {};
   BoundaryPolicy boundary = BoundaryPolicy::fixed;
   /// With BoundaryPolicy::slide: planes that meet at less than this are one curved part, and
@@ -59,9 +54,28 @@ struct SmoothOptions {
   QualityDetail quality_detail = QualityDetail::full;
 };
 
+/// `max_iterations`, or the method's own limit.
+[[nodiscard]] inline int iteration_limit(const SmoothOptions& options) {
+  return options.max_iterations.value_or(default_iterations(options.method));
+}
+
 /// Whether `tolerance` is a share of the energy, not a length.
 [[nodiscard]] inline bool converges_by_energy(const SmoothOptions& options) {
   return options.tolerance.relative && std::holds_alternative<Optimize>(options.method);
+}
+
+/// A `Tolerance` or a `MovementLimit` in the mesh's unit.
+template <class Length>
+[[nodiscard]] double in_mesh_unit(const Length& length, double bounding_box_diagonal) {
+  return length.value * (length.relative ? bounding_box_diagonal : 1.0);
+}
+
+/// The largest move below which a method has converged, in the mesh's unit; 0 where `Optimize` goes
+/// by its energy.
+[[nodiscard]] inline double displacement_tolerance(const SmoothOptions& options,
+                                                   double bounding_box_diagonal) {
+  if (converges_by_energy(options)) return 0;
+  return in_mesh_unit(options.tolerance, bounding_box_diagonal);
 }
 
 /// Throws `InvalidOption` (OPTION_OUT_OF_RANGE, detail "field") or

@@ -51,12 +51,13 @@ struct NodeCounts {
   std::int64_t sliding_on_curve = 0;    // along a crease that is not straight
 };
 
-/// With BoundaryPolicy::slide on curved parts, where nodes slide on the facets of the input;
-/// in the mesh's unit. 0 where no part is curved.
+/// With BoundaryPolicy::slide on curved parts, where nodes slide on the facets of the input: the
+/// two one-sided deviations (Hausdorff) between the boundary before and after, in the mesh's unit.
+/// 0 where no part is curved.
 struct BoundaryDeviation {
-  double tolerance = 0;  // what rounding may make of `strayed`
-  double strayed = 0;    // the farthest that a sliding node is from the input's facets
-  double cut_off = 0;    // the farthest that a place of a node in the input is from the new ones
+  double tolerance = 0;        // bound on `result_to_input` from rounding
+  double result_to_input = 0;  // largest distance of a sliding node from the input's facets
+  double input_to_result = 0;  // largest distance of an input position from the result's facets
 };
 
 struct StageTimes {
