@@ -357,7 +357,7 @@ TEST_P(CudaServicePromptly, EndsAJobInMidIterationAndTakesTheNext) {
   client::Client client = server.client();
   const Mesh next = test::noisy(test::lattice(ElementType::tetrahedron, 9), 0.15, 1);
   Mesh expected = next;
-  make_smoother("cuda")->smooth(expected, SmoothOptions{});
+  make_smoother("cuda")->smooth(expected, SmoothOptions{.method = SmartLaplacian{}});
   for (int repeat = 0; repeat < 3; ++repeat) {
     EndlessCall call(server, large_mesh());
     ASSERT_TRUE(call.wait_for_sweeps()) << call.end();
@@ -379,7 +379,7 @@ TEST_P(CudaServicePromptly, EndsAJobInMidIterationAndTakesTheNext) {
     call.end();
     EXPECT_EQ(call.code(), StatusCode::cancelled);
     Mesh mesh = next;
-    client.smooth(mesh, SmoothOptions{});
+    client.smooth(mesh, SmoothOptions{.method = SmartLaplacian{}});
     EXPECT_TRUE(test::same_bits(mesh, expected));
     std::cout << "cancelled in " << elapsed.count() * 1e3 << " ms" << std::endl;
   }
@@ -436,7 +436,7 @@ TEST_F(CudaService, RefusesForNowWhatDoesNotFitBesideOthers) {
     client::RequestOptions once;
     once.max_attempts = 1;  // or the client would wait until the other has ended
     try {
-      client.smooth(mesh, SmoothOptions{}, once);
+      client.smooth(mesh, SmoothOptions{.method = SmartLaplacian{}}, once);
       ADD_FAILURE() << "not refused";
     } catch (const ServiceError& error) {
       EXPECT_EQ(error.code(), StatusCode::resource_exhausted);
@@ -446,7 +446,7 @@ TEST_F(CudaService, RefusesForNowWhatDoesNotFitBesideOthers) {
   testing::Stub stub = server.stub();
   testing::expect_nothing_reserved(stub);
   Mesh mesh = small;
-  EXPECT_GT(client.smooth(mesh, SmoothOptions{}).summary.nodes.moved, 0);
+  EXPECT_GT(client.smooth(mesh, SmoothOptions{.method = SmartLaplacian{}}).summary.nodes.moved, 0);
 }
 
 TEST_F(CudaService, ReservesWhatAJobTakesAndAtMostAFifthMore) {
