@@ -11,6 +11,7 @@ inline constexpr const char* kAnonymous = "anonymous";
 struct Caller {
   std::string identity = kAnonymous;
   std::string traceparent;  // of W3C's Trace Context; empty: none
+  std::string connection;   // its TCP connection; empty: it uses another transport
 };
 
 }  // namespace meshsmooth::server

@@ -138,7 +138,8 @@ void visit_settings(Config& config, const Visit& visit) {
         bytes);
   visit("max-node-count", config.max_node_count, "Nodes of one mesh", counts);
   visit("max-element-count", config.max_element_count, "Elements of one mesh", counts);
-  visit("max-queued-jobs", config.max_queued_jobs, "Jobs admitted but not yet running",
+  visit("max-queued-jobs", config.max_queued_jobs,
+        "Complete jobs that wait for a lane; when there are so many, new jobs are refused",
         CLI::Range(1, 1'000'000));
   visit("max-queued-bytes", config.max_queued_bytes,
         "Mesh bytes of those jobs; 0: the host memory limit", bytes);
@@ -159,6 +160,14 @@ void visit_settings(Config& config, const Visit& visit) {
         seconds);
   visit("stream-idle-timeout-seconds", config.stream_idle_timeout_seconds,
         "Longest pause within an upload", seconds);
+  visit("min-upload-bytes-per-second", config.min_upload_bytes_per_second,
+        "Slower uploads are ended; 0: no minimum", bytes);
+  visit("upload-rate-window-seconds", config.upload_rate_window_seconds,
+        "Time over which that rate is measured, in seconds; it must suffice for a chunk", seconds);
+  visit("max-connection-upload-share", config.max_connection_upload_share,
+        "Fraction of host and device memory that the unfinished uploads of one connection may "
+        "reserve together; one upload may always have more",
+        CLI::Range(0.0, 1.0));
   visit("drop-timeout-seconds", config.drop_timeout_seconds,
         "How long a refused client may take to stop sending", seconds);
   visit("lame-duck-seconds", config.lame_duck_seconds,

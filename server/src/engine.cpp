@@ -1,6 +1,7 @@
 #include "engine.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <random>
 #include <thread>
 #include <utility>
@@ -28,6 +29,20 @@ std::int64_t stream_bytes(const ServerConfig& config) {
   const std::int64_t window =
       config.stream_window_bytes > 0 ? config.stream_window_bytes : kAdaptiveWindowBytes;
   return window + 2 * std::int64_t{config.max_receive_message_bytes};
+}
+
+// What the unfinished uploads of one connection may reserve.
+MemoryEstimate upload_limit(const ServerConfig& config, const MemoryBytes& limit) {
+  const auto share = [&](std::int64_t bytes) {
+    return bytes == INT64_MAX ? bytes
+                              : static_cast<std::int64_t>(config.max_connection_upload_share *
+                                                          static_cast<double>(bytes));
+  };
+  std::int64_t device_bytes = 0;  // of all devices, unless one of them is the host
+  for (const std::int64_t bytes : limit.device_bytes) {
+    device_bytes = bytes > INT64_MAX - device_bytes ? INT64_MAX : device_bytes + bytes;
+  }
+  return {.host_bytes = share(limit.host_bytes), .device_bytes = share(device_bytes)};
 }
 
 // The first field in which two requests differ; empty when in none.
@@ -71,6 +86,7 @@ Engine::Engine(Equipment equipment, const std::function<void()>& on_lane_broken)
       queue_(config_.max_queued_jobs, config_.max_queued_bytes,
              std::chrono::duration_cast<Clock::duration>(
                  std::chrono::duration<double>(config_.priority_ageing_seconds))),
+      uploads_(upload_limit(config_, ledger_.limit())),
       store_(static_cast<std::size_t>(config_.max_kept_jobs),
              {config_.max_jobs_per_identity, config_.max_bytes_per_identity}),
       results_(config_.max_kept_result_bytes) {
@@ -138,14 +154,16 @@ Attendance Engine::admit(JobRequest request, const Job::Observer& observer) {
     results_.expire(Clock::now());
     const std::vector<int> resident =
         request.topology ? request.topology->devices() : std::vector<int>{};
-    Reservation reservation = reserve(estimate(request), resident);
-    QueuePlace place = queue_.admit(request.layout.total_bytes());
+    const MemoryEstimate need = estimate(request);
+    UploadShare upload = uploads_.take(request.connection, need);
+    Reservation reservation = reserve(need, resident);
+    queue_.check_room(request.layout.total_bytes());
     Attendance attendance;
     attendance.stream = reservation.split({stream_bytes(config_), 0});
     const std::int64_t sequence = next_sequence_++;
     attendance.job = std::make_shared<Job>(
         "jobs/" + instance_ + "-" + std::to_string(sequence), sequence, request,
-        std::move(reservation), array_bytes(request.layout.coordinates_bytes), std::move(place),
+        std::move(reservation), array_bytes(request.layout.coordinates_bytes), std::move(upload),
         staging_.get(), [this](const Job& ended) { retire(ended); });
     attendance.watcher = attendance.job->watch(observer).value();
     if (!store_.add(attendance.job)) continue;
@@ -227,7 +245,7 @@ void Engine::forget(Job& job) {
 void Engine::submit(const std::shared_ptr<Job>& job) {
   const wire::MeshLayout& layout = job->request().layout;
   job->keep_topology(topologies_, array_bytes(layout) - array_bytes(layout.coordinates_bytes));
-  job->queue();
+  job->queue(queue_.take_place(layout.total_bytes()));
   queue_.push(job, job->request().priority);
   // A stop that came before the push did not find the job in the queue.
   if (job->stop_cause()) end_waiting(*job, job->stop_cause());

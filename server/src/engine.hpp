@@ -24,6 +24,7 @@
 #include "metrics.hpp"
 #include "result_store.hpp"
 #include "topology_cache.hpp"
+#include "upload_share.hpp"
 
 namespace meshsmooth::server {
 
@@ -144,6 +145,7 @@ class Engine {
   Ledger ledger_;
   TopologyCache topologies_;
   JobQueue queue_;
+  UploadShares uploads_;
   JobStore store_;
   Metrics metrics_;
   ResultStore results_;

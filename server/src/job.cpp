@@ -54,7 +54,7 @@ const char* state_name(JobState state) {
 }
 
 Job::Job(std::string name, std::int64_t sequence, JobRequest request, Reservation reservation,
-         std::int64_t result_bytes, QueuePlace place, std::pmr::memory_resource* memory,
+         std::int64_t result_bytes, UploadShare upload, std::pmr::memory_resource* memory,
          EndObserver end_observer)
     : name_(std::move(name)),
       sequence_(sequence),
@@ -65,7 +65,7 @@ Job::Job(std::string name, std::int64_t sequence, JobRequest request, Reservatio
       end_observer_(std::move(end_observer)),
       reservation_(std::move(reservation)),
       topology_(std::move(request.topology)),
-      place_(std::move(place)),
+      upload_(std::move(upload)),
       mesh_(topology_ ? std::make_unique<wire::MeshAssembler>(request_.layout, topology_->arrays(),
                                                               memory)
                       : std::make_unique<wire::MeshAssembler>(request_.layout, memory)) {
@@ -142,8 +142,11 @@ void Job::note_topology_reused() {
   now_.topology_reused = true;
 }
 
-void Job::queue() {
+void Job::queue(QueuePlace place) {
+  UploadShare upload;
   const std::lock_guard lock(mutex_);
+  upload = std::move(upload_);
+  place_ = std::move(place);
   now_.state = JobState::queued;
   now_.times.queued = Clock::now();
 }
@@ -200,6 +203,7 @@ bool Job::end(std::exception_ptr error) {
   {
     // Destroyed before the observers hear, in reverse order, outside the lock.
     Reservation reservation;
+    UploadShare upload;
     QueuePlace place;
     std::shared_ptr<CachedTopology> topology;
     std::unique_ptr<wire::MeshAssembler> mesh;
@@ -222,6 +226,7 @@ bool Job::end(std::exception_ptr error) {
     now_.error = std::move(error);
     mesh = std::move(mesh_);
     topology = std::move(topology_);
+    upload = std::move(upload_);
     place = std::move(place_);
     reservation = std::move(reservation_);
   }

@@ -21,6 +21,7 @@
 #include "meshsmooth/smoother.hpp"
 #include "meshsmooth/summary.hpp"
 #include "topology_cache.hpp"
+#include "upload_share.hpp"
 #include "wire/mesh_assembler.hpp"
 
 namespace meshsmooth::server {
@@ -45,6 +46,7 @@ using Clock = std::chrono::steady_clock;
 struct JobRequest {
   std::string identity = kAnonymous;  // who asks; the job is theirs alone
   std::string traceparent;            // of W3C's Trace Context; empty: none
+  std::string connection;             // that brings the mesh; empty: its uploads are not limited
   std::string request_id;             // empty: nobody can join
   /// All fields that were set, by name, in bytes: equal for the same job.
   std::map<std::string, std::string> fields;
@@ -131,7 +133,7 @@ class Job {
   /// The mesh's arrays come from `memory`, which must outlive the job and its
   /// result; `result_bytes` is what the coordinates take of it.
   Job(std::string name, std::int64_t sequence, JobRequest request, Reservation reservation,
-      std::int64_t result_bytes, QueuePlace place, std::pmr::memory_resource* memory,
+      std::int64_t result_bytes, UploadShare upload, std::pmr::memory_resource* memory,
       EndObserver end_observer);
 
   [[nodiscard]] const std::string& name() const { return name_; }
@@ -162,7 +164,8 @@ class Job {
   void note_topology_reused();
 
   // The walk. Each step needs the state before it.
-  void queue();
+  /// Returns its part of the connection's share: the upload is over.
+  void queue(QueuePlace place);
   /// Gives the place in the queue back. False when the job was asked to stop before: it does
   /// not run.
   bool start();
@@ -224,6 +227,7 @@ class Job {
   // Given back in reverse order: the promise outlives the bytes.
   Reservation reservation_;
   std::shared_ptr<CachedTopology> topology_;
+  UploadShare upload_;
   QueuePlace place_;
   std::unique_ptr<wire::MeshAssembler> mesh_;
 

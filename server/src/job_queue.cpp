@@ -14,24 +14,28 @@ QueuePlace::~QueuePlace() {
   if (queue_ != nullptr) queue_->give_back(bytes_);
 }
 
-QueuePlace JobQueue::admit(std::int64_t bytes) {
+void JobQueue::check_room(std::int64_t bytes) const {
   const std::lock_guard lock(mutex_);
-  const std::int64_t too_many_bytes = bytes - (max_bytes_ - admitted_bytes_);
-  if (admitted_jobs_ >= max_jobs_ || too_many_bytes > 0) {
+  const std::int64_t too_many_bytes = bytes - (max_bytes_ - queued_bytes_);
+  if (queued_jobs_ >= max_jobs_ || too_many_bytes > 0) {
     const auto now = Clock::now();
     auto delay = jobs_left_.time_for(1, now);
     if (too_many_bytes > 0) {
       delay = std::max(delay, bytes_left_.time_for(static_cast<double>(too_many_bytes), now));
     }
     throw Busy("QUEUE_FULL",
-               "the queue is full: " + std::to_string(admitted_jobs_) + " jobs with " +
-                   std::to_string(admitted_bytes_) + " bytes wait; try again later",
-               {{"queued_jobs", std::to_string(admitted_jobs_)},
-                {"queued_bytes", std::to_string(admitted_bytes_)}},
+               "the queue is full: " + std::to_string(queued_jobs_) + " jobs with " +
+                   std::to_string(queued_bytes_) + " bytes wait; try again later",
+               {{"queued_jobs", std::to_string(queued_jobs_)},
+                {"queued_bytes", std::to_string(queued_bytes_)}},
                delay);
   }
-  ++admitted_jobs_;
-  admitted_bytes_ += bytes;
+}
+
+QueuePlace JobQueue::take_place(std::int64_t bytes) {
+  const std::lock_guard lock(mutex_);
+  ++queued_jobs_;
+  queued_bytes_ += bytes;
   return {this, bytes};
 }
 
@@ -117,8 +121,8 @@ void JobQueue::close() {
 
 void JobQueue::give_back(std::int64_t bytes) {
   const std::lock_guard lock(mutex_);
-  --admitted_jobs_;
-  admitted_bytes_ -= bytes;
+  --queued_jobs_;
+  queued_bytes_ -= bytes;
   const auto now = Clock::now();
   jobs_left_.add(1, now);
   bytes_left_.add(static_cast<double>(bytes), now);

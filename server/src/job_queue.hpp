@@ -20,7 +20,7 @@ class JobQueue;
 /// Higher runs first.
 enum class Priority { batch, normal, interactive };
 
-/// A place in the queue, held from admission until the job runs or ends; given
+/// A place in the queue, held from the end of the upload until the job runs or ends; given
 /// back on destruction. Move-only; the queue outlives it.
 class QueuePlace {
  public:
@@ -44,8 +44,9 @@ class QueuePlace {
 
 /// Orders waiting jobs: by priority, which grows by a level for every `ageing` waited;
 /// inside a level by turns of their owners, those first who have fewer jobs running;
-/// of one owner by age. Bounded by jobs and bytes at admission, so a job that was
-/// uploaded always finds room. Knows neither gRPC nor backends. Thread-safe.
+/// of one owner by age. Counts complete meshes only: when there are too many of them, new jobs
+/// are refused before they upload anything, and a job that was uploaded always gets a place.
+/// Knows neither gRPC nor backends. Thread-safe.
 class JobQueue {
  public:
   using Clock = std::chrono::steady_clock;
@@ -53,8 +54,10 @@ class JobQueue {
   JobQueue(int max_jobs, std::int64_t max_bytes, Clock::duration ageing = std::chrono::minutes(1))
       : max_jobs_(max_jobs), max_bytes_(max_bytes), ageing_(ageing) {}
 
-  /// Throws Busy (QUEUE_FULL).
-  [[nodiscard]] QueuePlace admit(std::int64_t bytes);
+  /// Whether a job of so many mesh bytes may be uploaded now. Throws Busy (QUEUE_FULL).
+  void check_room(std::int64_t bytes) const;
+  /// For a job whose mesh is complete. Never fails: memory bounds how many upload at a time.
+  [[nodiscard]] QueuePlace take_place(std::int64_t bytes);
 
   /// Never blocks, never fails. Needs a job that holds a place. O(log n).
   void push(std::shared_ptr<Job> job, Priority priority);
@@ -102,8 +105,8 @@ class JobQueue {
   std::unordered_map<const Job*, Age> ages_;
   std::map<std::string, int> running_;  // by owner
   Age next_age_ = 0;
-  int admitted_jobs_ = 0;
-  std::int64_t admitted_bytes_ = 0;
+  int queued_jobs_ = 0;
+  std::int64_t queued_bytes_ = 0;
   DrainRate jobs_left_, bytes_left_;
   bool closed_ = false;
 };

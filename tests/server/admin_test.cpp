@@ -65,7 +65,7 @@ double size_of(const TwoTetrahedra& mesh) {
 
 TEST(Admin, CountsWhatTheCallersSaw) {
   server::ServerConfig config = admin_config();
-  config.max_queued_jobs = 2;
+  config.max_queued_jobs = 1;
   InProcessServer server(config);
   Stub stub(server.channel());
   const TwoTetrahedra mesh;
@@ -120,11 +120,11 @@ TEST(Admin, CountsWhatTheCallersSaw) {
   send(running);
   const std::string running_name = running.read_accepted();
   server.fake().wait_started(12);
+  receiving.send(TwoTetrahedra::spec());  // takes no place in the queue
+  receiving.read_accepted();
   send(queued);
   const std::string queued_name = queued.read_accepted();
   wait_for_state(stub, queued_name, v1::STATE_QUEUED);
-  receiving.send(TwoTetrahedra::spec());
-  receiving.read_accepted();
   refused.send(TwoTetrahedra::spec());  // the queue is full
   seen.count(refused, "refused");
 

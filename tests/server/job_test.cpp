@@ -14,7 +14,7 @@ class JobTest : public ::testing::Test {
     request.layout.node_count = 1;
     request.layout.coordinates_bytes = 24;
     job_ = std::make_shared<Job>("jobs/1", 1, std::move(request), ledger_.reserve({100, 0}), 24,
-                                 queue_.admit(24), std::pmr::new_delete_resource(),
+                                 UploadShare(), std::pmr::new_delete_resource(),
                                  [this](const Job&) { ++end_count_; });
     watcher_ = job_->watch([this] { ++change_count_; }).value();
   }
@@ -32,7 +32,7 @@ class JobTest : public ::testing::Test {
 
 TEST_F(JobTest, WalksFromReceivingToSucceeded) {
   EXPECT_EQ(job_->state(), JobState::receiving);
-  job_->queue();
+  job_->queue(queue_.take_place(24));
   EXPECT_EQ(job_->state(), JobState::queued);
   job_->start();
   EXPECT_EQ(job_->state(), JobState::running);
@@ -53,10 +53,12 @@ TEST_F(JobTest, EndsOnce) {
 
 TEST_F(JobTest, GivesAllMemoryBackAtItsEnd) {
   EXPECT_EQ(ledger_.reserved().host_bytes, 100);
+  job_->queue(queue_.take_place(24));
+  EXPECT_THROW(queue_.check_room(24), OutOfMemory);
   job_->end(failed());
 
   EXPECT_EQ(ledger_.reserved().host_bytes, 0);
-  EXPECT_NO_THROW((void)queue_.admit(24));
+  EXPECT_NO_THROW(queue_.check_room(24));
 }
 
 TEST_F(JobTest, EndsByTheFirstStopThatWasRequested) {
@@ -70,7 +72,7 @@ TEST_F(JobTest, EndsByTheFirstStopThatWasRequested) {
 
 // The call may be gone when the lane finishes: nobody would send the result.
 TEST_F(JobTest, EndsInsteadOfSendingWhenAStopWasRequested) {
-  job_->queue();
+  job_->queue(queue_.take_place(24));
   job_->start();
   job_->request_stop(cancelled());
   job_->finish({});
@@ -80,7 +82,7 @@ TEST_F(JobTest, EndsInsteadOfSendingWhenAStopWasRequested) {
 }
 
 TEST_F(JobTest, IsHandedBackOnlyBeforeItRuns) {
-  job_->queue();
+  job_->queue(queue_.take_place(24));
   job_->start();
 
   EXPECT_FALSE(job_->hand_back(failed()));
@@ -90,7 +92,7 @@ TEST_F(JobTest, IsHandedBackOnlyBeforeItRuns) {
 }
 
 TEST_F(JobTest, DoesNotRunOnceItIsHandedBack) {
-  job_->queue();
+  job_->queue(queue_.take_place(24));
 
   EXPECT_TRUE(job_->hand_back(failed()));
   EXPECT_FALSE(job_->start());
@@ -98,7 +100,7 @@ TEST_F(JobTest, DoesNotRunOnceItIsHandedBack) {
 }
 
 TEST_F(JobTest, TellsItsObserverOfEveryChange) {
-  job_->queue();
+  job_->queue(queue_.take_place(24));
   job_->start();
   job_->report({.stage = Stage::iterate, .iteration = 3});
   job_->request_stop(cancelled());
@@ -109,7 +111,7 @@ TEST_F(JobTest, TellsItsObserverOfEveryChange) {
 }
 
 TEST_F(JobTest, MeasuresTheStepsUpToItsEnd) {
-  job_->queue();
+  job_->queue(queue_.take_place(24));
   job_->end(cancelled());
   const JobTimes times = job_->snapshot().times;
 

@@ -39,7 +39,7 @@ struct ServerConfig {
   std::int64_t max_job_bytes = 0;  // all that one job needs; 0: the host memory limit
   std::int64_t max_node_count = INT32_MAX;
   std::int64_t max_element_count = INT32_MAX;
-  int max_queued_jobs = 100;          // admitted, not yet running
+  int max_queued_jobs = 100;          // complete, not yet running; then new ones are refused
   std::int64_t max_queued_bytes = 0;  // mesh bytes of those; 0: the host memory limit
   int max_kept_jobs = 1000;           // ended jobs that ListJobs still knows
 
@@ -53,9 +53,16 @@ struct ServerConfig {
   double priority_ageing_seconds = 60;
   double max_queue_timeout_seconds = 3600;
   double stream_idle_timeout_seconds = 60;  // between two chunks of an upload
-  double drop_timeout_seconds = 1;          // after StopSending, until half-close
-  double lame_duck_seconds = 5;             // not serving, but still accepting
-  double drain_grace_seconds = 30;          // for the running jobs, after that
+  /// Slower uploads are ended. An upload may fall behind by what this rate transfers in
+  /// `upload_rate_window_seconds`, which must suffice for a chunk. 0: no minimum.
+  std::int64_t min_upload_bytes_per_second = 32 * 1024;
+  double upload_rate_window_seconds = 40;
+  /// Fraction of the host memory limit, and of the device memory, that the unfinished uploads of
+  /// one TCP connection may reserve together. One upload may always have more.
+  double max_connection_upload_share = 0.25;
+  double drop_timeout_seconds = 1;  // after StopSending, until half-close
+  double lame_duck_seconds = 5;     // not serving, but still accepting
+  double drain_grace_seconds = 30;  // for the running jobs, after that
 
   /// A lane that does not let go of a job so long after it was asked to: the server is broken.
   double lane_watchdog_seconds = 30;

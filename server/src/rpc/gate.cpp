@@ -30,6 +30,12 @@ std::string name_in_certificate(const grpc::CallbackServerContext& context) {
   return names.empty() ? kAnonymous : std::string(names.front().data(), names.front().size());
 }
 
+// Address and port of the peer. Over a Unix socket or within the process all peers have the same.
+std::string connection_of(const grpc::CallbackServerContext& context) {
+  std::string peer = context.peer();
+  return peer.starts_with("ipv4:") || peer.starts_with("ipv6:") ? peer : std::string();
+}
+
 }  // namespace
 
 Gate::Gate(const ServerConfig& config, Metrics& metrics)
@@ -42,6 +48,7 @@ Gate::Gate(const ServerConfig& config, Metrics& metrics)
 
 Entry Gate::enter(grpc::CallbackServerContext& context) const {
   Entry entry;
+  entry.caller.connection = connection_of(context);
   if (const auto traceparent = metadata(context, "traceparent");
       traceparent && is_traceparent(*traceparent)) {
     entry.caller.traceparent = *traceparent;

@@ -55,7 +55,9 @@ SmoothReactor::SmoothReactor(Engine& engine, grpc::CallbackServerContext* contex
       context_(context),
       caller_(std::move(entry.caller)),
       error_(std::move(entry.denied)),
-      last_read_(Clock::now()) {
+      last_read_(Clock::now()),
+      upload_rate_(engine.config().min_upload_bytes_per_second,
+                   to_duration(engine.config().upload_rate_window_seconds)) {
   if (!error_ && engine_.draining()) error_ = draining_error();
 }
 
@@ -119,10 +121,10 @@ void SmoothReactor::ingest_chunk(const wire::ChunkView& chunk) {
   }
   job_->mesh().add(chunk);
   engine_.metrics().received(static_cast<std::int64_t>(chunk.size_bytes));
-  if (job_->mesh().complete()) {
-    const std::lock_guard lock(mutex_);
-    mesh_complete_ = true;
-  }
+  const bool complete = job_->mesh().complete();
+  const std::lock_guard lock(mutex_);
+  upload_rate_.add(static_cast<std::int64_t>(chunk.size_bytes), Clock::now());
+  if (complete) mesh_complete_ = true;
 }
 
 void SmoothReactor::ingest_spec(const v1::JobSpec& spec) {
@@ -131,6 +133,7 @@ void SmoothReactor::ingest_spec(const v1::JobSpec& spec) {
   }
   DecodedSpec decoded = decode_spec(spec, caller_.identity, engine_);
   decoded.job.traceparent = caller_.traceparent;
+  decoded.job.connection = caller_.connection;
   decoded.job.deadline = call_deadline(*context_);
   MemoryEstimate estimate;
   Attendance attendance;
@@ -148,6 +151,7 @@ void SmoothReactor::ingest_spec(const v1::JobSpec& spec) {
   mesh_complete_ = submitted_ = attendance_.joined;
   estimate_ = estimate;
   call_ = decoded.call;
+  if (job_) upload_rate_.start(Clock::now());
   output_ = Output::accepted;
 }
 
@@ -372,6 +376,14 @@ void SmoothReactor::notice_idle_client(Clock::time_point now) {
           DeadlineExceeded("STREAM_IDLE", "the upload paused for too long")));
     } else {
       wake_at(idle_at);
+    }
+    if (const auto slow_at = upload_rate_.deadline(); slow_at && now >= *slow_at) {
+      fail(std::make_exception_ptr(DeadlineExceeded(
+          "UPLOAD_TOO_SLOW", "the upload was slower than " +
+                                 std::to_string(config.min_upload_bytes_per_second) +
+                                 " bytes per second")));
+    } else if (slow_at) {
+      wake_at(*slow_at);
     }
   }
   if (writing_ && !client_gone_) {

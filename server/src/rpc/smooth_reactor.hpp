@@ -16,6 +16,7 @@
 #include "meshsmooth/v1/smoothing.pb.h"
 #include "rpc/gate.hpp"
 #include "rpc/messages.hpp"
+#include "upload_rate.hpp"
 #include "wire/raw_message.hpp"
 
 namespace meshsmooth::server {
@@ -117,6 +118,7 @@ class SmoothReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grp
   bool stop_sending_written_ = false;
   Clock::time_point drop_until_;
   Clock::time_point last_read_;
+  UploadRate upload_rate_;
   Clock::time_point write_began_;
 
   JobState seen_state_ = JobState::receiving;
