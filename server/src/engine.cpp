@@ -251,6 +251,8 @@ void Engine::submit(const std::shared_ptr<Job>& job) {
   if (job->stop_cause()) end_waiting(*job, job->stop_cause());
 }
 
+void Engine::complete(Job& job) { job.end(); }
+
 void Engine::cancel(Job& job, std::exception_ptr cause) {
   if (job.request_stop(cause)) end_waiting(job, cause);
 }

@@ -78,6 +78,9 @@ class Engine {
   /// Queues a job whose mesh is complete.
   void submit(const std::shared_ptr<Job>& job);
 
+  /// A call has sent all positions: the job has succeeded.
+  void complete(Job& job);
+
   /// Ends the job as soon as the actor whose turn it is looks; a queued one at
   /// once.
   void cancel(Job& job, std::exception_ptr cause);

@@ -303,7 +303,9 @@ JobState Job::state() const {
 
 JobSnapshot Job::snapshot() const {
   const std::lock_guard lock(mutex_);
-  return now_;
+  JobSnapshot snapshot = now_;
+  snapshot.stop_cause = stop_cause_;
+  return snapshot;
 }
 
 }  // namespace meshsmooth::server

@@ -42,6 +42,10 @@ enum class JobState {
 
 using Clock = std::chrono::steady_clock;
 
+inline Clock::duration to_duration(double seconds) {
+  return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+}
+
 /// What the caller asked for, checked.
 struct JobRequest {
   std::string identity = kAnonymous;  // who asks; the job is theirs alone
@@ -101,7 +105,8 @@ struct JobSnapshot {
   std::shared_ptr<const JobResult> result;
   std::string topology_name;  // of one that is cached
   bool topology_reused = false;
-  std::exception_ptr error;  // why it failed or was cancelled
+  std::exception_ptr stop_cause;  // why it was asked to stop
+  std::exception_ptr error;       // why it failed or was cancelled
 };
 
 /// One request from admission to its end. Owns the mesh and the memory promised

@@ -20,10 +20,6 @@
 namespace meshsmooth::server {
 namespace {
 
-Clock::duration to_duration(double seconds) {
-  return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
-}
-
 // For calls that have nothing to wait for any more.
 constexpr auto kCallSlack = std::chrono::seconds(1);
 

@@ -293,12 +293,6 @@ v1::ResultHeader encode_result_header(const Job& job, const JobSnapshot& now) {
   return header;
 }
 
-std::span<const std::byte> result_chunk(const JobResult& result, std::int64_t offset,
-                                        int max_bytes) {
-  const auto rest = result.coordinates.bytes().subspan(static_cast<std::size_t>(offset));
-  return rest.first(std::min(rest.size(), static_cast<std::size_t>(max_bytes)));
-}
-
 v1::Summary encode_job_summary(const Job& job, const JobSnapshot& now) {
   v1::Summary message = wire::encode_summary(*now.summary);
   v1::Timings* timings = message.mutable_timings();

@@ -42,10 +42,6 @@ struct DecodedSpec {
 
 [[nodiscard]] v1::ResultHeader encode_result_header(const Job& job, const JobSnapshot& now);
 
-/// The positions from `offset` on, at most so many bytes.
-[[nodiscard]] std::span<const std::byte> result_chunk(const JobResult& result, std::int64_t offset,
-                                                      int max_bytes);
-
 /// Core's summary and what the server knows: waiting times, options, version.
 [[nodiscard]] v1::Summary encode_job_summary(const Job& job, const JobSnapshot& now);
 

@@ -128,8 +128,8 @@ grpc::ServerUnaryReactor* SmoothingService::CancelJob(grpc::CallbackServerContex
   });
 }
 
-grpc::ServerWriteReactor<v1::AttachJobResponse>* SmoothingService::AttachJob(
-    grpc::CallbackServerContext* context, const v1::AttachJobRequest* request) {
+grpc::ServerWriteReactor<grpc::ByteBuffer>* SmoothingService::AttachJob(
+    grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
   const Entry entry = gate_.enter(*context);
   return AttachReactor::start(engine_, context, *request, entry);
 }

@@ -6,14 +6,14 @@
 
 namespace meshsmooth::server {
 
-/// v1::SmoothingService::CallbackService, but that Smooth is given messages as they came.
+/// v1::SmoothingService::CallbackService, but Smooth and AttachJob exchange raw messages.
 using SmoothingServiceBase = v1::SmoothingService::WithRawCallbackMethod_Smooth<
     v1::SmoothingService::WithCallbackMethod_GetTopology<
         v1::SmoothingService::WithCallbackMethod_DeleteTopology<
             v1::SmoothingService::WithCallbackMethod_GetJob<
                 v1::SmoothingService::WithCallbackMethod_ListJobs<
                     v1::SmoothingService::WithCallbackMethod_CancelJob<
-                        v1::SmoothingService::WithCallbackMethod_AttachJob<
+                        v1::SmoothingService::WithRawCallbackMethod_AttachJob<
                             v1::SmoothingService::WithCallbackMethod_DeleteJob<
                                 v1::SmoothingService::WithCallbackMethod_GetServerInfo<
                                     v1::SmoothingService::Service>>>>>>>>>;
@@ -42,8 +42,8 @@ class SmoothingService final : public SmoothingServiceBase {
   grpc::ServerUnaryReactor* CancelJob(grpc::CallbackServerContext* context,
                                       const v1::CancelJobRequest* request,
                                       v1::CancelJobResponse* response) override;
-  grpc::ServerWriteReactor<v1::AttachJobResponse>* AttachJob(
-      grpc::CallbackServerContext* context, const v1::AttachJobRequest* request) override;
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* AttachJob(grpc::CallbackServerContext* context,
+                                                        const grpc::ByteBuffer* request) override;
   grpc::ServerUnaryReactor* DeleteJob(grpc::CallbackServerContext* context,
                                       const v1::DeleteJobRequest* request,
                                       v1::DeleteJobResponse* response) override;
