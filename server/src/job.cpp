@@ -164,39 +164,29 @@ bool Job::start() {
   return true;
 }
 
-void Job::finish(SmoothSummary summary) {
-  std::exception_ptr cause;
-  Reservation rest;  // of what only the run needed; after its bytes
+bool Job::finish(SmoothSummary summary) {
+  Reservation rest;  // of what only the run needed; returned after its bytes
   std::shared_ptr<CachedTopology> topology;
   std::unique_ptr<wire::MeshAssembler> mesh;
   auto result = std::make_shared<JobResult>();
   {
     const std::lock_guard lock(mutex_);
     now_.times.finished = Clock::now();
-    cause = stop_cause_;  // whoever asked for the stop may be gone: nobody would send
-    if (!cause) {
-      mesh = std::move(mesh_);
-      topology = std::move(topology_);
-      result->coordinates = mesh->take_coordinates();
-      result->reservation = reservation_.split({result_bytes_, 0});
-      rest = std::move(reservation_);
-      now_.result = std::move(result);
-      now_.state = JobState::sending;
-      now_.summary = std::make_shared<const SmoothSummary>(std::move(summary));
-    }
-  }
-  if (cause) {
-    end(cause);
-    return;
+    if (stop_cause_) return false;
+    mesh = std::move(mesh_);
+    topology = std::move(topology_);
+    result->coordinates = mesh->take_coordinates();
+    result->reservation = reservation_.split({result_bytes_, 0});
+    rest = std::move(reservation_);
+    now_.result = std::move(result);
+    now_.state = JobState::sending;
+    now_.summary = std::make_shared<const SmoothSummary>(std::move(summary));
   }
   mesh.reset();
   topology.reset();
   { const Reservation freed = std::move(rest); }
-  if (request_.kept()) {
-    end();
-  } else {
-    notify();
-  }
+  if (!request_.kept()) notify();  // a kept job ends at once
+  return true;
 }
 
 bool Job::end(std::exception_ptr error) {

@@ -42,10 +42,6 @@ enum class JobState {
 
 using Clock = std::chrono::steady_clock;
 
-inline Clock::duration to_duration(double seconds) {
-  return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
-}
-
 /// What the caller asked for, checked.
 struct JobRequest {
   std::string identity = kAnonymous;  // who asks; the job is theirs alone
@@ -117,10 +113,10 @@ struct JobSnapshot {
 ///
 /// or, when its result is kept, running -> succeeded -> expired.
 ///
-/// It ends exactly once, and frees mesh, reservation and place then. Only the
-/// actor whose turn it is may end it: the call that brings the mesh while
-/// receiving, who takes it out of the queue while queued, the lane while
-/// running, any call while sending. Everyone else asks by `request_stop`.
+/// It ends exactly once, and frees mesh, reservation and place then. Only the engine ends it, on
+/// behalf of the actor whose turn it is: the call that uploads the mesh while receiving, whoever
+/// removes it from the queue while queued, the lane while running, any call while sending.
+/// Everyone else asks it to stop by `request_stop`.
 ///
 /// Calls watch it: the one that brought it, and those that joined. When the last
 /// of them leaves a job that is not kept, it is asked to stop. Its positions
@@ -168,14 +164,15 @@ class Job {
   void keep_topology(TopologyCache& cache, std::int64_t bytes);
   void note_topology_reused();
 
-  // The walk. Each step needs the state before it.
+  // State transitions; each requires the preceding state.
   /// Returns its part of the connection's share: the upload is over.
   void queue(QueuePlace place);
   /// Gives the place in the queue back. False when the job was asked to stop before: it does
   /// not run.
   bool start();
-  /// Ends the job instead when a stop was requested; and when it is kept.
-  void finish(SmoothSummary summary);
+  /// Smoothed: from now on the result can be sent. False, and nothing is done, when the job was
+  /// asked to stop: the caller may be gone, and nobody would send the result.
+  bool finish(SmoothSummary summary);
 
   /// Ends the job: succeeded without an error, cancelled by a `Cancelled`,
   /// failed otherwise. A stop requested before takes the place of `error`.

@@ -20,6 +20,13 @@ class JobQueue;
 /// Higher runs first.
 enum class Priority { batch, normal, interactive };
 
+/// What the queue has to know of a job.
+struct QueueKey {
+  std::string caller;
+  int device = 0;
+  Priority priority = Priority::normal;
+};
+
 /// A place in the queue, held from the end of the upload until the job runs or ends; given
 /// back on destruction. Move-only; the queue outlives it.
 class QueuePlace {
@@ -42,11 +49,11 @@ class QueuePlace {
   std::int64_t bytes_ = 0;
 };
 
-/// Orders waiting jobs: by priority, which grows by a level for every `ageing` waited;
-/// inside a level by turns of their owners, those first who have fewer jobs running;
-/// of one owner by age. Counts complete meshes only: when there are too many of them, new jobs
-/// are refused before they upload anything, and a job that was uploaded always gets a place.
-/// Knows neither gRPC nor backends. Thread-safe.
+/// Orders waiting jobs: by priority, which rises by a level for every `ageing` waited; within a
+/// level the callers take turns, those with fewer running jobs first; jobs of one caller by age.
+/// Counts complete meshes only: when there are too many of them, new jobs are refused before they
+/// upload anything, and a job that was uploaded always gets a place. Knows neither gRPC nor
+/// backends nor what a job is. Thread-safe.
 class JobQueue {
  public:
   using Clock = std::chrono::steady_clock;
@@ -60,13 +67,13 @@ class JobQueue {
   [[nodiscard]] QueuePlace take_place(std::int64_t bytes);
 
   /// Never blocks, never fails. Needs a job that holds a place. O(log n).
-  void push(std::shared_ptr<Job> job, Priority priority);
+  void push(std::shared_ptr<Job> job, QueueKey key);
 
   /// Waits for a job of this device, which then runs until `done`; nothing once the
   /// queue is closed. O(n log n).
   [[nodiscard]] std::shared_ptr<Job> pop(int device = 0);
-  /// The owner of this job has one less running.
-  void done(const Job& job);
+  /// The caller has one job less running.
+  void done(const std::string& caller);
 
   /// False when the job is not (or no longer) waiting here. O(log n).
   bool remove(const Job& job);
@@ -81,13 +88,13 @@ class JobQueue {
   friend class QueuePlace;
   struct Waiting {
     std::shared_ptr<Job> job;
-    int level;
+    QueueKey key;
     Clock::time_point since;
   };
   using Age = std::int64_t;
   struct Rank {  // the lowest is next
     int minus_level;
-    int turn;  // of the owner, inside the level
+    int turn;  // of the caller, within the level
     Age age;
     friend auto operator<=>(const Rank&, const Rank&) = default;
   };
@@ -103,7 +110,7 @@ class JobQueue {
   std::condition_variable not_empty_;
   std::map<Age, Waiting> waiting_;
   std::unordered_map<const Job*, Age> ages_;
-  std::map<std::string, int> running_;  // by owner
+  std::map<std::string, int> running_;  // by caller
   Age next_age_ = 0;
   int queued_jobs_ = 0;
   std::int64_t queued_bytes_ = 0;

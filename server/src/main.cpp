@@ -46,9 +46,7 @@ void serve(server::Server& server, const server::ServerConfig& config, const sig
     sigwait(&signals, &again);
     server.hurry();
   }).detach();
-  const auto limit =
-      std::chrono::duration<double>(config.lame_duck_seconds + config.drain_grace_seconds) +
-      kWatchdogSlack;
+  const auto limit = config.lame_duck + config.drain_grace + kWatchdogSlack;
   std::thread([limit] {
     std::this_thread::sleep_for(limit);
     _exit(kExitNotDrained);

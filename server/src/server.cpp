@@ -14,6 +14,7 @@
 #include "engine.hpp"
 #include "log.hpp"
 #include "meshsmooth/error.hpp"
+#include "metrics_page.hpp"
 #include "rpc/smoothing_service.hpp"
 #include "rpc/transport_security.hpp"
 
@@ -23,22 +24,23 @@ namespace {
 // For calls that have nothing to wait for any more.
 constexpr auto kCallSlack = std::chrono::seconds(1);
 
-int to_milliseconds(double seconds) { return static_cast<int>(seconds * 1000); }
+int to_milliseconds(ServerConfig::Duration duration) {
+  return static_cast<int>(std::chrono::duration_cast<std::chrono::milliseconds>(duration).count());
+}
 
 void configure(grpc::ServerBuilder& builder, const ServerConfig& config) {
   builder.SetMaxReceiveMessageSize(config.max_receive_message_bytes);
   builder.AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, config.max_metadata_bytes);
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, config.max_concurrent_streams);
-  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS,
-                             to_milliseconds(config.keepalive_time_seconds));
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, to_milliseconds(config.keepalive_time));
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS,
-                             to_milliseconds(config.keepalive_timeout_seconds));
+                             to_milliseconds(config.keepalive_timeout));
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
-                             to_milliseconds(config.min_client_ping_interval_seconds));
+                             to_milliseconds(config.min_client_ping_interval));
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
-  if (config.max_connection_age_seconds > 0) {
+  if (config.max_connection_age > ServerConfig::Duration::zero()) {
     builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_MS,
-                               to_milliseconds(config.max_connection_age_seconds));
+                               to_milliseconds(config.max_connection_age));
   }
   // Two servers must not share a port by accident.
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
@@ -84,7 +86,7 @@ struct Server::Impl {
         config.admin_listen,
         AdminServer::Pages{{"/metrics",
                             [this] {
-                              return HttpAnswer{200, expose_metrics(running_engine)};
+                              return HttpAnswer{200, metrics_page(running_engine)};
                             }},
                            {"/healthz", [this] { return health(); }},
                            {"/readyz", [this] { return readiness(); }}});
@@ -171,13 +173,13 @@ void Server::drain() {
     log_event("drain");
     impl.draining = true;
     impl.set_serving(false);
-    engine.wait(Clock::now() + to_duration(config.lame_duck_seconds), impl.hurried);
+    engine.wait(Clock::now() + config.lame_duck, impl.hurried);
     engine.refuse_new();
     engine.hand_back_waiting();
-    engine.wait_idle(Clock::now() + to_duration(config.drain_grace_seconds), impl.hurried);
+    engine.wait_idle(Clock::now() + config.drain_grace, impl.hurried);
     engine.stop_all();
     // Let the calls say why: Shutdown cuts them off on an in-process channel.
-    engine.wait_idle(Clock::now() + to_duration(config.drop_timeout_seconds) + kCallSlack, false);
+    engine.wait_idle(Clock::now() + config.drop_timeout + kCallSlack, false);
     impl.server->Shutdown(std::chrono::system_clock::now() + std::chrono::seconds(1));
     impl.server->Wait();
     engine.close();

@@ -36,9 +36,9 @@ bool is_digest(std::string_view text) {
 
 }  // namespace
 
-TokenFile::TokenFile(std::filesystem::path path, std::chrono::duration<double> reload_interval)
+TokenFile::TokenFile(std::filesystem::path path, std::chrono::nanoseconds reload_interval)
     : path_(std::move(path)),
-      interval_(std::chrono::duration_cast<std::chrono::steady_clock::duration>(reload_interval)),
+      interval_(reload_interval),
       stamp_(stamp()),
       next_look_(std::chrono::steady_clock::now() + interval_),
       entries_(read()) {}

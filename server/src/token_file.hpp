@@ -19,7 +19,7 @@ class TokenFile {
  public:
   /// Throws InvalidOption (OPTION_OUT_OF_RANGE) when the file cannot be read or a
   /// line is wrong; the error names the line, never a token.
-  TokenFile(std::filesystem::path path, std::chrono::duration<double> reload_interval);
+  TokenFile(std::filesystem::path path, std::chrono::nanoseconds reload_interval);
 
   /// Whose token it is. Takes as long for a wrong one as for a right one. O(tokens).
   [[nodiscard]] std::optional<std::string> identity_of(std::string_view token);

@@ -43,7 +43,7 @@ int status_of(InProcessServer& server, const std::string& page) {
 }
 
 /// What one caller of many noticed.
-struct Ledger {
+struct Observed {
   Metrics jobs;  // by the name that /metrics gives them
   double uploaded_bytes = 0;
   double downloaded_bytes = 0;
@@ -69,7 +69,7 @@ TEST(Admin, CountsWhatTheCallersSaw) {
   InProcessServer server(config);
   Stub stub(server.channel());
   const TwoTetrahedra mesh;
-  Ledger seen;
+  Observed seen;
   const auto send = [&](SmoothCall& call) {
     call.send_all(mesh);
     seen.uploaded_bytes += size_of(mesh);
@@ -203,7 +203,7 @@ TEST(Probes, FollowStartServingAndDrain) {
     config.admin_listen = "127.0.0.1:" + std::to_string(other.server().admin_port());
   }
   const int port = std::stoi(config.admin_listen.substr(config.admin_listen.rfind(':') + 1));
-  config.lame_duck_seconds = 1000;
+  config.lame_duck = std::chrono::seconds(1000);
   std::promise<void> warm;
   const auto fake = std::make_shared<FakeControl>();
   server::Server server(config, [&] {
@@ -227,7 +227,7 @@ TEST(Probes, FollowStartServingAndDrain) {
   while (http_get(port, "/readyz").status == 200) std::this_thread::yield();
   EXPECT_EQ(http_get(port, "/readyz").text, "draining\n");
   EXPECT_EQ(http_get(port, "/healthz").status, 200);
-  server.hurry();
+  server.force_shutdown();
 }
 
 TEST(Probes, FailOnceTheDeviceIsLost) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <cstring>
 #include <mutex>
@@ -307,7 +308,7 @@ TEST(EngineWatchdog, BreaksALaneThatDoesNotLetGo) {
   const auto fake = std::make_shared<FakeControl>();
   std::atomic<int> broken = 0;
   ServerConfig config = testing::quiet_config();
-  config.lane_watchdog_seconds = 0.2;
+  config.lane_watchdog = std::chrono::milliseconds(200);
   Engine engine(
       config, [&] { return std::make_unique<FakeSmoother>(fake); }, [&] { ++broken; });
   fake->hold_deaf();

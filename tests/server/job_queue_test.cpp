@@ -21,12 +21,16 @@ std::shared_ptr<Job> make_job(std::int64_t sequence, const std::string& owner = 
                                [](const Job&) {});
 }
 
+void push(JobQueue& queue, const std::shared_ptr<Job>& job, Priority priority) {
+  queue.push(job, {job->request().identity, job->device(), priority});
+}
+
 TEST(JobQueue, HandsOutByPriorityThenByAge) {
   JobQueue queue(10, 1000);
   for (const auto& [sequence, priority] :
        {std::pair{1, Priority::batch}, std::pair{2, Priority::normal},
         std::pair{3, Priority::interactive}, std::pair{4, Priority::normal}}) {
-    queue.push(make_job(sequence), priority);
+    push(queue, make_job(sequence), priority);
   }
 
   std::vector<std::int64_t> order;
@@ -43,11 +47,11 @@ std::vector<std::int64_t> pop_all(JobQueue& queue, int count) {
 TEST(JobQueue, LetsWaitingJobsRiseSoThatNoneStarves) {
   using namespace std::chrono_literals;
   JobQueue queue(10, 1000, 30ms);
-  queue.push(make_job(1), Priority::batch);
-  queue.push(make_job(2), Priority::normal);
+  push(queue, make_job(1), Priority::batch);
+  push(queue, make_job(2), Priority::normal);
   std::this_thread::sleep_for(70ms);  // two levels
-  queue.push(make_job(3), Priority::interactive);
-  queue.push(make_job(4), Priority::normal);
+  push(queue, make_job(3), Priority::interactive);
+  push(queue, make_job(4), Priority::normal);
 
   EXPECT_EQ(pop_all(queue, 4), (std::vector<std::int64_t>{1, 2, 3, 4}));
 }
@@ -56,10 +60,10 @@ TEST(JobQueue, TakesTheOwnersOfALevelInTurns) {
   JobQueue queue(10, 1000);
   for (const auto& [sequence, owner] : {std::pair{1, "a"}, std::pair{2, "a"}, std::pair{3, "a"},
                                         std::pair{4, "b"}, std::pair{5, "b"}, std::pair{6, "c"}}) {
-    queue.push(make_job(sequence, owner), Priority::normal);
+    push(queue, make_job(sequence, owner), Priority::normal);
   }
   const auto urgent = make_job(7, "a");
-  queue.push(urgent, Priority::interactive);
+  push(queue, urgent, Priority::interactive);
   EXPECT_EQ(queue.position(*urgent), 1);
 
   EXPECT_EQ(pop_all(queue, 7), (std::vector<std::int64_t>{7, 4, 6, 1, 5, 2, 3}));
@@ -68,16 +72,16 @@ TEST(JobQueue, TakesTheOwnersOfALevelInTurns) {
 // "a" has a job running, so "b" goes first though it came later; once that is done, by age.
 TEST(JobQueue, CountsWhatAnOwnerHasRunning) {
   JobQueue queue(10, 1000);
-  queue.push(make_job(1, "a"), Priority::normal);
+  push(queue, make_job(1, "a"), Priority::normal);
   const auto running = queue.pop();
   const auto second = make_job(2, "a");
   const auto other = make_job(3, "b");
-  queue.push(second, Priority::normal);
-  queue.push(other, Priority::normal);
+  push(queue, second, Priority::normal);
+  push(queue, other, Priority::normal);
   EXPECT_EQ(queue.position(*other), 1);
   EXPECT_EQ(queue.position(*second), 2);
 
-  queue.done(*running);
+  queue.done(running->request().identity);
 
   EXPECT_EQ(queue.position(*second), 1);
 }
@@ -102,8 +106,8 @@ TEST(JobQueue, KnowsThePlaceOfAJob) {
   const auto batch = make_job(1);
   const auto normal = make_job(2);
   EXPECT_EQ(queue.position(*batch), 0);
-  queue.push(batch, Priority::batch);
-  queue.push(normal, Priority::normal);
+  push(queue, batch, Priority::batch);
+  push(queue, normal, Priority::normal);
 
   EXPECT_EQ(queue.position(*normal), 1);
   EXPECT_EQ(queue.position(*batch), 2);
@@ -112,7 +116,7 @@ TEST(JobQueue, KnowsThePlaceOfAJob) {
 TEST(JobQueue, RemovesAJobOnce) {
   JobQueue queue(10, 1000);
   const auto job = make_job(1);
-  queue.push(job, Priority::normal);
+  push(queue, job, Priority::normal);
 
   EXPECT_TRUE(queue.remove(*job));
   EXPECT_FALSE(queue.remove(*job));

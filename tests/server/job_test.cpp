@@ -75,7 +75,9 @@ TEST_F(JobTest, EndsInsteadOfSendingWhenAStopWasRequested) {
   job_->queue(queue_.take_place(24));
   job_->start();
   job_->request_stop(cancelled());
-  job_->finish({});
+  EXPECT_FALSE(job_->finish({}));
+  EXPECT_EQ(job_->snapshot().result, nullptr);
+  job_->end(job_->stop_cause());
 
   EXPECT_EQ(job_->state(), JobState::cancelled);
   EXPECT_EQ(end_count_, 1);

@@ -3,6 +3,7 @@
 #include <grpcpp/create_channel.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <thread>
 
 #include "server/attach_call.hpp"
@@ -65,7 +66,7 @@ class Tokens : public ::testing::Test {
         "# who: token\nalice:abc\n"
         "bob:sha256:88d4266fd4e6338d13b845fcf289579d209c897823b9217da3e161936f031589\n");  // abcd
     config_.token_file = files_.path("tokens");
-    config_.credentials_reload_interval_seconds = 0;
+    config_.credentials_reload_interval = std::chrono::seconds(0);
   }
   void write(const std::string& text) { files_.write("tokens", text); }
   void start() {

@@ -39,11 +39,10 @@ std::string connection_of(const grpc::CallbackServerContext& context) {
 }  // namespace
 
 Gate::Gate(const ServerConfig& config, Metrics& metrics)
-    : tokens_(config.token_file.empty()
-                  ? nullptr
-                  : std::make_unique<TokenFile>(
-                        config.token_file,
-                        std::chrono::duration<double>(config.credentials_reload_interval_seconds))),
+    : tokens_(
+          config.token_file.empty()
+              ? nullptr
+              : std::make_unique<TokenFile>(config.token_file, config.credentials_reload_interval)),
       metrics_(metrics) {}
 
 Entry Gate::enter(grpc::CallbackServerContext& context) const {

@@ -81,10 +81,8 @@ class JobCall : public CallLoop<Reactor> {
   void notice_stalled_client(Clock::time_point now) {
     const ServerConfig& config = engine_.config();
     if (client_ != Client::present) return;
-    if (!this->write_stalled(now, to_duration(error_ ? config.drop_timeout_seconds
-                                                     : config.stream_idle_timeout_seconds))) {
+    if (!this->write_stalled(now, error_ ? config.drop_timeout : config.stream_idle_timeout))
       return;
-    }
     client_ = Client::stalled;
     fail(std::make_exception_ptr(DeadlineExceeded("STREAM_IDLE", "the client stopped reading")));
   }

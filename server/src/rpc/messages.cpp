@@ -111,6 +111,10 @@ google::protobuf::Timestamp encode_time(std::chrono::system_clock::time_point ti
       std::chrono::duration_cast<std::chrono::nanoseconds>(time.time_since_epoch()).count());
 }
 
+google::protobuf::Duration encode_duration(ServerConfig::Duration duration) {
+  return google::protobuf::util::TimeUtil::NanosecondsToDuration(duration.count());
+}
+
 v1::JobError encode_error(const std::exception_ptr& error, const std::string& incident) {
   const wire::StatusDetails details = describe_error(error, incident);
   v1::JobError message;
@@ -198,11 +202,7 @@ DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& identity, En
     decoded.call.progress_interval =
         wire::decode_duration(spec.progress_interval(), "progress_interval");
   }
-  const auto at_most = [](double seconds) {
-    return std::chrono::duration_cast<std::chrono::nanoseconds>(
-        std::chrono::duration<double>(seconds));
-  };
-  decoded.job.queue_timeout = at_most(config.max_queue_timeout_seconds);
+  decoded.job.queue_timeout = config.max_queue_timeout;
   if (spec.has_queue_timeout()) {
     decoded.job.queue_timeout = std::min(
         *decoded.job.queue_timeout, wire::decode_duration(spec.queue_timeout(), "queue_timeout"));
@@ -210,7 +210,7 @@ DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& identity, En
   if (spec.has_result_ttl()) {
     const auto ttl = wire::decode_duration(spec.result_ttl(), "result_ttl");
     if (ttl.count() == 0) throw_out_of_range("result_ttl", "it must be above 0");
-    decoded.job.result_ttl = std::min(at_most(config.max_result_ttl_seconds), ttl);
+    decoded.job.result_ttl = std::min(config.max_result_ttl, ttl);
     check_can_be_kept(decoded.job.layout, config);
   }
   if (spec.max_result_chunk_bytes() < 0) throw_out_of_range("max_result_chunk_bytes", "negative");
@@ -333,9 +333,9 @@ v1::GetServerInfoResponse encode_server_info(const Engine& engine) {
   limits->set_max_element_count(config.max_element_count);
   limits->set_max_queued_job_count(config.max_queued_jobs);
   limits->set_max_concurrent_streams(config.max_concurrent_streams);
-  *limits->mutable_max_result_ttl() = wire::encode_seconds(config.max_result_ttl_seconds);
-  *limits->mutable_max_queue_timeout() = wire::encode_seconds(config.max_queue_timeout_seconds);
-  *limits->mutable_stream_idle_timeout() = wire::encode_seconds(config.stream_idle_timeout_seconds);
+  *limits->mutable_max_result_ttl() = encode_duration(config.max_result_ttl);
+  *limits->mutable_max_queue_timeout() = encode_duration(config.max_queue_timeout);
+  *limits->mutable_stream_idle_timeout() = encode_duration(config.stream_idle_timeout);
   limits->set_early_data_bytes(config.early_data_bytes);
 
   const MemoryBytes limit = engine.ledger().limit();

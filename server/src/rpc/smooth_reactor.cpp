@@ -36,7 +36,7 @@ SmoothReactor::SmoothReactor(Engine& engine, grpc::CallbackServerContext* contex
       caller_(std::move(entry.caller)),
       last_read_(Clock::now()),
       upload_rate_(engine.config().min_upload_bytes_per_second,
-                   to_duration(engine.config().upload_rate_window_seconds)) {
+                   engine.config().upload_rate_window) {
   error_ = std::move(entry.denied);
   if (!error_ && engine.draining()) error_ = draining_error();
 }
@@ -215,7 +215,7 @@ SmoothReactor::Action SmoothReactor::next_of_failure(Clock::time_point now) {
   if (!writing()) {
     if (input_ != Input::half_closed && ending_ == Ending::none) {
       ending_ = Ending::told_to_stop;
-      drop_until_ = now + to_duration(engine_.config().drop_timeout_seconds);
+      drop_until_ = now + engine_.config().drop_timeout;
       return write(stop_sending_message(), now);
     }
     if (input_ == Input::half_closed || now >= drop_until_) {
@@ -252,7 +252,7 @@ SmoothReactor::Action SmoothReactor::next_read() {
 void SmoothReactor::notice_slow_upload(Clock::time_point now) {
   if (error_ || !uploading()) return;
   const ServerConfig& config = engine_.config();
-  const auto idle_at = last_read_ + to_duration(config.stream_idle_timeout_seconds);
+  const auto idle_at = last_read_ + config.stream_idle_timeout;
   const auto slow_at = upload_rate_.deadline();
   if (now >= idle_at) {
     fail(

@@ -6,6 +6,7 @@
 #include <openssl/ssl.h>
 
 #include <algorithm>
+#include <chrono>
 #include <memory>
 #include <string>
 
@@ -68,10 +69,12 @@ std::shared_ptr<grpc::ServerCredentials> make_server_credentials(const ServerCon
 
   check_files(config);
   namespace tls = grpc::experimental;
-  const auto interval =
-      static_cast<unsigned>(std::max(1.0, config.credentials_reload_interval_seconds));
+  const auto interval = std::max(
+      std::chrono::seconds(1),
+      std::chrono::duration_cast<std::chrono::seconds>(config.credentials_reload_interval));
   tls::TlsServerCredentialsOptions options(std::make_shared<tls::FileWatcherCertificateProvider>(
-      config.tls_key, config.tls_cert, config.tls_client_ca, interval));
+      config.tls_key, config.tls_cert, config.tls_client_ca,
+      static_cast<unsigned>(interval.count())));
   options.watch_identity_key_cert_pairs();
   if (!config.tls_client_ca.empty()) {
     options.watch_root_certs();
