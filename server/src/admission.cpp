@@ -60,12 +60,12 @@ std::int64_t block_bytes(std::int64_t bytes) {
 
 }  // namespace
 
-Admission::Admission(const ServerConfig& config, const Smoother& smoother, Ledger& ledger,
+Admission::Admission(const ServerConfig& config, const Smoother& smoother, MemoryBudget& budget,
                      TopologyCache& topologies, JobQueue& queue, JobStore& store,
                      std::pmr::memory_resource* memory, Job::EndObserver end_observer)
     : config_(config),
       smoother_(smoother),
-      ledger_(ledger),
+      budget_(budget),
       topologies_(topologies),
       queue_(queue),
       store_(store),
@@ -73,7 +73,7 @@ Admission::Admission(const ServerConfig& config, const Smoother& smoother, Ledge
       end_observer_(std::move(end_observer)),
       stream_bytes_(bytes_of_stream(config)),
       instance_(random_instance()),
-      uploads_(upload_limit(config, ledger.limit())) {}
+      uploads_(upload_limit(config, budget.limit())) {}
 
 std::int64_t Admission::topology_bytes(const wire::MeshLayout& layout) {
   return block_bytes(layout.elements_bytes) + block_bytes(layout.fixed_mask_bytes) +
@@ -87,7 +87,7 @@ MemoryEstimate Admission::estimate(const JobRequest& request) const {
                                           block_bytes(layout.coordinates_bytes) + own.host_bytes +
                                           stream_bytes_,
                             .device_bytes = own.device_bytes};
-  ledger_.check_fits(need);
+  budget_.check_fits(need);
   if (need.host_bytes > config_.max_job_bytes) {
     throw OutOfMemory("MESH_TOO_LARGE",
                       "the job needs " + std::to_string(need.host_bytes) +
@@ -102,14 +102,14 @@ MemoryEstimate Admission::estimate(const JobRequest& request) const {
 Reservation Admission::reserve(MemoryEstimate need, const std::vector<int>& preferred_devices) {
   for (;;) {
     try {
-      return ledger_.reserve(need, preferred_devices);
+      return budget_.reserve(need, preferred_devices);
     } catch (const OutOfMemory& error) {
       if (error.reason() == "MESH_TOO_LARGE" || !topologies_.evict_one()) throw;
     }
   }
 }
 
-Attendance Admission::admit(const JobRequest& request, const Job::Observer& observer) {
+Subscription Admission::admit(const JobRequest& request, const Job::Observer& observer) {
   // The second iteration is only needed when another call with this request id was faster.
   for (;;) {
     if (auto joined = join(request, observer)) return std::move(*joined);
@@ -118,21 +118,21 @@ Attendance Admission::admit(const JobRequest& request, const Job::Observer& obse
     Reservation reservation =
         reserve(need, request.topology ? request.topology->devices() : std::vector<int>{});
     queue_.check_room(request.layout.total_bytes());
-    Attendance attendance;
-    attendance.stream = reservation.split({stream_bytes_, 0});
+    Subscription subscription;
+    subscription.stream = reservation.split({stream_bytes_, 0});
     const std::int64_t sequence = next_sequence_++;
-    attendance.job = std::make_shared<Job>("jobs/" + instance_ + "-" + std::to_string(sequence),
-                                           sequence, request, std::move(reservation),
-                                           block_bytes(request.layout.coordinates_bytes),
-                                           std::move(upload), memory_, end_observer_);
-    attendance.watcher = attendance.job->watch(observer).value();
-    if (store_.add(attendance.job)) return attendance;
+    subscription.job = std::make_shared<Job>("jobs/" + instance_ + "-" + std::to_string(sequence),
+                                             sequence, request, std::move(reservation),
+                                             block_bytes(request.layout.coordinates_bytes),
+                                             std::move(upload), memory_, end_observer_);
+    subscription.observer_id = subscription.job->observe(observer).value();
+    if (store_.add(subscription.job)) return subscription;
   }
 }
 
-std::optional<Attendance> Admission::join(const JobRequest& request,
-                                          const Job::Observer& observer) {
-  const auto job = store_.find_request(request.identity, request.request_id);
+std::optional<Subscription> Admission::join(const JobRequest& request,
+                                            const Job::Observer& observer) {
+  const auto job = store_.find_request(request.caller, request.request_id);
   if (!job || !job->joinable()) return std::nullopt;
   if (const std::string field = differing_field(job->request().fields, request.fields);
       !field.empty()) {
@@ -141,18 +141,18 @@ std::optional<Attendance> Admission::join(const JobRequest& request,
                     ", whose field " + field + " differs; use a new id for a new job",
                 {{"field", field}, {"name", job->name()}});
   }
-  Attendance attendance{job, 0, true, reserve({stream_bytes_, 0})};
-  const auto watcher = job->watch(observer);
-  if (!watcher) return std::nullopt;
-  attendance.watcher = *watcher;
-  return attendance;
+  Subscription subscription{job, 0, true, reserve({stream_bytes_, 0})};
+  const auto observer_id = job->observe(observer);
+  if (!observer_id) return std::nullopt;
+  subscription.observer_id = *observer_id;
+  return subscription;
 }
 
-Attendance Admission::attend(const std::shared_ptr<Job>& job, const Job::Observer& observer) {
-  Attendance attendance{job, 0, true, reserve({stream_bytes_, 0})};
-  if (const auto watcher = job->watch(observer)) {
-    attendance.watcher = *watcher;
-    return attendance;
+Subscription Admission::subscribe(const std::shared_ptr<Job>& job, const Job::Observer& observer) {
+  Subscription subscription{job, 0, true, reserve({stream_bytes_, 0})};
+  if (const auto observer_id = job->observe(observer)) {
+    subscription.observer_id = *observer_id;
+    return subscription;
   }
   if (const std::exception_ptr cause = job->stop_cause()) std::rethrow_exception(cause);
   if (const std::exception_ptr error = job->snapshot().error) std::rethrow_exception(error);

@@ -1,13 +1,12 @@
 #pragma once
 
-#include <cstdint>
 #include <istream>
 #include <string>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "meshsmooth/server_config.hpp"
+#include "settings.hpp"
 
 namespace CLI {
 class App;
@@ -38,9 +37,6 @@ struct GivenSetting {
 /// Throws InvalidOption naming file and line of anything else.
 [[nodiscard]] std::vector<GivenSetting> parse_config_file(std::istream& file,
                                                           const std::string& name);
-
-/// Durations are in seconds.
-using SettingValue = std::variant<bool, std::int64_t, double, std::string>;
 
 /// The value of every setting by its key, in the order of the help.
 [[nodiscard]] std::vector<std::pair<std::string, SettingValue>> list_settings(

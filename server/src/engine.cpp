@@ -4,10 +4,10 @@
 #include <thread>
 #include <utility>
 
-#include "equipment.hpp"
 #include "host_memory.hpp"
 #include "log.hpp"
 #include "meshsmooth/error.hpp"
+#include "resources.hpp"
 
 namespace meshsmooth::server {
 
@@ -18,27 +18,27 @@ std::exception_ptr draining_error() {
 
 Engine::Engine(ServerConfig config, const SmootherFactory& factory,
                const std::function<void()>& on_lane_broken)
-    : Engine(equip(std::move(config), factory), on_lane_broken) {}
+    : Engine(acquire_resources(std::move(config), factory), on_lane_broken) {}
 
-Engine::Engine(Equipment equipment, const std::function<void()>& on_lane_broken)
-    : config_(std::move(equipment.config)),
-      passed_over_(std::move(equipment.passed_over)),
-      threads_(std::move(equipment.threads)),
-      staging_(std::move(equipment.staging)),
-      resident_at_start_bytes_(equipment.resident_bytes),
-      ledger_(std::move(equipment.limits)),
-      topologies_(ledger_, config_.max_topology_bytes),
+Engine::Engine(Resources resources, const std::function<void()>& on_lane_broken)
+    : config_(std::move(resources.config)),
+      passed_over_(std::move(resources.passed_over)),
+      threads_(std::move(resources.threads)),
+      staging_(std::move(resources.staging)),
+      resident_at_start_bytes_(resources.resident_bytes),
+      budget_(std::move(resources.limits)),
+      topologies_(budget_, config_.max_topology_bytes),
       queue_(config_.max_queued_jobs, config_.max_queued_bytes, config_.priority_ageing),
       store_(static_cast<std::size_t>(config_.max_kept_jobs),
              {config_.max_jobs_per_identity, config_.max_bytes_per_identity}),
-      admission_(config_, *equipment.devices.front().smoothers.front(), ledger_, topologies_,
+      admission_(config_, *resources.devices.front().smoothers.front(), budget_, topologies_,
                  queue_, store_, staging_.get(), [this](const Job& ended) { retire(ended); }),
       results_(config_.max_kept_result_bytes) {
   const LaneEvents events{
       .finished = [this](Job& job, SmoothSummary summary) { finish(job, std::move(summary)); },
       .failed = [](Job& job, std::exception_ptr error) { job.end(std::move(error)); },
       .broken = on_lane_broken};
-  for (Equipment::Device& device : equipment.devices) {
+  for (Resources::Device& device : resources.devices) {
     const int index = static_cast<int>(devices_.size());
     devices_.push_back(device.backend);
     for (auto& smoother : device.smoothers) {
@@ -46,7 +46,7 @@ Engine::Engine(Equipment equipment, const std::function<void()>& on_lane_broken)
           std::make_unique<Lane>(std::move(smoother), index, queue_, topologies_, events));
     }
   }
-  housekeeper_ = std::jthread([this](const std::stop_token& stop) { keep_house(stop); });
+  maintenance_ = std::jthread([this](const std::stop_token& stop) { run_maintenance(stop); });
 }
 
 Engine::~Engine() {
@@ -69,36 +69,36 @@ std::int64_t Engine::memory_ceiling_bytes() const {
 
 // --- the life of a job ---------------------------------------------------------------
 
-Attendance Engine::admit(const JobRequest& request, const Job::Observer& observer) {
+Subscription Engine::admit(const JobRequest& request, const Job::Observer& observer) {
   if (draining()) std::rethrow_exception(draining_error());
   results_.expire(Clock::now());  // their memory may be needed
-  Attendance attendance = admission_.admit(request, observer);
+  Subscription subscription = admission_.admit(request, observer);
   // A drain that began meanwhile may have searched the store before this job was in it.
-  if (!attendance.joined && draining()) {
-    attendance.job->end(draining_error());
+  if (!subscription.joined && draining()) {
+    subscription.job->end(draining_error());
     std::rethrow_exception(draining_error());
   }
-  return attendance;
+  return subscription;
 }
 
-void Engine::leave(Attendance& attendance, const std::exception_ptr& cause) {
-  if (!attendance.job) return;
-  const std::shared_ptr<Job> job = std::move(attendance.job);
-  const bool brings_mesh = !attendance.joined && job->state() == JobState::receiving;
-  const bool last = job->leave(attendance.watcher, cause);
+void Engine::leave(Subscription& subscription, const std::exception_ptr& cause) {
+  if (!subscription.job) return;
+  const std::shared_ptr<Job> job = std::move(subscription.job);
+  const bool brings_mesh = !subscription.joined && job->state() == JobState::receiving;
+  const bool last = job->leave(subscription.observer_id, cause);
   if (brings_mesh || (last && job->state() == JobState::sending)) {
     job->end(cause);
   } else if (last) {
     end_waiting(*job, cause);
   }
-  attendance.stream = {};
+  subscription.stream = {};
 }
 
 void Engine::submit(const std::shared_ptr<Job>& job) {
   const JobRequest& request = job->request();
   job->keep_topology(topologies_, Admission::topology_bytes(request.layout));
   job->queue(queue_.take_place(request.layout.total_bytes()));
-  queue_.push(job, {request.identity, job->device(), request.priority});
+  queue_.push(job, {request.caller, job->device(), request.priority});
   // A stop that came before the push did not find the job in the queue.
   if (job->stop_cause()) end_waiting(*job, job->stop_cause());
 }
@@ -123,7 +123,7 @@ void Engine::end_waiting(Job& job, std::exception_ptr cause) {
 
 void Engine::retire(const Job& job) {
   if (job.request().kept() && job.snapshot().result)
-    results_.keep(store_.find(job.request().identity, job.name()));
+    results_.keep(store_.find(job.request().caller, job.name()));
   for (const auto& forgotten : store_.retire(job)) results_.drop(*forgotten);
   metrics_.job_ended(job);
   log_job_end(job);
@@ -137,7 +137,7 @@ void Engine::forget(Job& job) {
                   {{"name", job.name()}});
     }
     // Another call was faster; or the store is just being told that the job has ended.
-    if (!store_.find(job.request().identity, job.name())) break;
+    if (!store_.find(job.request().caller, job.name())) break;
     std::this_thread::yield();
   }
   results_.drop(job);
@@ -150,10 +150,10 @@ void Engine::call_ended() {
 
 // --- drain and maintenance -------------------------------------------------------------
 
-void Engine::hand_back_waiting() {
+void Engine::reject_waiting() {
   for (const auto& job : store_.living()) {
     const std::exception_ptr cause = draining_error();
-    if (job->hand_back(cause)) end_waiting(*job, cause);
+    if (job->reject(cause)) end_waiting(*job, cause);
   }
 }
 
@@ -166,7 +166,7 @@ void Engine::close() {
   for (const auto& lane : lanes_) lane->join();
 }
 
-void Engine::keep_house(const std::stop_token& stop) {
+void Engine::run_maintenance(const std::stop_token& stop) {
   constexpr auto kInterval = std::chrono::milliseconds(100);
   std::mutex mutex;
   std::condition_variable_any stopped;
@@ -174,7 +174,7 @@ void Engine::keep_house(const std::stop_token& stop) {
   while (!stopped.wait_for(lock, stop, kInterval, [] { return false; }) && !stop.stop_requested()) {
     const auto now = Clock::now();
     results_.expire(now);
-    for (const auto& lane : lanes_) lane->watch(now, config_.lane_watchdog);
+    for (const auto& lane : lanes_) lane->check_watchdog(now, config_.lane_watchdog);
     for (const auto& job : store_.living()) {
       if (!job->waited_too_long(now)) continue;
       end_waiting(*job, std::make_exception_ptr(DeadlineExceeded(

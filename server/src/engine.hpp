@@ -18,7 +18,7 @@
 #include "job_queue.hpp"
 #include "job_store.hpp"
 #include "lane.hpp"
-#include "ledger.hpp"
+#include "memory_budget.hpp"
 #include "meshsmooth/server.hpp"
 #include "meshsmooth/server_config.hpp"
 #include "meshsmooth/staging_memory.hpp"
@@ -28,14 +28,14 @@
 
 namespace meshsmooth::server {
 
-struct Equipment;
+struct Resources;
 
 /// Everything of the server except gRPC: admits jobs, runs them on lanes, and ends them. Nobody
 /// else ends a job. Thread-safe.
 class Engine {
  public:
   /// Starts the lanes. `on_lane_broken` is called by a lane's own thread.
-  /// Throws what `equip` throws.
+  /// Throws what `acquire_resources` throws.
   Engine(
       ServerConfig config, const SmootherFactory& factory,
       const std::function<void()>& on_lane_broken = [] {});
@@ -55,15 +55,16 @@ class Engine {
     return admission_.estimate(request);
   }
   /// See Admission; also throws Error (DRAINING).
-  [[nodiscard]] Attendance admit(const JobRequest& request, const Job::Observer& observer);
+  [[nodiscard]] Subscription admit(const JobRequest& request, const Job::Observer& observer);
   /// See Admission.
-  [[nodiscard]] Attendance attend(const std::shared_ptr<Job>& job, const Job::Observer& observer) {
-    return admission_.attend(job, observer);
+  [[nodiscard]] Subscription subscribe(const std::shared_ptr<Job>& job,
+                                       const Job::Observer& observer) {
+    return admission_.subscribe(job, observer);
   }
 
   /// Ends a call's part in a job. A job whose mesh this call has not completely uploaded ends by
   /// `cause`, and so does one that is not kept and that no other call waits for.
-  void leave(Attendance& attendance, const std::exception_ptr& cause);
+  void leave(Subscription& subscription, const std::exception_ptr& cause);
 
   /// Queues a job whose mesh is complete.
   void submit(const std::shared_ptr<Job>& job);
@@ -90,7 +91,7 @@ class Engine {
   [[nodiscard]] TopologyCache& topologies() { return topologies_; }
   [[nodiscard]] const TopologyCache& topologies() const { return topologies_; }
   [[nodiscard]] const JobQueue& queue() const { return queue_; }
-  [[nodiscard]] const Ledger& ledger() const { return ledger_; }
+  [[nodiscard]] const MemoryBudget& memory_budget() const { return budget_; }
   /// The most host memory that the process uses: what it had when all lanes existed, what may be
   /// reserved for jobs and streams, what is kept for the next jobs, and what the heap retains and
   /// connections use.
@@ -108,7 +109,7 @@ class Engine {
   [[nodiscard]] bool draining() const { return draining_; }
   void refuse_new() { draining_ = true; }
   /// Ends all jobs that do not run yet, as DRAINING: their callers send them to another server.
-  void hand_back_waiting();
+  void reject_waiting();
   void stop_all();
   /// Waits for the lanes; they take no more jobs.
   void close();
@@ -120,17 +121,17 @@ class Engine {
   void wake();
 
  private:
-  Engine(Equipment equipment, const std::function<void()>& on_lane_broken);
+  Engine(Resources resources, const std::function<void()>& on_lane_broken);
   void finish(Job& job, SmoothSummary summary);
   void retire(const Job& job);
-  void keep_house(const std::stop_token& stop);
+  void run_maintenance(const std::stop_token& stop);
 
   const ServerConfig config_;
   const std::string passed_over_;
   const std::unique_ptr<ThreadLimit> threads_;
   const std::unique_ptr<StagingMemory> staging_;  // the arrays of meshes
   const std::int64_t resident_at_start_bytes_;
-  Ledger ledger_;
+  MemoryBudget budget_;
   TopologyCache topologies_;
   JobQueue queue_;
   JobStore store_;
@@ -143,7 +144,7 @@ class Engine {
   std::condition_variable idle_;
   std::vector<std::string> devices_;
   std::vector<std::unique_ptr<Lane>> lanes_;
-  std::jthread housekeeper_;  // maintenance thread: expiry, queue timeouts, watchdog
+  std::jthread maintenance_;  // maintenance thread: expiry, queue timeouts, watchdog
 };
 
 /// The error of every call that a draining server refuses.

@@ -17,7 +17,7 @@ bool is_cancelled(const std::exception_ptr& error) {
   }
 }
 
-// The request lives as long as anybody knows of the job, the topology only until its end.
+// The request is retained as long as the job is listed, the topology only until its end.
 JobRequest without_topology(const JobRequest& request) {
   JobRequest copy = request;
   copy.topology = nullptr;
@@ -84,37 +84,37 @@ bool Job::joinable() const {
   return joinable_now();
 }
 
-std::optional<int> Job::watch(Observer observer) {
+std::optional<int> Job::observe(Observer observer) {
   const std::lock_guard lock(mutex_);
   if (!joinable_now()) return std::nullopt;
-  watchers_.push_back({next_watcher_, std::move(observer)});
-  return next_watcher_++;
+  observers_.push_back({next_observer_id_, std::move(observer)});
+  return next_observer_id_++;
 }
 
-bool Job::leave(int watcher, const std::exception_ptr& cause) {
+bool Job::leave(int observer_id, const std::exception_ptr& cause) {
   std::shared_ptr<const JobResult> dropped;  // destroyed without the lock
   {
     const std::lock_guard lock(mutex_);
-    std::erase_if(watchers_, [=](const Watcher& w) { return w.number == watcher; });
-    if (!watchers_.empty() || request_.kept()) return false;
+    std::erase_if(observers_, [=](const Registration& r) { return r.id == observer_id; });
+    if (!observers_.empty() || request_.kept()) return false;
     if (has_ended(now_.state)) {
       dropped = std::move(now_.result);
       return false;
     }
     if (!stop_cause_) stop_requested_ = Clock::now();
-    if (!stop_cause_) stop_cause_ = cause;  // from now on nobody can join
+    if (!stop_cause_) stop_cause_ = cause;  // from now on no call can join
   }
   stop_.request_stop();
   return true;
 }
 
 void Job::notify() const {
-  std::vector<Watcher> watchers;
+  std::vector<Registration> observers;
   {
     const std::lock_guard lock(mutex_);
-    watchers = watchers_;
+    observers = observers_;
   }
-  for (const Watcher& watcher : watchers) watcher.observer();
+  for (const Registration& registration : observers) registration.observer();
 }
 
 std::shared_ptr<CachedTopology> Job::topology() const {
@@ -131,7 +131,7 @@ void Job::keep_topology(TopologyCache& cache, std::int64_t bytes) {
     reservation = reservation_.split({bytes, 0});
   }
   auto topology = cache.add(std::make_shared<CachedTopology>(
-      request_.identity, mesh_->topology_name(), request_.layout, arrays, std::move(reservation)));
+      request_.caller, mesh_->topology_name(), request_.layout, arrays, std::move(reservation)));
   const std::lock_guard lock(mutex_);
   topology_ = std::move(topology);
   now_.topology_name = topology_->name();
@@ -191,7 +191,7 @@ bool Job::finish(SmoothSummary summary) {
 
 bool Job::end(std::exception_ptr error) {
   {
-    // Destroyed before the observers hear, in reverse order, outside the lock.
+    // Destroyed before the observers are notified, in reverse order, outside the lock.
     Reservation reservation;
     UploadShare upload;
     QueuePlace place;
@@ -201,13 +201,13 @@ bool Job::end(std::exception_ptr error) {
     const std::lock_guard lock(mutex_);
     if (has_ended(now_.state)) return false;
     if (error && stop_cause_) error = stop_cause_;
-    if (!error) stop_cause_ = nullptr;  // it came too late
+    if (!error) stop_cause_ = nullptr;  // too late
     now_.state = !error                ? JobState::succeeded
                  : is_cancelled(error) ? JobState::cancelled
                                        : JobState::failed;
     now_.times.ended = Clock::now();
     now_.times.ended_wall = std::chrono::system_clock::now();
-    if (error || (watchers_.empty() && !request_.kept())) result = std::move(now_.result);
+    if (error || (observers_.empty() && !request_.kept())) result = std::move(now_.result);
     if (now_.result && request_.kept()) {
       now_.times.expires_wall =
           now_.times.ended_wall +
@@ -237,7 +237,7 @@ bool Job::request_stop(std::exception_ptr cause) {
   return request_stop(std::move(cause), [](JobState state) { return !has_ended(state); });
 }
 
-bool Job::hand_back(std::exception_ptr cause) {
+bool Job::reject(std::exception_ptr cause) {
   return request_stop(std::move(cause), [](JobState state) {
     return state == JobState::receiving || state == JobState::queued;
   });
@@ -263,7 +263,7 @@ Clock::duration Job::stopping_for(Clock::time_point now) const {
 bool Job::past_deadline(Clock::time_point now) const {
   const std::lock_guard lock(mutex_);
   return request_.deadline && now >= *request_.deadline && !request_.kept() &&
-         watchers_.size() <= 1;
+         observers_.size() <= 1;
 }
 
 bool Job::waited_too_long(Clock::time_point now) const {

@@ -27,8 +27,8 @@ struct QueueKey {
   Priority priority = Priority::normal;
 };
 
-/// A place in the queue, held from the end of the upload until the job runs or ends; given
-/// back on destruction. Move-only; the queue outlives it.
+/// A place in the queue, held from the end of the upload until the job runs or ends; released on
+/// destruction. Move-only; the queue outlives it.
 class QueuePlace {
  public:
   QueuePlace() = default;
@@ -69,19 +69,19 @@ class JobQueue {
   /// Never blocks, never fails. Needs a job that holds a place. O(log n).
   void push(std::shared_ptr<Job> job, QueueKey key);
 
-  /// Waits for a job of this device, which then runs until `done`; nothing once the
-  /// queue is closed. O(n log n).
+  /// Waits for a job of this device, which then counts as running until `done`; nothing once
+  /// the queue is closed. O(n log n).
   [[nodiscard]] std::shared_ptr<Job> pop(int device = 0);
   /// The caller has one job less running.
   void done(const std::string& caller);
 
-  /// False when the job is not (or no longer) waiting here. O(log n).
+  /// False when the job does not wait here. O(log n).
   bool remove(const Job& job);
 
-  /// Among those of its device: 1 = next, 0 = not waiting here. O(n log n).
+  /// Position among the jobs of its device: 1 = next, 0 = not waiting here. O(n log n).
   [[nodiscard]] int position(const Job& job) const;
 
-  /// Lets every `pop` return nothing; jobs that wait stay where they are.
+  /// Makes every `pop` return nothing; waiting jobs stay in the queue.
   void close();
 
  private:

@@ -28,7 +28,7 @@ void Lane::run() {
     set_job(job);
     run_job(*job);
     set_job(nullptr);
-    queue_.done(job->request().identity);
+    queue_.done(job->request().caller);
   }
   break_down();
 }
@@ -41,7 +41,7 @@ void Lane::set_job(std::shared_ptr<Job> job) {
   job_.swap(job);
 }
 
-void Lane::watch(Clock::time_point now, Clock::duration patience) {
+void Lane::check_watchdog(Clock::time_point now, Clock::duration patience) {
   {
     const std::lock_guard lock(mutex_);
     if (!job_ || job_->stopping_for(now) <= patience) return;
@@ -82,7 +82,7 @@ void Lane::run_job(Job& job) {
   try {
     events_.finished(job, smooth(job, control));
   } catch (const DeviceError& error) {
-    if (error.fatal()) broken_ = true;  // for good, see `watch`
+    if (error.fatal()) broken_ = true;  // for good, see `check_watchdog`
     events_.failed(job, std::current_exception());
   } catch (...) {
     events_.failed(job, std::current_exception());

@@ -44,7 +44,7 @@ class Lane {
 
   /// Marks the lane as broken when its job was asked to stop longer than `patience` ago and still
   /// runs: only the end of the process gets its thread back.
-  void watch(Clock::time_point now, Clock::duration patience);
+  void check_watchdog(Clock::time_point now, Clock::duration patience);
 
  private:
   void run();

@@ -89,7 +89,7 @@ void Metrics::job_ended(const Job& job) {
     impl_->observe_stage("find_neighbours", times.find_neighbours_seconds);
     impl_->observe_stage("find_boundary", times.find_boundary_seconds);
     impl_->observe_stage("iterate", times.iterate_seconds);
-    impl_->observe_stage("judge", times.judge_seconds);
+    impl_->observe_stage("evaluate", times.judge_seconds);
     impl_->observe_stage("download", times.download_seconds);
     impl_->observe_stage("send", now.times.send_seconds());
     impl_->job_seconds.Observe(

@@ -103,8 +103,8 @@ void read_resources(const Engine& engine, std::vector<MetricFamily>& families) {
                          .add(engine.call_count())
                          .take());
 
-  const MemoryBytes reserved = engine.ledger().reserved();
-  const MemoryBytes limit = engine.ledger().limit();
+  const MemoryBytes reserved = engine.memory_budget().reserved();
+  const MemoryBytes limit = engine.memory_budget().limit();
   Reading reserved_bytes("meshsmooth_reserved_bytes", "Memory reserved for jobs in bytes");
   Reading limit_bytes("meshsmooth_reserved_limit_bytes",
                       "Limit of the memory reserved for jobs in bytes");

@@ -272,7 +272,9 @@ void add_times(Table& table) {
       .add("lane-watchdog-seconds", &C::lane_watchdog,
            "Time for a running job to stop on request before its lane counts as lost, in seconds",
            seconds)
-      .add("warm-up", &C::warm_up, "Run tiny jobs on each lane before the server is ready", none);
+      .add("warm-up", &C::warm_up,
+           "Run tiny jobs on each lane before the server is ready; --warm-up=false disables it",
+           none);
 }
 
 void add_streams(Table& table) {

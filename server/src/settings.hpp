@@ -1,10 +1,11 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
+#include <variant>
 #include <vector>
 
-#include "config.hpp"
 #include "meshsmooth/server_config.hpp"
 
 namespace CLI {
@@ -12,6 +13,9 @@ class App;
 }
 
 namespace meshsmooth::server {
+
+/// Durations are in seconds.
+using SettingValue = std::variant<bool, std::int64_t, double, std::string>;
 
 /// One setting of the table: its key, what it means, and the member of the configuration.
 struct Setting {

@@ -112,11 +112,11 @@ TEST(Fleet, LeavesOutAServerFromTheFirstMomentOfItsDrain) {
   }
   Client direct("127.0.0.1:" + std::to_string(servers[0]->server().port()));
   run_job(direct);
-  servers[0]->server().hurry();
+  servers[0]->server().force_shutdown();
   drain.join();
 }
 
-// The running one is stopped, the waiting ones are handed back; none is lost.
+// The running one is stopped, the waiting ones are rejected as draining; none is lost.
 TEST(Fleet, EndsElsewhereWhatADrainingServerHadAccepted) {
   Servers servers;
   for (int i = 0; i < 2; ++i) servers.push_back(serve("127.0.0.1:0"));
@@ -263,7 +263,7 @@ TEST(Fleet, AsksAServerAloneThoughItDrains) {
   while (client.healthy() && std::chrono::steady_clock::now() < limit) std::this_thread::yield();
   EXPECT_FALSE(client.healthy());
   EXPECT_NO_THROW((void)client.server_info());
-  server->server().hurry();
+  server->server().force_shutdown();
   drain.join();
 }
 

@@ -234,7 +234,7 @@ TEST_F(Tls, RefusesAnAddressInClearThatOthersReach) {
       start();
       ADD_FAILURE() << listen;
     } catch (const InvalidOption& error) {
-      EXPECT_THAT(error.what(), AllOf(HasSubstr("listen"), HasSubstr("in clear"))) << listen;
+      EXPECT_THAT(error.what(), AllOf(HasSubstr("listen"), HasSubstr("without TLS"))) << listen;
     }
   }
   config_.listen = "0.0.0.0:0";

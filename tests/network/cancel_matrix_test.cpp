@@ -141,7 +141,7 @@ TEST_P(CancelMatrix, EndsTheJobAndGivesAllBack) {
       relay.cut();
       break;
     case Way::drain:
-      server_.server().hurry();
+      server_.server().force_shutdown();
       drainer = std::thread([this] { server_.drain(); });
       break;
   }

@@ -346,7 +346,7 @@ TEST_P(BeforeSeveralServers, OneThatDrainsIsLeftOutAndNoCallFails) {
   EXPECT_EQ(leaving.fake().started(), 1);
   leaving.fake().release();
   under_way.get();  // what it had accepted is answered
-  leaving.server().hurry();
+  leaving.server().force_shutdown();
   drained.get();
 }
 

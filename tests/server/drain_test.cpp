@@ -62,7 +62,7 @@ TEST(Health, IsNotServingFromTheFirstMomentOfADrain) {
 
   EXPECT_EQ(watch.read(), kNotServing);
   expect_healthy_service(stub);  // the lame duck still accepts
-  server.server().hurry();
+  server.server().force_shutdown();
 }
 
 TEST(Drain, RefusesNewJobsWithAWordWhenToComeBack) {
@@ -89,7 +89,7 @@ TEST(Drain, RefusesNewJobsWithAWordWhenToComeBack) {
   drained.wait();
 }
 
-TEST(Drain, HandsBackWaitingJobsAndLetsTheRunningOneFinish) {
+TEST(Drain, RejectsWaitingJobsAndLetsTheRunningOneFinish) {
   server::ServerConfig config = patient_config();
   config.lame_duck = std::chrono::seconds(0);
   InProcessServer server(config);
@@ -141,7 +141,7 @@ TEST(Drain, EndsAtOnceWhenHurried) {
   server.fake().wait_started(1);
   const auto drained = drain(server);
 
-  server.server().hurry();
+  server.server().force_shutdown();
 
   EXPECT_EQ(running.finish().error_code(), StatusCode::UNAVAILABLE);
   drained.wait();

@@ -11,9 +11,9 @@
 namespace meshsmooth::server {
 namespace {
 
-std::shared_ptr<Job> make_job(std::int64_t sequence, const std::string& owner = kAnonymous) {
+std::shared_ptr<Job> make_job(std::int64_t sequence, const std::string& caller = kAnonymous) {
   JobRequest request;
-  request.identity = owner;
+  request.caller = caller;
   request.layout.node_count = 1;
   request.layout.coordinates_bytes = 24;
   return std::make_shared<Job>("jobs/" + std::to_string(sequence), sequence, std::move(request),
@@ -22,7 +22,7 @@ std::shared_ptr<Job> make_job(std::int64_t sequence, const std::string& owner = 
 }
 
 void push(JobQueue& queue, const std::shared_ptr<Job>& job, Priority priority) {
-  queue.push(job, {job->request().identity, job->device(), priority});
+  queue.push(job, {job->request().caller, job->device(), priority});
 }
 
 TEST(JobQueue, HandsOutByPriorityThenByAge) {
@@ -56,11 +56,11 @@ TEST(JobQueue, LetsWaitingJobsRiseSoThatNoneStarves) {
   EXPECT_EQ(pop_all(queue, 4), (std::vector<std::int64_t>{1, 2, 3, 4}));
 }
 
-TEST(JobQueue, TakesTheOwnersOfALevelInTurns) {
+TEST(JobQueue, TakesTheCallersOfALevelInTurns) {
   JobQueue queue(10, 1000);
-  for (const auto& [sequence, owner] : {std::pair{1, "a"}, std::pair{2, "a"}, std::pair{3, "a"},
-                                        std::pair{4, "b"}, std::pair{5, "b"}, std::pair{6, "c"}}) {
-    push(queue, make_job(sequence, owner), Priority::normal);
+  for (const auto& [sequence, caller] : {std::pair{1, "a"}, std::pair{2, "a"}, std::pair{3, "a"},
+                                         std::pair{4, "b"}, std::pair{5, "b"}, std::pair{6, "c"}}) {
+    push(queue, make_job(sequence, caller), Priority::normal);
   }
   const auto urgent = make_job(7, "a");
   push(queue, urgent, Priority::interactive);
@@ -70,7 +70,7 @@ TEST(JobQueue, TakesTheOwnersOfALevelInTurns) {
 }
 
 // "a" has a job running, so "b" goes first though it came later; once that is done, by age.
-TEST(JobQueue, CountsWhatAnOwnerHasRunning) {
+TEST(JobQueue, CountsWhatACallerHasRunning) {
   JobQueue queue(10, 1000);
   push(queue, make_job(1, "a"), Priority::normal);
   const auto running = queue.pop();
@@ -81,7 +81,7 @@ TEST(JobQueue, CountsWhatAnOwnerHasRunning) {
   EXPECT_EQ(queue.position(*other), 1);
   EXPECT_EQ(queue.position(*second), 2);
 
-  queue.done(running->request().identity);
+  queue.done(running->request().caller);
 
   EXPECT_EQ(queue.position(*second), 1);
 }

@@ -13,20 +13,20 @@ class JobTest : public ::testing::Test {
     JobRequest request;
     request.layout.node_count = 1;
     request.layout.coordinates_bytes = 24;
-    job_ = std::make_shared<Job>("jobs/1", 1, std::move(request), ledger_.reserve({100, 0}), 24,
+    job_ = std::make_shared<Job>("jobs/1", 1, std::move(request), budget_.reserve({100, 0}), 24,
                                  UploadShare(), std::pmr::new_delete_resource(),
                                  [this](const Job&) { ++end_count_; });
-    watcher_ = job_->watch([this] { ++change_count_; }).value();
+    observer_id_ = job_->observe([this] { ++change_count_; }).value();
   }
 
   static std::exception_ptr cancelled() { return std::make_exception_ptr(Cancelled("WHY", "")); }
   static std::exception_ptr failed() { return std::make_exception_ptr(InvalidMesh("BAD", "")); }
 
-  Ledger ledger_{{1000, {0}}};
+  MemoryBudget budget_{{1000, {0}}};
   JobQueue queue_{1, 1000};
   int end_count_ = 0;
   int change_count_ = 0;
-  int watcher_ = 0;
+  int observer_id_ = 0;
   std::shared_ptr<Job> job_;
 };
 
@@ -52,12 +52,12 @@ TEST_F(JobTest, EndsOnce) {
 }
 
 TEST_F(JobTest, GivesAllMemoryBackAtItsEnd) {
-  EXPECT_EQ(ledger_.reserved().host_bytes, 100);
+  EXPECT_EQ(budget_.reserved().host_bytes, 100);
   job_->queue(queue_.take_place(24));
   EXPECT_THROW(queue_.check_room(24), OutOfMemory);
   job_->end(failed());
 
-  EXPECT_EQ(ledger_.reserved().host_bytes, 0);
+  EXPECT_EQ(budget_.reserved().host_bytes, 0);
   EXPECT_NO_THROW(queue_.check_room(24));
 }
 
@@ -83,20 +83,20 @@ TEST_F(JobTest, EndsInsteadOfSendingWhenAStopWasRequested) {
   EXPECT_EQ(end_count_, 1);
 }
 
-TEST_F(JobTest, IsHandedBackOnlyBeforeItRuns) {
+TEST_F(JobTest, IsRejectedOnlyBeforeItRuns) {
   job_->queue(queue_.take_place(24));
   job_->start();
 
-  EXPECT_FALSE(job_->hand_back(failed()));
+  EXPECT_FALSE(job_->reject(failed()));
   EXPECT_FALSE(job_->stop_token().stop_requested());
   job_->finish({});
   EXPECT_EQ(job_->state(), JobState::sending);
 }
 
-TEST_F(JobTest, DoesNotRunOnceItIsHandedBack) {
+TEST_F(JobTest, DoesNotRunOnceItIsRejected) {
   job_->queue(queue_.take_place(24));
 
-  EXPECT_TRUE(job_->hand_back(failed()));
+  EXPECT_TRUE(job_->reject(failed()));
   EXPECT_FALSE(job_->start());
   EXPECT_EQ(job_->state(), JobState::queued);
 }

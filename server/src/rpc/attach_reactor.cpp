@@ -25,11 +25,11 @@ void check_offset(const Job& job, std::int64_t offset) {
 }  // namespace
 
 AttachReactor* AttachReactor::start(Engine& engine, grpc::CallbackServerContext* context,
-                                    const grpc::ByteBuffer& request, const Entry& entry) {
+                                    const grpc::ByteBuffer& request, const AuthResult& auth) {
   std::shared_ptr<AttachReactor> reactor(new AttachReactor(engine, context));
   engine.call_began();
   try {
-    reactor->attach(request, entry);
+    reactor->attach(request, auth);
   } catch (...) {
     const std::lock_guard lock(reactor->mutex_);
     reactor->fail(std::current_exception());
@@ -37,19 +37,19 @@ AttachReactor* AttachReactor::start(Engine& engine, grpc::CallbackServerContext*
   return CallLoop::start(std::move(reactor));
 }
 
-void AttachReactor::attach(const grpc::ByteBuffer& request, const Entry& entry) {
-  if (entry.denied) std::rethrow_exception(entry.denied);
+void AttachReactor::attach(const grpc::ByteBuffer& request, const AuthResult& auth) {
+  if (auth.denied) std::rethrow_exception(auth.denied);
   v1::AttachJobRequest message;
   grpc::ByteBuffer bytes = request;
   if (!wire::parse(bytes, message)) {
     throw NotSupported("OPTION_NOT_SUPPORTED", "cannot parse AttachJobRequest");
   }
-  auto job = engine_.store().find(entry.caller.identity, message.name());
+  auto job = engine_.store().find(auth.caller.name, message.name());
   if (!job) throw Error("JOB_NOT_FOUND", "job not found or no longer retained");
   check_offset(*job, message.result_offset_bytes());
-  Attendance attendance = engine_.attend(job, pump_later());
+  Subscription subscription = engine_.subscribe(job, pump_later());
   const std::lock_guard lock(mutex_);
-  attendance_ = std::move(attendance);
+  subscription_ = std::move(subscription);
   result_stream_.emplace(ResultStream::Options{
       .progress_interval = kProgressInterval,
       .report_at_once = true,
@@ -67,7 +67,7 @@ void AttachReactor::OnCancel() {
 }
 
 void AttachReactor::OnDone() {
-  engine_.leave(attendance_, error_);
+  engine_.leave(subscription_, error_);
   engine_.call_ended();
   release();
 }

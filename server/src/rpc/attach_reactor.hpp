@@ -11,7 +11,7 @@
 #include "engine.hpp"
 #include "job.hpp"
 #include "meshsmooth/v1/smoothing.pb.h"
-#include "rpc/gate.hpp"
+#include "rpc/authenticator.hpp"
 #include "rpc/job_call.hpp"
 
 namespace meshsmooth::server {
@@ -22,7 +22,7 @@ class AttachReactor final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
  public:
   /// The reactor of a new call; owns itself until gRPC is done with it.
   static AttachReactor* start(Engine& engine, grpc::CallbackServerContext* context,
-                              const grpc::ByteBuffer& request, const Entry& entry);
+                              const grpc::ByteBuffer& request, const AuthResult& auth);
 
  private:
   friend CallLoop;
@@ -35,7 +35,7 @@ class AttachReactor final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
   void OnDone() override;
 
   /// Throws why the call cannot attach.
-  void attach(const grpc::ByteBuffer& request, const Entry& entry);
+  void attach(const grpc::ByteBuffer& request, const AuthResult& auth);
   Action next_action(Clock::time_point now);  // with the lock
   void report_failure() {}
 };

@@ -91,7 +91,7 @@ class JobCall : public CallLoop<Reactor> {
   /// gives it up, and must not hold the result for so long.
   Action next_cleanup(bool job_in_use) {
     if (result_stream_) result_stream_->release();
-    if (attendance_.job && !job_in_use) return [this] { engine_.leave(attendance_, error_); };
+    if (subscription_.job && !job_in_use) return [this] { engine_.leave(subscription_, error_); };
     if (client_ == Client::stalled) {
       client_ = Client::aborted;
       return [this] { context_->TryCancel(); };
@@ -141,7 +141,7 @@ class JobCall : public CallLoop<Reactor> {
   grpc::CallbackServerContext* const context_;
   std::exception_ptr error_;  // the first; the call ends by it
   std::shared_ptr<Job> job_;
-  Attendance attendance_;                      // in that job, until the call leaves it
+  Subscription subscription_;                  // in that job, until the call leaves it
   std::optional<ResultStream> result_stream_;  // with a job
   Client client_ = Client::present;
   Ending ending_ = Ending::none;

@@ -25,7 +25,7 @@ namespace {
   throw InvalidOption("OPTION_OUT_OF_RANGE", field + ": " + what, {{"field", field}});
 }
 
-// The id goes into logs and answers, so it must be what it says.
+// The id appears in logs and answers, so it must be a UUID.
 void check_request_id(const std::string& id) {
   if (id.empty()) return;
   bool is_uuid = id.size() == 36;
@@ -80,7 +80,7 @@ void check_backend(v1::BackendKind wanted, std::string_view backend) {
                      {{"field", "backend_kind"}});
 }
 
-// What makes the job: not how its call wants to be told.
+// The fields that define the job, without those that only concern the call.
 std::map<std::string, std::string> fields_of(v1::JobSpec spec) {
   spec.clear_progress_interval();
   spec.clear_max_result_chunk_bytes();
@@ -102,7 +102,7 @@ void check_can_be_kept(const wire::MeshLayout& layout, const ServerConfig& confi
   const std::string limit = std::to_string(config.max_kept_result_bytes);
   throw OutOfMemory("MESH_TOO_LARGE",
                     "the result has " + need + " bytes, this server keeps at most " + limit +
-                        "; stay on the call, without result_ttl",
+                        "; omit result_ttl and read the result in the call",
                     {{"field", "result_ttl"}, {"need_bytes", need}, {"limit_bytes", limit}});
 }
 
@@ -143,7 +143,7 @@ Judgement decode_quality_detail(v1::QualityDetail detail) {
 }
 
 [[noreturn]] void throw_topology_not_found(const std::string& name) {
-  throw Error("TOPOLOGY_NOT_FOUND", "no topology of this name is here (any more); send it inline",
+  throw Error("TOPOLOGY_NOT_FOUND", "topology not found or no longer cached; send it inline",
               {{"name", name}});
 }
 
@@ -155,22 +155,22 @@ void decode_topology(const v1::JobSpec& spec, Engine& engine, JobRequest& job) {
       job.topology_kept = spec.topology_kept();
       return;
     case v1::JobSpec::kTopologyName:
-      job.topology = engine.topologies().find_for_job(job.identity, spec.topology_name());
+      job.topology = engine.topologies().find_for_job(job.caller, spec.topology_name());
       if (!job.topology) throw_topology_not_found(spec.topology_name());
       job.layout =
           job.topology->layout().coordinates_only(wire::decode_float64(spec.coordinate_type()));
       return;
     case v1::JobSpec::TOPOLOGY_NOT_SET:
-      throw InvalidOption("SPEC_MISSING", "inline_topology: the spec announces no mesh",
+      throw InvalidOption("SPEC_MISSING", "inline_topology: the spec has no topology",
                           {{"field", "inline_topology"}});
   }
 }
 
 }  // namespace
 
-std::shared_ptr<CachedTopology> find_topology(Engine& engine, const std::string& identity,
+std::shared_ptr<CachedTopology> find_topology(Engine& engine, const std::string& caller,
                                               const std::string& name) {
-  if (auto topology = engine.topologies().find(identity, name)) return topology;
+  if (auto topology = engine.topologies().find(caller, name)) return topology;
   throw_topology_not_found(name);
 }
 
@@ -183,13 +183,13 @@ v1::Topology encode_topology(const CachedTopology& topology) {
   return message;
 }
 
-DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& identity, Engine& engine) {
+DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& caller, Engine& engine) {
   const ServerConfig& config = engine.config();
   check_request_id(spec.request_id());
   check_backend(spec.backend_kind(), engine.devices().front());
 
   DecodedSpec decoded;
-  decoded.job.identity = identity;
+  decoded.job.caller = caller;
   decoded.job.request_id = spec.request_id();
   decoded.job.fields = fields_of(spec);
   decoded.job.options = wire::decode_options(spec.options());
@@ -325,9 +325,9 @@ v1::GetServerInfoResponse encode_server_info(const Engine& engine) {
   info.set_draining(engine.draining());
 
   v1::Limits* limits = info.mutable_limits();
-  constexpr int kAroundAChunk = 1 << 10;  // in its message
+  constexpr int kChunkOverhead = 1 << 10;  // of the message around it
   limits->set_max_chunk_bytes(
-      std::min(config.max_chunk_bytes, config.max_receive_message_bytes - kAroundAChunk));
+      std::min(config.max_chunk_bytes, config.max_receive_message_bytes - kChunkOverhead));
   limits->set_max_job_bytes(config.max_job_bytes);
   limits->set_max_node_count(config.max_node_count);
   limits->set_max_element_count(config.max_element_count);
@@ -338,14 +338,14 @@ v1::GetServerInfoResponse encode_server_info(const Engine& engine) {
   *limits->mutable_stream_idle_timeout() = encode_duration(config.stream_idle_timeout);
   limits->set_early_data_bytes(config.early_data_bytes);
 
-  const MemoryBytes limit = engine.ledger().limit();
-  const MemoryBytes reserved = engine.ledger().reserved();
+  const MemoryBytes limit = engine.memory_budget().limit();
+  const MemoryBytes reserved = engine.memory_budget().reserved();
   for (const std::string& name : engine.devices()) {
     const int device = info.backends_size();
     v1::Backend* backend = info.add_backends();
     backend->set_kind(backend_kind(name));
     backend->set_name(name);
-    // Of the memory that the backend computes in.
+    // The memory that the backend computes in.
     const bool on_device = backend->kind() == v1::BACKEND_KIND_CUDA;
     backend->set_total_bytes(on_device ? limit.device_bytes[device] : limit.host_bytes);
     backend->set_reserved_bytes(on_device ? reserved.device_bytes[device] : reserved.host_bytes);

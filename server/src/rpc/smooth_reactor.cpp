@@ -26,18 +26,18 @@ grpc::ByteBuffer stop_sending_message() {
 }  // namespace
 
 SmoothReactor* SmoothReactor::start(Engine& engine, grpc::CallbackServerContext* context,
-                                    Entry entry) {
+                                    AuthResult auth) {
   return CallLoop::start(
-      std::shared_ptr<SmoothReactor>(new SmoothReactor(engine, context, std::move(entry))));
+      std::shared_ptr<SmoothReactor>(new SmoothReactor(engine, context, std::move(auth))));
 }
 
-SmoothReactor::SmoothReactor(Engine& engine, grpc::CallbackServerContext* context, Entry entry)
+SmoothReactor::SmoothReactor(Engine& engine, grpc::CallbackServerContext* context, AuthResult auth)
     : JobCall(engine, context),
-      caller_(std::move(entry.caller)),
+      caller_(std::move(auth.caller)),
       last_read_(Clock::now()),
       upload_rate_(engine.config().min_upload_bytes_per_second,
                    engine.config().upload_rate_window) {
-  error_ = std::move(entry.denied);
+  error_ = std::move(auth.denied);
   if (!error_ && engine.draining()) error_ = draining_error();
 }
 
@@ -101,7 +101,7 @@ void SmoothReactor::ingest() {
 
 void SmoothReactor::ingest_chunk(const wire::ChunkView& chunk) {
   if (!job_) throw InvalidOption("SPEC_MISSING", "a chunk came before the spec");
-  if (attendance_.joined) return;  // another call uploads the mesh
+  if (subscription_.joined) return;  // another call uploads the mesh
   {
     const std::lock_guard lock(mutex_);
     if (!uploading()) {
@@ -121,31 +121,31 @@ void SmoothReactor::ingest_spec(const v1::JobSpec& spec) {
   if (job_) {
     throw InvalidOption("OPTION_OUT_OF_RANGE", "spec: sent twice", {{"field", "spec"}});
   }
-  DecodedSpec decoded = decode_spec(spec, caller_.identity, engine_);
+  DecodedSpec decoded = decode_spec(spec, caller_.name, engine_);
   decoded.job.traceparent = caller_.traceparent;
   decoded.job.connection = caller_.connection;
   decoded.job.deadline = call_deadline(*context_);
   MemoryEstimate estimate;
-  Attendance attendance;
+  Subscription subscription;
   if (decoded.call.validate_only) {
     estimate = engine_.estimate(decoded.job);
   } else {
-    attendance = engine_.admit(std::move(decoded.job), pump_later());
+    subscription = engine_.admit(std::move(decoded.job), pump_later());
     engine_.call_began();
   }
   const std::lock_guard lock(mutex_);
   call_ = decoded.call;
   estimate_ = estimate;
-  job_ = attendance.job;
-  attendance_ = std::move(attendance);
-  upload_ = attendance_.joined || call_.validate_only ? Upload::over : Upload::receiving;
+  job_ = subscription.job;
+  subscription_ = std::move(subscription);
+  upload_ = subscription_.joined || call_.validate_only ? Upload::over : Upload::receiving;
   answer_ = Answer::accepted;
   if (!job_) return;
   result_stream_.emplace(ResultStream::Options{
       .progress_interval = call_.progress_interval,
       .chunk_bytes = call_.result_chunk_bytes,
       .result_bytes = job_->request().layout.coordinates_bytes,
-      .upload_by_another_call = attendance_.joined,
+      .upload_by_another_call = subscription_.joined,
   });
   upload_rate_.start(Clock::now());
 }
@@ -173,7 +173,7 @@ bool SmoothReactor::deadline_passed() const {
 
 void SmoothReactor::OnDone() {
   if (job_) {
-    engine_.leave(attendance_, error_);
+    engine_.leave(subscription_, error_);
     engine_.call_ended();
   }
   release();
@@ -231,7 +231,7 @@ SmoothReactor::Action SmoothReactor::next_answer(const JobSnapshot& job, Clock::
     case Answer::none:
       return {};
     case Answer::accepted:
-      answer_ = attendance_.joined ? Answer::stop_sending : Answer::result;
+      answer_ = subscription_.joined ? Answer::stop_sending : Answer::result;
       return write(wire::encode(accepted_message()), now);
     case Answer::stop_sending:
       answer_ = Answer::result;
@@ -276,7 +276,7 @@ v1::SmoothResponse SmoothReactor::accepted_message() {
     *accepted->mutable_job() = encode_job(*job_, engine_);
     accepted->set_topology_name(job_->snapshot().topology_name);
     reserved = job_->reserved_bytes();
-    reserved.host_bytes += attendance_.stream.bytes().host_bytes;
+    reserved.host_bytes += subscription_.stream.bytes().host_bytes;
   }
   accepted->set_host_reserved_bytes(reserved.host_bytes);
   accepted->set_device_reserved_bytes(reserved.device_bytes);

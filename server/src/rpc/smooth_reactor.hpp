@@ -10,7 +10,7 @@
 #include "engine.hpp"
 #include "job.hpp"
 #include "meshsmooth/v1/smoothing.pb.h"
-#include "rpc/gate.hpp"
+#include "rpc/authenticator.hpp"
 #include "rpc/job_call.hpp"
 #include "rpc/messages.hpp"
 #include "upload_rate.hpp"
@@ -24,7 +24,8 @@ class SmoothReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grp
                             public JobCall<SmoothReactor, v1::SmoothResponse> {
  public:
   /// The reactor of a new call; owns itself until gRPC is done with it.
-  static SmoothReactor* start(Engine& engine, grpc::CallbackServerContext* context, Entry entry);
+  static SmoothReactor* start(Engine& engine, grpc::CallbackServerContext* context,
+                              AuthResult auth);
 
  private:
   friend CallLoop;
@@ -37,7 +38,7 @@ class SmoothReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grp
   /// `ingesting`: a thread works on the mesh without the lock.
   enum class Input { idle, reading, ingesting, half_closed };
 
-  SmoothReactor(Engine& engine, grpc::CallbackServerContext* context, Entry entry);
+  SmoothReactor(Engine& engine, grpc::CallbackServerContext* context, AuthResult auth);
 
   void OnReadDone(bool ok) override;
   void OnWriteDone(bool ok) override { write_done(ok); }

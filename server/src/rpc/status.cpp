@@ -37,7 +37,7 @@ constexpr std::array kReasonCodes = {
     ReasonCode{"DEVICE_REFUSED", StatusCode::UNAVAILABLE},
 };
 
-// Refusals that pass, but for `Busy`: when to come back.
+// Temporary refusals other than `Busy`: when to retry.
 struct RetryDelay {
   std::string_view reason;
   std::chrono::nanoseconds delay;
@@ -91,7 +91,7 @@ wire::StatusDetails describe_error(const std::exception_ptr& error, const std::s
                       StatusCode::RESOURCE_EXHAUSTED);
   } catch (...) {
     return {.code = StatusCode::INTERNAL,
-            .message = "the server failed; its log says more about " + incident,
+            .message = "internal server error; the server log has the details of " + incident,
             .reason = "INTERNAL",
             .metadata = {{"incident", incident}},
             .retry_delay = {}};
