@@ -1,6 +1,7 @@
 #include "connection.hpp"
 
 #include <CLI/Option.hpp>
+#include <chrono>
 #include <string>
 #include <vector>
 
@@ -36,12 +37,13 @@ Connection::Connection(const ServerAddress& server, const std::string& backend) 
     client_.emplace(server.connect());
     return;
   }
-  embedded_ = std::make_unique<server::Server>(server::ServerConfig{.listen = "",
-                                                                    .backend = backend,
-                                                                    .lanes = 1,
-                                                                    .lame_duck_seconds = 0,
-                                                                    .warm_up = false,
-                                                                    .log_level = "off"});
+  embedded_ =
+      std::make_unique<server::Server>(server::ServerConfig{.listen = "",
+                                                            .backend = backend,
+                                                            .lanes = 1,
+                                                            .lame_duck = std::chrono::seconds(0),
+                                                            .warm_up = false,
+                                                            .log_level = "off"});
   embedded_->start();
   client_ = client::ClientAccess::make(embedded_->in_process_channel());
 }

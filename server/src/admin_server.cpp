@@ -30,7 +30,7 @@ const char* phrase(int status) {
 
 AdminServer::AdminServer(const std::string& address, Pages pages) : pages_(std::move(pages)) {
   mg_init_library(0);
-  // Without keep-alive, and with a short patience, nobody keeps a probe waiting.
+  // Without keep-alive and with a short timeout, no client delays a probe.
   std::array options = {"listening_ports",
                         address.c_str(),
                         "num_threads",
@@ -84,7 +84,7 @@ HttpAnswer AdminServer::answer(const std::string& method, const std::string& pat
   if (method != "GET" && method != "HEAD") return {405, "only GET and HEAD\n"};
   try {
     return page->second();
-  } catch (const std::exception& error) {  // above there is only C
+  } catch (const std::exception& error) {  // the callers are C
     return {503, std::string(error.what()) + '\n'};
   }
 }

@@ -14,8 +14,7 @@ struct HttpAnswer {
   std::string text;
 };
 
-/// Answers GET of a few fixed pages in plain HTTP, for probes and Prometheus,
-/// from threads of its own.
+/// Serves a few fixed pages in plain HTTP, for probes and Prometheus, from threads of its own.
 class AdminServer {
  public:
   using Pages = std::map<std::string, std::function<HttpAnswer()>, std::less<>>;
@@ -23,7 +22,7 @@ class AdminServer {
   /// Serves `pages` by path on `address` (HOST:PORT; port 0 picks one). Throws
   /// InvalidOption (OPTION_OUT_OF_RANGE) when it cannot be bound.
   AdminServer(const std::string& address, Pages pages);
-  /// Waits for the answers under way.
+  /// Waits for the answers in progress.
   ~AdminServer();
   AdminServer(const AdminServer&) = delete;
   AdminServer& operator=(const AdminServer&) = delete;

@@ -8,7 +8,7 @@
 
 namespace meshsmooth::server {
 
-/// Refused for now: there will be room, at the rate at which it is freed, after
+/// Refused for now: at the rate at which memory or places are freed, there will be room after
 /// `retry_delay`.
 class Busy : public OutOfMemory {
  public:

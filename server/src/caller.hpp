@@ -4,13 +4,14 @@
 
 namespace meshsmooth::server {
 
-/// Who asks when nothing says who.
+/// The caller of a call without credentials.
 inline constexpr const char* kAnonymous = "anonymous";
 
-/// Who asks, and as part of what.
+/// Who makes a call, and where it comes from.
 struct Caller {
-  std::string identity = kAnonymous;
+  std::string name = kAnonymous;
   std::string traceparent;  // of W3C's Trace Context; empty: none
+  std::string connection;   // its TCP connection; empty: it uses another transport
 };
 
 }  // namespace meshsmooth::server

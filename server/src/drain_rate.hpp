@@ -6,7 +6,7 @@
 
 namespace meshsmooth::server {
 
-/// How fast something goes away: what went in the last half minute counts most.
+/// The rate at which something is freed: an exponentially weighted average over half a minute.
 /// Not thread-safe.
 class DrainRate {
  public:
@@ -21,13 +21,13 @@ class DrainRate {
     last_ = now;
   }
 
-  /// How long until `amount` has gone, at this rate; between 50 ms and 30 s, and
-  /// 1 s as long as nothing has gone.
+  /// How long it takes to free `amount` at this rate, clamped to 50 ms to 30 s; 1 s as long as
+  /// nothing has been freed.
   [[nodiscard]] std::chrono::nanoseconds time_for(double amount, Clock::time_point now) const {
     constexpr double kShortest = 0.05, kLongest = 30, kUnknown = 1;
     double seconds = kUnknown;
     if (begun_ && sum_ > 0) {
-      // What was seen of the window: less of it at the start.
+      // The observed part of the window, which is short at the start.
       const double age = std::max(std::chrono::duration<double>(now - first_).count(), kShortest);
       const double window = kWindow * (1 - std::exp(-age / kWindow));
       seconds = amount * window / (sum_ * decay(now));

@@ -5,14 +5,14 @@
 
 namespace meshsmooth::server {
 
-/// What log lines and metrics say of an error.
+/// An error as logs and metrics report it.
 struct ErrorText {
   std::string reason;
   std::string message;
-  bool ours = false;  // a meshsmooth::Error, so no bug
+  bool ours = false;  // a meshsmooth::Error, not a bug
 };
 
-/// Empty without an error. The reason is that of the call's status.
+/// Empty without an error. The reason equals that of the call's status.
 [[nodiscard]] ErrorText error_text(const std::exception_ptr& error);
 
 }  // namespace meshsmooth::server

@@ -9,7 +9,7 @@
 namespace meshsmooth::server {
 namespace {
 
-// Below, a block costs more to map than to keep.
+// Mapping a smaller block costs more than keeping it in the heap.
 constexpr std::size_t kMinMappedBytes = 1 << 20;
 
 class HostMemory final : public std::pmr::memory_resource {
@@ -19,7 +19,7 @@ class HostMemory final : public std::pmr::memory_resource {
     }
     void* data = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (data == MAP_FAILED) throw std::bad_alloc();
-    madvise(data, bytes, MADV_HUGEPAGE);  // only advice: it may fail
+    madvise(data, bytes, MADV_HUGEPAGE);  // only advice: failing is fine
     return data;
   }
 
@@ -44,8 +44,8 @@ std::pmr::memory_resource* host_memory() {
 }
 
 void keep_heap_warm() {
-  mallopt(M_MMAP_THRESHOLD, 32 << 20);  // the largest that glibc takes
-  // Each arena keeps so much of its own.
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);  // the maximum of glibc
+  // Each arena retains its share.
   constexpr int kArenas = 4;
   mallopt(M_ARENA_MAX, kArenas);
   mallopt(M_TRIM_THRESHOLD, static_cast<int>(kKeptHeapBytes / kArenas));

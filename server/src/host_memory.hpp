@@ -5,18 +5,17 @@
 
 namespace meshsmooth::server {
 
-/// Where meshes live: large blocks straight from the kernel, on huge pages
-/// where it has them, and back to it at once. malloc would keep them in the
-/// arena of whichever thread freed them, beyond what the ledger counts.
-/// Thread-safe; lives for ever.
+/// Memory for meshes: large blocks are mapped from the kernel, on huge pages where available, and
+/// returned to it at once. malloc would keep them in the arena of whichever thread freed them,
+/// beyond what the memory budget counts. Thread-safe; never destroyed.
 [[nodiscard]] std::pmr::memory_resource* host_memory();
 
-/// What of the heap stays, free, when messages have gone.
+/// Free heap memory that is retained between messages.
 inline constexpr std::int64_t kKeptHeapBytes = 128 << 20;
 
-/// For a process that serves: messages and working memory stay warm in the heap
-/// instead of going back to the kernel with every job, up to 1.7 times the
-/// throughput of uploads. Call it first of all.
+/// For a server process: keeps messages and working memory in the heap instead of returning them
+/// to the kernel with every job; up to 1.7 times the upload throughput. Call it before anything
+/// else.
 void keep_heap_warm();
 
 }  // namespace meshsmooth::server

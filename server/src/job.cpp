@@ -17,7 +17,7 @@ bool is_cancelled(const std::exception_ptr& error) {
   }
 }
 
-// The request lives as long as anybody knows of the job, the topology only until its end.
+// The request is retained as long as the job is listed, the topology only until its end.
 JobRequest without_topology(const JobRequest& request) {
   JobRequest copy = request;
   copy.topology = nullptr;
@@ -27,7 +27,7 @@ JobRequest without_topology(const JobRequest& request) {
 }  // namespace
 
 Job::Job(std::string name, std::int64_t sequence, JobRequest request, Reservation reservation,
-         std::int64_t result_bytes, QueuePlace place, std::pmr::memory_resource* memory,
+         std::int64_t result_bytes, UploadShare upload, std::pmr::memory_resource* memory,
          EndObserver end_observer)
     : name_(std::move(name)),
       sequence_(sequence),
@@ -38,7 +38,7 @@ Job::Job(std::string name, std::int64_t sequence, JobRequest request, Reservatio
       end_observer_(std::move(end_observer)),
       reservation_(std::move(reservation)),
       topology_(std::move(request.topology)),
-      place_(std::move(place)),
+      upload_(std::move(upload)),
       mesh_(topology_ ? std::make_unique<wire::MeshAssembler>(request_.layout, topology_->arrays(),
                                                               memory)
                       : std::make_unique<wire::MeshAssembler>(request_.layout, memory)) {
@@ -57,37 +57,37 @@ bool Job::joinable() const {
   return joinable_now();
 }
 
-std::optional<int> Job::watch(Observer observer) {
+std::optional<int> Job::observe(Observer observer) {
   const std::lock_guard lock(mutex_);
   if (!joinable_now()) return std::nullopt;
-  watchers_.push_back({next_watcher_, std::move(observer)});
-  return next_watcher_++;
+  observers_.push_back({next_observer_id_, std::move(observer)});
+  return next_observer_id_++;
 }
 
-bool Job::leave(int watcher, const std::exception_ptr& cause) {
+bool Job::leave(int observer_id, const std::exception_ptr& cause) {
   std::shared_ptr<const JobResult> dropped;  // destroyed without the lock
   {
     const std::lock_guard lock(mutex_);
-    std::erase_if(watchers_, [=](const Watcher& w) { return w.number == watcher; });
-    if (!watchers_.empty() || request_.kept()) return false;
+    std::erase_if(observers_, [=](const Registration& r) { return r.id == observer_id; });
+    if (!observers_.empty() || request_.kept()) return false;
     if (has_ended(now_.state)) {
       dropped = std::move(now_.result);
       return false;
     }
     if (!stop_cause_) stop_requested_ = Clock::now();
-    if (!stop_cause_) stop_cause_ = cause;  // from now on nobody can join
+    if (!stop_cause_) stop_cause_ = cause;  // from now on no call can join
   }
   stop_.request_stop();
   return true;
 }
 
 void Job::notify() const {
-  std::vector<Watcher> watchers;
+  std::vector<Registration> observers;
   {
     const std::lock_guard lock(mutex_);
-    watchers = watchers_;
+    observers = observers_;
   }
-  for (const Watcher& watcher : watchers) watcher.observer();
+  for (const Registration& registration : observers) registration.observer();
 }
 
 std::shared_ptr<CachedTopology> Job::topology() const {
@@ -104,7 +104,7 @@ void Job::keep_topology(TopologyCache& cache, std::int64_t bytes) {
     reservation = reservation_.split({bytes, 0});
   }
   auto topology = cache.add(std::make_shared<CachedTopology>(
-      request_.identity, mesh_->topology_name(), request_.layout, arrays, std::move(reservation)));
+      request_.caller, mesh_->topology_name(), request_.layout, arrays, std::move(reservation)));
   const std::lock_guard lock(mutex_);
   topology_ = std::move(topology);
   now_.topology_name = topology_->name();
@@ -115,8 +115,11 @@ void Job::note_topology_reused() {
   now_.topology_reused = true;
 }
 
-void Job::queue() {
+void Job::queue(QueuePlace place) {
+  UploadShare upload;
   const std::lock_guard lock(mutex_);
+  upload = std::move(upload_);
+  place_ = std::move(place);
   now_.state = JobState::queued;
   now_.times.queued = Clock::now();
 }
@@ -134,45 +137,36 @@ bool Job::start() {
   return true;
 }
 
-void Job::finish(SmoothSummary summary) {
-  std::exception_ptr cause;
-  Reservation rest;  // of what only the run needed; after its bytes
+bool Job::finish(SmoothSummary summary) {
+  Reservation rest;  // of what only the run needed; returned after its bytes
   std::shared_ptr<CachedTopology> topology;
   std::unique_ptr<wire::MeshAssembler> mesh;
   auto result = std::make_shared<JobResult>();
   {
     const std::lock_guard lock(mutex_);
     now_.times.finished = Clock::now();
-    cause = stop_cause_;  // whoever asked for the stop may be gone: nobody would send
-    if (!cause) {
-      mesh = std::move(mesh_);
-      topology = std::move(topology_);
-      result->coordinates = mesh->take_coordinates();
-      result->reservation = reservation_.split({result_bytes_, 0});
-      rest = std::move(reservation_);
-      now_.result = std::move(result);
-      now_.state = JobState::sending;
-      now_.summary = std::make_shared<const SmoothSummary>(std::move(summary));
-    }
-  }
-  if (cause) {
-    end(cause);
-    return;
+    if (stop_cause_) return false;
+    mesh = std::move(mesh_);
+    topology = std::move(topology_);
+    result->coordinates = mesh->take_coordinates();
+    result->reservation = reservation_.split({result_bytes_, 0});
+    rest = std::move(reservation_);
+    now_.result = std::move(result);
+    now_.state = JobState::sending;
+    now_.summary = std::make_shared<const SmoothSummary>(std::move(summary));
   }
   mesh.reset();
   topology.reset();
   { const Reservation freed = std::move(rest); }
-  if (request_.kept()) {
-    end();
-  } else {
-    notify();
-  }
+  if (!request_.kept()) notify();  // a kept job ends at once
+  return true;
 }
 
 bool Job::end(std::exception_ptr error) {
   {
-    // Destroyed before the observers hear, in reverse order, outside the lock.
+    // Destroyed before the observers are notified, in reverse order, outside the lock.
     Reservation reservation;
+    UploadShare upload;
     QueuePlace place;
     std::shared_ptr<CachedTopology> topology;
     std::unique_ptr<wire::MeshAssembler> mesh;
@@ -180,13 +174,13 @@ bool Job::end(std::exception_ptr error) {
     const std::lock_guard lock(mutex_);
     if (has_ended(now_.state)) return false;
     if (error && stop_cause_) error = stop_cause_;
-    if (!error) stop_cause_ = nullptr;  // it came too late
+    if (!error) stop_cause_ = nullptr;  // too late
     now_.state = !error                ? JobState::succeeded
                  : is_cancelled(error) ? JobState::cancelled
                                        : JobState::failed;
     now_.times.ended = Clock::now();
     now_.times.ended_wall = std::chrono::system_clock::now();
-    if (error || (watchers_.empty() && !request_.kept())) result = std::move(now_.result);
+    if (error || (observers_.empty() && !request_.kept())) result = std::move(now_.result);
     if (now_.result && request_.kept()) {
       now_.times.expires_wall =
           now_.times.ended_wall +
@@ -195,6 +189,7 @@ bool Job::end(std::exception_ptr error) {
     now_.error = std::move(error);
     mesh = std::move(mesh_);
     topology = std::move(topology_);
+    upload = std::move(upload_);
     place = std::move(place_);
     reservation = std::move(reservation_);
   }
@@ -215,7 +210,7 @@ bool Job::request_stop(std::exception_ptr cause) {
   return request_stop(std::move(cause), [](JobState state) { return !has_ended(state); });
 }
 
-bool Job::hand_back(std::exception_ptr cause) {
+bool Job::reject(std::exception_ptr cause) {
   return request_stop(std::move(cause), [](JobState state) {
     return state == JobState::receiving || state == JobState::queued;
   });
@@ -241,7 +236,7 @@ Clock::duration Job::stopping_for(Clock::time_point now) const {
 bool Job::past_deadline(Clock::time_point now) const {
   const std::lock_guard lock(mutex_);
   return request_.deadline && now >= *request_.deadline && !request_.kept() &&
-         watchers_.size() <= 1;
+         observers_.size() <= 1;
 }
 
 bool Job::waited_too_long(Clock::time_point now) const {
@@ -271,7 +266,9 @@ JobState Job::state() const {
 
 JobSnapshot Job::snapshot() const {
   const std::lock_guard lock(mutex_);
-  return now_;
+  JobSnapshot snapshot = now_;
+  snapshot.stop_cause = stop_cause_;
+  return snapshot;
 }
 
 }  // namespace meshsmooth::server

@@ -16,48 +16,50 @@
 
 #include "caller.hpp"
 #include "job_queue.hpp"
-#include "ledger.hpp"
+#include "memory_budget.hpp"
 #include "meshsmooth/job_state.hpp"
 #include "meshsmooth/options.hpp"
 #include "meshsmooth/smoother.hpp"
 #include "meshsmooth/summary.hpp"
 #include "topology_cache.hpp"
+#include "upload_share.hpp"
 #include "wire/mesh_assembler.hpp"
 
 namespace meshsmooth::server {
 
 using Clock = std::chrono::steady_clock;
 
-/// What the caller asked for, checked.
+/// A validated request.
 struct JobRequest {
-  std::string identity = kAnonymous;  // who asks; the job is theirs alone
-  std::string traceparent;            // of W3C's Trace Context; empty: none
-  std::string request_id;             // empty: nobody can join
-  /// All fields that were set, by name, in bytes: equal for the same job.
+  std::string caller = kAnonymous;  // only this caller can access the job
+  std::string traceparent;          // of W3C's Trace Context; empty: none
+  std::string connection;           // that brings the mesh; empty: its uploads are not limited
+  std::string request_id;           // empty: no other call can join
+  /// All set fields, serialized, by name: equal for the same job.
   std::map<std::string, std::string> fields;
   SmoothOptions options;
   Priority priority = Priority::normal;
   wire::MeshLayout layout;
-  std::shared_ptr<CachedTopology> topology;   // set: only coordinates come
-  bool topology_kept = false;                 // the one that comes enters the cache
+  std::shared_ptr<CachedTopology> topology;   // set: only coordinates are uploaded
+  bool topology_kept = false;                 // add the uploaded topology to the cache
   std::optional<Clock::time_point> deadline;  // of the call
   std::optional<Clock::duration> queue_timeout;
-  /// Set: the job outlives its calls, and its result is kept so long.
+  /// Set: the job outlives its calls, and its result is kept for this time.
   std::optional<Clock::duration> result_ttl;
 
   [[nodiscard]] bool kept() const { return result_ttl.has_value(); }
 };
 
-/// The positions that a job ended with, for every call that wants them, and the
-/// promise of their bytes.
+/// The positions that a job ended with, shared by all calls that send them, and the
+/// reservation of their bytes.
 struct JobResult {
   Reservation reservation;
   wire::ByteArray coordinates;
 };
 
-/// When what happened; unset: not yet.
+/// When each step happened; unset: not yet.
 struct JobTimes {
-  std::chrono::system_clock::time_point created;  // for people; the rest measures
+  std::chrono::system_clock::time_point created;  // for display; the steady clock measures
   std::chrono::system_clock::time_point ended_wall;
   std::chrono::system_clock::time_point expires_wall;  // of a kept result
   Clock::time_point admitted;
@@ -69,14 +71,14 @@ struct JobTimes {
   [[nodiscard]] double send_seconds() const { return finished ? seconds(*finished, ended) : 0; }
 
  private:
-  // Up to the end of the job where the step was cut off by it.
+  // Up to the end of the job if it ended during the step.
   [[nodiscard]] double seconds(Clock::time_point from, std::optional<Clock::time_point> to) const {
     if (!to) to = ended;
     return to ? std::chrono::duration<double>(*to - from).count() : 0;
   }
 };
 
-/// All of a job but its mesh, copied at one moment.
+/// A consistent copy of everything about a job except its mesh.
 struct JobSnapshot {
   JobState state = JobState::receiving;
   JobTimes times;
@@ -86,90 +88,91 @@ struct JobSnapshot {
   std::shared_ptr<const JobResult> result;
   std::string topology_name;  // of one that is cached
   bool topology_reused = false;
-  std::exception_ptr error;  // why it failed or was cancelled
+  std::exception_ptr stop_cause;  // why it was asked to stop
+  std::exception_ptr error;       // why it failed or was cancelled
 };
 
-/// One request from admission to its end. Owns the mesh and the memory promised
-/// for it. States:
+/// One request from admission to its end. Owns the mesh and its memory reservation. States:
 ///
 ///     receiving -> queued -> running -> sending -> succeeded
 ///     any of the first four -> failed | cancelled
 ///
 /// or, when its result is kept, running -> succeeded -> expired.
 ///
-/// It ends exactly once, and frees mesh, reservation and place then. Only the
-/// actor whose turn it is may end it: the call that brings the mesh while
-/// receiving, who takes it out of the queue while queued, the lane while
-/// running, any call while sending. Everyone else asks by `request_stop`.
+/// It ends exactly once, and frees mesh, reservation and place then. Only the engine ends it, on
+/// behalf of the actor whose turn it is: the call that uploads the mesh while receiving, whoever
+/// removes it from the queue while queued, the lane while running, any call while sending.
+/// Everyone else asks it to stop by `request_stop`.
 ///
-/// Calls watch it: the one that brought it, and those that joined. When the last
-/// of them leaves a job that is not kept, it is asked to stop. Its positions
-/// live on in `JobSnapshot::result` until then, kept ones until `expire`.
+/// Calls subscribe to it: the one that created it, and those that joined. When the last of them
+/// leaves a job that is not kept, it is asked to stop. Its positions stay in `JobSnapshot::result`
+/// until then, kept ones until `expire`.
 ///
-/// Thread-safe but for `mesh()`, which belongs to the actor whose turn it is.
+/// Thread-safe except `mesh()`, which belongs to the actor whose turn it is.
 class Job {
  public:
   /// Called after changes of state, progress and stop requests, without locks
   /// held, by any thread; must not block.
   using Observer = std::function<void()>;
-  /// Called once, the same way, when all memory is given back.
+  /// Called once, the same way, when all memory has been released.
   using EndObserver = std::function<void(const Job&)>;
 
-  /// The mesh's arrays come from `memory`, which must outlive the job and its
-  /// result; `result_bytes` is what the coordinates take of it.
+  /// The arrays of the mesh are allocated from `memory`, which must outlive the job and its
+  /// result; the coordinates take `result_bytes` of it.
   Job(std::string name, std::int64_t sequence, JobRequest request, Reservation reservation,
-      std::int64_t result_bytes, QueuePlace place, std::pmr::memory_resource* memory,
+      std::int64_t result_bytes, UploadShare upload, std::pmr::memory_resource* memory,
       EndObserver end_observer);
 
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] std::int64_t sequence() const { return sequence_; }
   [[nodiscard]] const JobRequest& request() const { return request_; }
   [[nodiscard]] MemoryEstimate reserved_bytes() const { return reserved_bytes_; }
-  /// That it runs on: where its memory was promised.
+  /// The device that it runs on: where its memory was reserved.
   [[nodiscard]] int device() const { return device_; }
 
-  /// From now on the observer is called; give the number to `leave`. Nothing when
-  /// there is nothing to wait for: the job was asked to stop, or is over and has
-  /// no result.
-  [[nodiscard]] std::optional<int> watch(Observer observer);
+  /// From now on the observer is called; pass the returned id to `leave`. Nothing when there is
+  /// nothing to wait for: the job was asked to stop, or has ended without a kept result.
+  [[nodiscard]] std::optional<int> observe(Observer observer);
   [[nodiscard]] bool joinable() const;
-  /// True when nobody is left to wait for the job, so that it is asked to stop, by
+  /// Returns true when no observer is left, so that the job is asked to stop, with
   /// `cause` unless it was already.
-  bool leave(int watcher, const std::exception_ptr& cause);
+  bool leave(int observer_id, const std::exception_ptr& cause);
 
   /// Needs a job that has not ended.
   [[nodiscard]] wire::MeshAssembler& mesh() { return *mesh_; }
 
-  /// The cached topology that it runs on; nothing before and after, and for a job that
-  /// brings its own for itself alone.
+  /// The cached topology that it runs on; nothing before and after, and for a job with a
+  /// topology of its own.
   [[nodiscard]] std::shared_ptr<CachedTopology> topology() const;
-  /// Offers the topology that has come to the cache, if that was asked for. Needs a
-  /// complete mesh; before `queue`. `bytes` is what its arrays take of the memory.
+  /// Adds the uploaded topology, whose arrays take `bytes`, to the cache if the request asks for
+  /// it. Needs a complete mesh; call it before `queue`.
   void keep_topology(TopologyCache& cache, std::int64_t bytes);
   void note_topology_reused();
 
-  // The walk. Each step needs the state before it.
-  void queue();
-  /// Gives the place in the queue back. False when the job was asked to stop before: it does
-  /// not run.
+  // State transitions; each requires the preceding state.
+  /// Releases the upload's part of the connection's share.
+  void queue(QueuePlace place);
+  /// Releases the place in the queue. False when the job was asked to stop before: it must not
+  /// run.
   bool start();
-  /// Ends the job instead when a stop was requested; and when it is kept.
-  void finish(SmoothSummary summary);
+  /// Smoothed: from now on the result can be sent. False, and nothing is done, when the job was
+  /// asked to stop: the caller may be gone, and nobody would send the result.
+  bool finish(SmoothSummary summary);
 
   /// Ends the job: succeeded without an error, cancelled by a `Cancelled`,
-  /// failed otherwise. A stop requested before takes the place of `error`.
-  /// False when it had ended already.
+  /// failed otherwise. The cause of an earlier stop request replaces `error`.
+  /// False when it had already ended.
   bool end(std::exception_ptr error = nullptr);
 
-  /// Gives up the result of a job that succeeded.
+  /// Drops the result of a job that succeeded.
   void expire();
 
-  /// Asks the job to end by `cause`; false when it was asked before or is over.
+  /// Asks the job to end with `cause`; false when it was asked before or has ended.
   bool request_stop(std::exception_ptr cause);
-  /// The same for a job that does not run yet; false, and nothing asked, when it does.
-  bool hand_back(std::exception_ptr cause);
+  /// The same for a job that does not run yet; false, without effect, when it does.
+  bool reject(std::exception_ptr cause);
   [[nodiscard]] std::exception_ptr stop_cause() const;
-  /// For how long it has been asked to stop; 0: it has not.
+  /// Time since it was asked to stop; 0: it was not.
   [[nodiscard]] Clock::duration stopping_for(Clock::time_point now) const;
   [[nodiscard]] std::stop_token stop_token() const { return stop_.get_token(); }
 
@@ -177,12 +180,12 @@ class Job {
   void finish_early() { finish_early_.store(true, std::memory_order_relaxed); }
   [[nodiscard]] const std::atomic<bool>& finish_early_flag() const { return finish_early_; }
 
-  /// The newest progress wins.
+  /// Replaces the previous progress.
   void report(const Progress& progress);
 
-  /// Its call's time is over, and nobody else waits for it.
+  /// Whether the deadline of its call has passed and no other call waits for it.
   [[nodiscard]] bool past_deadline(Clock::time_point now) const;
-  /// It is in the queue for longer than its caller wants.
+  /// Whether it has been queued for longer than its queue timeout.
   [[nodiscard]] bool waited_too_long(Clock::time_point now) const;
 
   [[nodiscard]] JobState state() const;
@@ -191,8 +194,8 @@ class Job {
  private:
   bool request_stop(std::exception_ptr cause, bool (*may_stop)(JobState));
 
-  struct Watcher {
-    int number;
+  struct Registration {
+    int id;
     Observer observer;
   };
   void notify() const;
@@ -208,9 +211,10 @@ class Job {
   std::stop_source stop_;
   std::atomic<bool> finish_early_ = false;
 
-  // Given back in reverse order: the promise outlives the bytes.
+  // Released in reverse order: the reservation outlives the bytes.
   Reservation reservation_;
   std::shared_ptr<CachedTopology> topology_;
+  UploadShare upload_;
   QueuePlace place_;
   std::unique_ptr<wire::MeshAssembler> mesh_;
 
@@ -218,8 +222,8 @@ class Job {
   JobSnapshot now_;
   std::exception_ptr stop_cause_;
   Clock::time_point stop_requested_;
-  std::vector<Watcher> watchers_;
-  int next_watcher_ = 0;
+  std::vector<Registration> observers_;
+  int next_observer_id_ = 0;
 };
 
 }  // namespace meshsmooth::server

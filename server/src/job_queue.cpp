@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "busy.hpp"
-#include "job.hpp"
 
 namespace meshsmooth::server {
 
@@ -14,48 +13,52 @@ QueuePlace::~QueuePlace() {
   if (queue_ != nullptr) queue_->give_back(bytes_);
 }
 
-QueuePlace JobQueue::admit(std::int64_t bytes) {
+void JobQueue::check_room(std::int64_t bytes) const {
   const std::lock_guard lock(mutex_);
-  const std::int64_t too_many_bytes = bytes - (max_bytes_ - admitted_bytes_);
-  if (admitted_jobs_ >= max_jobs_ || too_many_bytes > 0) {
+  const std::int64_t too_many_bytes = bytes - (max_bytes_ - queued_bytes_);
+  if (queued_jobs_ >= max_jobs_ || too_many_bytes > 0) {
     const auto now = Clock::now();
     auto delay = jobs_left_.time_for(1, now);
     if (too_many_bytes > 0) {
       delay = std::max(delay, bytes_left_.time_for(static_cast<double>(too_many_bytes), now));
     }
     throw Busy("QUEUE_FULL",
-               "the queue is full: " + std::to_string(admitted_jobs_) + " jobs with " +
-                   std::to_string(admitted_bytes_) + " bytes wait; try again later",
-               {{"queued_jobs", std::to_string(admitted_jobs_)},
-                {"queued_bytes", std::to_string(admitted_bytes_)}},
+               "the queue is full: " + std::to_string(queued_jobs_) + " jobs with " +
+                   std::to_string(queued_bytes_) + " bytes wait; try again later",
+               {{"queued_jobs", std::to_string(queued_jobs_)},
+                {"queued_bytes", std::to_string(queued_bytes_)}},
                delay);
   }
-  ++admitted_jobs_;
-  admitted_bytes_ += bytes;
+}
+
+QueuePlace JobQueue::take_place(std::int64_t bytes) {
+  const std::lock_guard lock(mutex_);
+  ++queued_jobs_;
+  queued_bytes_ += bytes;
   return {this, bytes};
 }
 
-void JobQueue::push(std::shared_ptr<Job> job, Priority priority) {
+void JobQueue::push(std::shared_ptr<Job> job, QueueKey key) {
   {
     const std::lock_guard lock(mutex_);
     const Age age = next_age_++;
     ages_.emplace(job.get(), age);
-    waiting_.emplace(age, Waiting{std::move(job), static_cast<int>(priority), Clock::now()});
+    waiting_.emplace(age, Waiting{std::move(job), std::move(key), Clock::now()});
   }
-  not_empty_.notify_all();  // one lane may be of another device
+  not_empty_.notify_all();  // a lane may belong to another device
 }
 
 template <class Visit>
 void JobQueue::rank_all(const Visit& visit) const {
   const auto now = Clock::now();
-  std::map<std::pair<std::string, int>, int> turns;  // by owner and level: jobs before
+  std::map<std::pair<std::string, int>, int> turns;  // by caller and level: jobs before
   for (const auto& [age, waiting] : waiting_) {
-    const auto grown = ageing_.count() > 0 ? (now - waiting.since) / ageing_ : 0;
-    const int level = static_cast<int>(
-        std::min<std::int64_t>(waiting.level + grown, static_cast<int>(Priority::interactive)));
-    const std::string& owner = waiting.job->request().identity;
-    const auto running = running_.find(owner);
-    const int turn = turns[{owner, level}]++ + (running == running_.end() ? 0 : running->second);
+    const auto risen = ageing_.count() > 0 ? (now - waiting.since) / ageing_ : 0;
+    const int level = static_cast<int>(std::min<std::int64_t>(
+        static_cast<int>(waiting.key.priority) + risen, static_cast<int>(Priority::interactive)));
+    const std::string& caller = waiting.key.caller;
+    const auto running = running_.find(caller);
+    const int turn = turns[{caller, level}]++ + (running == running_.end() ? 0 : running->second);
     visit(waiting, Rank{-level, turn, age});
   }
 }
@@ -66,7 +69,7 @@ std::shared_ptr<Job> JobQueue::pop(int device) {
   not_empty_.wait(lock, [&] {
     if (closed_) return true;
     rank_all([&](const Waiting& waiting, const Rank& rank) {
-      if (waiting.job->device() == device && (!next || rank < *next)) next = rank;
+      if (waiting.key.device == device && (!next || rank < *next)) next = rank;
     });
     return next.has_value();
   });
@@ -74,18 +77,18 @@ std::shared_ptr<Job> JobQueue::pop(int device) {
   auto first = waiting_.extract(next->age);
   std::shared_ptr<Job> job = std::move(first.mapped().job);
   ages_.erase(job.get());
-  ++running_[job->request().identity];
+  ++running_[first.mapped().key.caller];
   return job;
 }
 
-void JobQueue::done(const Job& job) {
+void JobQueue::done(const std::string& caller) {
   const std::lock_guard lock(mutex_);
-  const auto owner = running_.find(job.request().identity);
-  if (--owner->second == 0) running_.erase(owner);
+  const auto running = running_.find(caller);
+  if (--running->second == 0) running_.erase(running);
 }
 
 bool JobQueue::remove(const Job& job) {
-  std::shared_ptr<Job> removed;  // its last owner may be this queue: destroyed after the lock
+  std::shared_ptr<Job> removed;  // destroyed after the lock: this may be its last owner
   const std::lock_guard lock(mutex_);
   const auto found = ages_.find(&job);
   if (found == ages_.end()) return false;
@@ -96,11 +99,13 @@ bool JobQueue::remove(const Job& job) {
 
 int JobQueue::position(const Job& job) const {
   const std::lock_guard lock(mutex_);
-  if (!ages_.contains(&job)) return 0;
+  const auto age = ages_.find(&job);
+  if (age == ages_.end()) return 0;
+  const int device = waiting_.at(age->second).key.device;
   std::vector<Rank> ranks;
   std::optional<Rank> own;
   rank_all([&](const Waiting& waiting, const Rank& rank) {
-    if (waiting.job->device() == job.device()) ranks.push_back(rank);
+    if (waiting.key.device == device) ranks.push_back(rank);
     if (waiting.job.get() == &job) own = rank;
   });
   return 1 +
@@ -117,8 +122,8 @@ void JobQueue::close() {
 
 void JobQueue::give_back(std::int64_t bytes) {
   const std::lock_guard lock(mutex_);
-  --admitted_jobs_;
-  admitted_bytes_ -= bytes;
+  --queued_jobs_;
+  queued_bytes_ -= bytes;
   const auto now = Clock::now();
   jobs_left_.add(1, now);
   bytes_left_.add(static_cast<double>(bytes), now);

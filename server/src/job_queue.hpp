@@ -20,8 +20,15 @@ class JobQueue;
 /// Higher runs first.
 enum class Priority { batch, normal, interactive };
 
-/// A place in the queue, held from admission until the job runs or ends; given
-/// back on destruction. Move-only; the queue outlives it.
+/// What the queue has to know of a job.
+struct QueueKey {
+  std::string caller;
+  int device = 0;
+  Priority priority = Priority::normal;
+};
+
+/// A place in the queue, held from the end of the upload until the job runs or ends; released on
+/// destruction. Move-only; the queue outlives it.
 class QueuePlace {
  public:
   QueuePlace() = default;
@@ -42,10 +49,11 @@ class QueuePlace {
   std::int64_t bytes_ = 0;
 };
 
-/// Orders waiting jobs: by priority, which grows by a level for every `ageing` waited;
-/// inside a level by turns of their owners, those first who have fewer jobs running;
-/// of one owner by age. Bounded by jobs and bytes at admission, so a job that was
-/// uploaded always finds room. Knows neither gRPC nor backends. Thread-safe.
+/// Orders waiting jobs: by priority, which rises by a level for every `ageing` waited; within a
+/// level the callers take turns, those with fewer running jobs first; jobs of one caller by age.
+/// Counts complete meshes only: when there are too many of them, new jobs are refused before they
+/// upload anything, and a job that was uploaded always gets a place. Knows neither gRPC nor
+/// backends nor what a job is. Thread-safe.
 class JobQueue {
  public:
   using Clock = std::chrono::steady_clock;
@@ -53,38 +61,40 @@ class JobQueue {
   JobQueue(int max_jobs, std::int64_t max_bytes, Clock::duration ageing = std::chrono::minutes(1))
       : max_jobs_(max_jobs), max_bytes_(max_bytes), ageing_(ageing) {}
 
-  /// Throws Busy (QUEUE_FULL).
-  [[nodiscard]] QueuePlace admit(std::int64_t bytes);
+  /// Whether a job of so many mesh bytes may be uploaded now. Throws Busy (QUEUE_FULL).
+  void check_room(std::int64_t bytes) const;
+  /// For a job whose mesh is complete. Never fails: memory bounds how many upload at a time.
+  [[nodiscard]] QueuePlace take_place(std::int64_t bytes);
 
   /// Never blocks, never fails. Needs a job that holds a place. O(log n).
-  void push(std::shared_ptr<Job> job, Priority priority);
+  void push(std::shared_ptr<Job> job, QueueKey key);
 
-  /// Waits for a job of this device, which then runs until `done`; nothing once the
-  /// queue is closed. O(n log n).
+  /// Waits for a job of this device, which then counts as running until `done`; nothing once
+  /// the queue is closed. O(n log n).
   [[nodiscard]] std::shared_ptr<Job> pop(int device = 0);
-  /// The owner of this job has one less running.
-  void done(const Job& job);
+  /// The caller has one job less running.
+  void done(const std::string& caller);
 
-  /// False when the job is not (or no longer) waiting here. O(log n).
+  /// False when the job does not wait here. O(log n).
   bool remove(const Job& job);
 
-  /// Among those of its device: 1 = next, 0 = not waiting here. O(n log n).
+  /// Position among the jobs of its device: 1 = next, 0 = not waiting here. O(n log n).
   [[nodiscard]] int position(const Job& job) const;
 
-  /// Lets every `pop` return nothing; jobs that wait stay where they are.
+  /// Makes every `pop` return nothing; waiting jobs stay in the queue.
   void close();
 
  private:
   friend class QueuePlace;
   struct Waiting {
     std::shared_ptr<Job> job;
-    int level;
+    QueueKey key;
     Clock::time_point since;
   };
   using Age = std::int64_t;
   struct Rank {  // the lowest is next
     int minus_level;
-    int turn;  // of the owner, inside the level
+    int turn;  // of the caller, within the level
     Age age;
     friend auto operator<=>(const Rank&, const Rank&) = default;
   };
@@ -100,10 +110,10 @@ class JobQueue {
   std::condition_variable not_empty_;
   std::map<Age, Waiting> waiting_;
   std::unordered_map<const Job*, Age> ages_;
-  std::map<std::string, int> running_;  // by owner
+  std::map<std::string, int> running_;  // by caller
   Age next_age_ = 0;
-  int admitted_jobs_ = 0;
-  std::int64_t admitted_bytes_ = 0;
+  int queued_jobs_ = 0;
+  std::int64_t queued_bytes_ = 0;
   DrainRate jobs_left_, bytes_left_;
   bool closed_ = false;
 };

@@ -11,7 +11,7 @@ namespace meshsmooth::server {
 namespace {
 
 std::pair<std::string, std::string> request_key(const Job& job) {
-  return {job.request().identity, job.request().request_id};
+  return {job.request().caller, job.request().request_id};
 }
 
 }  // namespace
@@ -66,53 +66,53 @@ void JobStore::check_quota(const Job& job) const {
   if (quota_.max_bytes != 0 && bytes > quota_.max_bytes) {
     throw OutOfMemory(
         "MESH_TOO_LARGE",
-        "the job needs " + std::to_string(bytes) + " bytes, one caller has " +
+        "the job needs " + std::to_string(bytes) + " bytes, the limit for one caller is " +
             std::to_string(quota_.max_bytes),
         {{"need_bytes", std::to_string(bytes)}, {"limit_bytes", std::to_string(quota_.max_bytes)}});
   }
   for (const auto& [sequence, other] : living_) {
-    if (other->request().identity != job.request().identity) continue;
+    if (other->request().caller != job.request().caller) continue;
     ++jobs;
     bytes += size(*other);
   }
   if (quota_.max_jobs != 0 && jobs > quota_.max_jobs) {
     throw OutOfMemory("QUOTA_EXCEEDED",
                       "one caller may have " + std::to_string(quota_.max_jobs) +
-                          " jobs at a time; wait for one of yours to end",
+                          " unfinished jobs; wait until one of them ends",
                       {{"limit_jobs", std::to_string(quota_.max_jobs)}});
   }
   if (quota_.max_bytes != 0 && bytes > quota_.max_bytes) {
     throw OutOfMemory("QUOTA_EXCEEDED",
-                      "the jobs of one caller may have " + std::to_string(quota_.max_bytes) +
-                          " bytes at a time; wait for one of yours to end",
+                      "the unfinished jobs of one caller may reserve " +
+                          std::to_string(quota_.max_bytes) + " bytes; wait until one of them ends",
                       {{"limit_bytes", std::to_string(quota_.max_bytes)}});
   }
 }
 
-std::shared_ptr<Job> JobStore::find(const std::string& identity, const std::string& name) const {
+std::shared_ptr<Job> JobStore::find(const std::string& caller, const std::string& name) const {
   const std::lock_guard lock(mutex_);
   const auto found = by_name_.find(name);
-  if (found == by_name_.end() || found->second->request().identity != identity) return nullptr;
+  if (found == by_name_.end() || found->second->request().caller != caller) return nullptr;
   return found->second;
 }
 
-std::shared_ptr<Job> JobStore::find_request(const std::string& identity,
+std::shared_ptr<Job> JobStore::find_request(const std::string& caller,
                                             const std::string& request_id) const {
   if (request_id.empty()) return nullptr;
   const std::lock_guard lock(mutex_);
-  const auto found = by_request_.find({identity, request_id});
+  const auto found = by_request_.find({caller, request_id});
   return found == by_request_.end() ? nullptr : found->second;
 }
 
 std::vector<std::shared_ptr<Job>> JobStore::list(
-    const std::string& identity, std::int64_t before, std::size_t count,
+    const std::string& caller, std::int64_t before, std::size_t count,
     const std::function<bool(const Job&)>& wanted) const {
   std::vector<std::shared_ptr<Job>> jobs;
   {
     const std::lock_guard lock(mutex_);
     for (const auto* part : {&living_, &ended_}) {
       for (const auto& [sequence, job] : *part) {
-        if (sequence < before && job->request().identity == identity) jobs.push_back(job);
+        if (sequence < before && job->request().caller == caller) jobs.push_back(job);
       }
     }
   }

@@ -15,46 +15,44 @@ namespace meshsmooth::server {
 
 class Job;
 
-/// What the living jobs of one owner may be together; 0: no limit.
+/// Limits for the unfinished jobs of one caller; 0: no limit.
 struct Quota {
   int max_jobs = 0;
-  std::int64_t max_bytes = 0;  // promised to them, of host and device
+  std::int64_t max_bytes = 0;  // reserved for them, host and device memory together
 };
 
-/// Every job that lives, and the newest of those that ended. The one place that knows
-/// whose a job is: callers name themselves to find anything. Thread-safe.
+/// All unfinished jobs and the most recent ended ones. The only place that decides who may access
+/// a job: every lookup names the caller. Thread-safe.
 class JobStore {
  public:
   explicit JobStore(std::size_t max_ended_jobs, Quota quota = {})
       : max_ended_jobs_(max_ended_jobs), quota_(quota) {}
 
-  /// False, and nothing is done, when another job of the same owner has its
-  /// request id and can be joined. Throws OutOfMemory (QUOTA_EXCEEDED, or
-  /// MESH_TOO_LARGE for what alone exceeds it) when the owner's living jobs are
-  /// too many with it. O(living jobs).
+  /// False, without effect, when another job of the same caller has its request id and can be
+  /// joined. Throws OutOfMemory (QUOTA_EXCEEDED, or MESH_TOO_LARGE for a job that alone exceeds
+  /// the quota) when the caller's unfinished jobs would exceed the quota. O(unfinished jobs).
   [[nodiscard]] bool add(const std::shared_ptr<Job>& job);
-  /// Call when a job has ended: the oldest ended ones are forgotten; returns them.
+  /// Call when a job has ended. Forgets the oldest ended jobs and returns them.
   std::vector<std::shared_ptr<Job>> retire(const Job& job);
-  /// Forgets a job that has ended; false when it is not here, or lives.
+  /// Forgets a job that has ended; false when it is unknown or unfinished.
   bool forget(const Job& job);
 
-  /// A job of that owner; nothing when unknown to them.
-  [[nodiscard]] std::shared_ptr<Job> find(const std::string& identity,
-                                          const std::string& name) const;
+  /// A job of that caller; nothing when the caller has no such job.
+  [[nodiscard]] std::shared_ptr<Job> find(const std::string& caller, const std::string& name) const;
   /// The newest job with this request id. O(log n).
-  [[nodiscard]] std::shared_ptr<Job> find_request(const std::string& identity,
+  [[nodiscard]] std::shared_ptr<Job> find_request(const std::string& caller,
                                                   const std::string& request_id) const;
 
-  /// That owner's, newest first, older than `before` (a `Job::sequence`), at most
-  /// `count` for which `wanted` says so. O(n log n).
+  /// Jobs of that caller older than `before` (a `Job::sequence`), newest first, at most
+  /// `count` for which `wanted` returns true. O(n log n).
   [[nodiscard]] std::vector<std::shared_ptr<Job>> list(
-      const std::string& identity, std::int64_t before, std::size_t count,
+      const std::string& caller, std::int64_t before, std::size_t count,
       const std::function<bool(const Job&)>& wanted) const;
 
   [[nodiscard]] std::vector<std::shared_ptr<Job>> living() const;
 
  private:
-  using RequestKey = std::pair<std::string, std::string>;  // identity, request id
+  using RequestKey = std::pair<std::string, std::string>;  // caller, request id
   void unlink(const std::shared_ptr<Job>& job);
   void check_quota(const Job& job) const;
 

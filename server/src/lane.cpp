@@ -9,12 +9,12 @@
 namespace meshsmooth::server {
 
 Lane::Lane(std::unique_ptr<Smoother> smoother, int device, JobQueue& queue,
-           TopologyCache& topologies, std::function<void()> on_broken)
+           TopologyCache& topologies, LaneEvents events)
     : smoother_(std::move(smoother)),
       device_(device),
       queue_(queue),
       topologies_(topologies),
-      on_broken_(std::move(on_broken)),
+      events_(std::move(events)),
       thread_([this] { run(); }) {}
 
 void Lane::join() {
@@ -28,7 +28,7 @@ void Lane::run() {
     set_job(job);
     run_job(*job);
     set_job(nullptr);
-    queue_.done(*job);
+    queue_.done(job->request().caller);
   }
   break_down();
 }
@@ -41,18 +41,18 @@ void Lane::set_job(std::shared_ptr<Job> job) {
   job_.swap(job);
 }
 
-void Lane::watch(Clock::time_point now, Clock::duration patience) {
+void Lane::check_watchdog(Clock::time_point now, Clock::duration patience) {
   {
     const std::lock_guard lock(mutex_);
     if (!job_ || job_->stopping_for(now) <= patience) return;
   }
-  log_error("lane_stuck", "a lane does not let its job go");
+  log_error("lane_stuck", "a lane does not stop its job");
   break_down();
 }
 
 void Lane::break_down() {
   broken_ = true;
-  if (!told_.exchange(true)) on_broken_();
+  if (!reported_.exchange(true)) events_.broken();
 }
 
 bool Lane::busy() const {
@@ -68,27 +68,24 @@ double Lane::busy_seconds() const {
 
 void Lane::run_job(Job& job) {
   if (job.past_deadline(Clock::now())) {
-    job.end(std::make_exception_ptr(
-        DeadlineExceeded("DEADLINE_IN_QUEUE", "the deadline passed before the job could run")));
-    return;
+    return events_.failed(
+        job, std::make_exception_ptr(DeadlineExceeded(
+                 "DEADLINE_IN_QUEUE", "the deadline passed before the job could run")));
   }
-  if (!job.start()) {
-    job.end(job.stop_cause());
-    return;
-  }
-  // No deadline: that of its calls ends them, and the last of them the job.
+  if (!job.start()) return events_.failed(job, job.stop_cause());
+  // No deadline: a call ends by its own, and the last call ends the job.
   const JobControl control{
       .stop = job.stop_token(),
       .finish_early = &job.finish_early_flag(),
       .deadline = {},
       .on_progress = [&job](const Progress& progress) { job.report(progress); }};
   try {
-    job.finish(smooth(job, control));
+    events_.finished(job, smooth(job, control));
   } catch (const DeviceError& error) {
-    if (error.fatal()) broken_ = true;  // never back: see `watch`
-    job.end(std::current_exception());
+    if (error.fatal()) broken_ = true;  // for good, see `check_watchdog`
+    events_.failed(job, std::current_exception());
   } catch (...) {
-    job.end(std::current_exception());
+    events_.failed(job, std::current_exception());
   }
 }
 

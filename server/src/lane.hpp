@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <exception>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -14,30 +15,36 @@
 
 namespace meshsmooth::server {
 
+/// What a lane reports, from its own thread. The job is over for the lane then.
+struct LaneEvents {
+  std::function<void(Job&, SmoothSummary)> finished;     // smoothed, or stopped early
+  std::function<void(Job&, std::exception_ptr)> failed;  // why it must end
+  std::function<void()> broken;                          // the device is lost; once
+};
+
 /// One thread with its own smoother: takes job after job of its device from the queue. Ends
-/// when the queue is closed, or when its device is lost; then it says so by
-/// `on_broken`, once.
+/// when the queue is closed, or when its device is lost. Thread-safe.
 class Lane {
  public:
   Lane(std::unique_ptr<Smoother> smoother, int device, JobQueue& queue, TopologyCache& topologies,
-       std::function<void()> on_broken);
+       LaneEvents events);
   ~Lane() { join(); }
   Lane(const Lane&) = delete;
   Lane& operator=(const Lane&) = delete;
 
-  /// Waits for the running job; close the queue before.
+  /// Waits for the running job; close the queue first.
   void join();
 
   [[nodiscard]] const Smoother& smoother() const { return *smoother_; }
   [[nodiscard]] int device() const { return device_; }
   [[nodiscard]] bool busy() const;
-  /// With jobs, the running one included, since the start.
+  /// Time spent on jobs since the start, including the running one.
   [[nodiscard]] double busy_seconds() const;
   [[nodiscard]] bool broken() const { return broken_; }
 
-  /// Breaks a lane whose job was asked to stop longer ago than `patience` and goes on:
-  /// nothing less than the end of the process gets its thread back.
-  void watch(Clock::time_point now, Clock::duration patience);
+  /// Marks the lane as broken when its job was asked to stop longer than `patience` ago and still
+  /// runs: only the end of the process gets its thread back.
+  void check_watchdog(Clock::time_point now, Clock::duration patience);
 
  private:
   void run();
@@ -50,11 +57,11 @@ class Lane {
   const int device_;
   JobQueue& queue_;
   TopologyCache& topologies_;
-  const std::function<void()> on_broken_;
+  const LaneEvents events_;
   std::atomic<bool> broken_ = false;
-  std::atomic<bool> told_ = false;  // that it is broken
+  std::atomic<bool> reported_ = false;  // that it is broken
   mutable std::mutex mutex_;
-  std::shared_ptr<Job> job_;  // that runs
+  std::shared_ptr<Job> job_;  // the running one
   std::optional<Clock::time_point> busy_since_;
   Clock::duration busy_before_{};
   std::thread thread_;

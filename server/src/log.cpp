@@ -76,7 +76,7 @@ void log_job_end(const Job& job) {
   const JobRequest& request = job.request();
   LogFields fields = {{"event", "job_end"},
                       {"job", job.name()},
-                      {"identity", request.identity},
+                      {"caller", request.caller},
                       {"outcome", std::string(job_state_name(now.state))}};
   const ErrorText error = error_text(now.error);
   if (now.error) add_error(fields, error);

@@ -13,21 +13,21 @@ namespace meshsmooth::server {
 class Job;
 struct ServerConfig;
 
-/// Structured lines on standard error: as text (key=value) or as JSON objects.
-/// Never a byte of a mesh, never a token.
+/// Structured lines on standard error, as text (key=value) or JSON objects. Mesh data and tokens
+/// are never logged.
 /// `level` is debug, info, warn, error or off; off until set. `format` is text or
 /// json.
 void set_log(const std::string& level, const std::string& format);
 
-/// The whole configuration. `passed_over`: why better backends do not run; a
+/// The complete configuration. `passed_over`: why better backends are not used; a
 /// warning unless empty.
 void log_start(const ServerConfig& config, const std::vector<std::string>& backends, int port,
                int admin_port, const std::string& passed_over);
-/// The one line of a job.
+/// The line for a job that has ended.
 void log_job_end(const Job& job);
-/// Work was refused before it became a job.
+/// A call was refused before it had a job.
 void log_refused(const std::exception_ptr& error, const std::string& traceparent);
-/// A caller was not let in.
+/// A call had no valid credentials.
 void log_denied(const Error& error, const std::string& peer);
 void log_error(const std::string& event, const std::string& message);
 void log_event(const std::string& event);

@@ -12,15 +12,15 @@
 namespace meshsmooth::server {
 namespace {
 
-// None also where the kernel writes "max", or -1.
+// Nothing for "max" and -1, the kernel's values for no limit.
 std::optional<std::int64_t> read_limit(std::istream& file) {
   std::int64_t limit = 0;
   if (file >> limit && limit > 0) return limit;
   return std::nullopt;
 }
 
-// Where the limits of a controller may stand: in the process's own group and in all that it is
-// part of. In a container the root is its own.
+// Folders that may have limits of a controller: of the process's own group and all its parents. In
+// a container the root is the process's own group.
 std::vector<std::filesystem::path> folders(const ControlGroups& groups,
                                            const std::string& controller) {
   const std::filesystem::path first_version = groups.root / controller;

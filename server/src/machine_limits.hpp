@@ -5,18 +5,19 @@
 
 namespace meshsmooth::server {
 
-/// Where the kernel says what limits a process: containers, services and batch jobs have groups.
+/// Where the kernel publishes the limits of a process: control groups of containers, services and
+/// batch jobs.
 struct ControlGroups {
   std::filesystem::path root = "/sys/fs/cgroup";
   std::filesystem::path memberships = "/proc/self/cgroup";
 };
 
-/// Bytes of memory that this process may use at most: of the machine, or of its control group and
-/// all that is part of (version 2, or 1), whichever is least. A limit that cannot be read is none.
+/// The memory that this process may use, in bytes: the least of the machine's memory and the limits
+/// of its control group and all parent groups (version 2 or 1). Unreadable limits are ignored.
 [[nodiscard]] std::int64_t available_host_bytes(const ControlGroups& groups = {});
 
-/// Cores on which it may run at the same time: those of its affinity, or what the quotas of those
-/// groups come to, rounded up, whichever is least. At least 1.
+/// The number of cores that it may use: the least of its affinity and the quotas of those groups,
+/// rounded up. At least 1.
 [[nodiscard]] int available_cores(const ControlGroups& groups = {});
 
 }  // namespace meshsmooth::server

@@ -23,7 +23,7 @@ constexpr int kExitDeviceLost = 69;  // EX_UNAVAILABLE
 constexpr int kExitNotDrained = 75;  // EX_TEMPFAIL
 constexpr auto kWatchdogSlack = std::chrono::seconds(2);
 
-// Blocked here and so in every thread made later: they only arrive by sigwait.
+// Blocked here, and so in every thread created later: they are only received by sigwait.
 sigset_t block_exit_signals() {
   sigset_t signals;
   sigemptyset(&signals);
@@ -33,29 +33,27 @@ sigset_t block_exit_signals() {
   return signals;
 }
 
-// SIGTERM drains, a second one hurries; if even that does not end, the process
-// does. A lost device does not come back within this process: it drains without
-// waiting and ends by a code of its own, so that whoever supervises starts another.
+// SIGTERM drains, a second one forces the shutdown; if even that hangs, the process exits. A lost
+// device does not come back within this process: it drains without waiting and exits with its own
+// code, so that the supervisor starts another process.
 void serve(server::Server& server, const server::ServerConfig& config, const sigset_t& signals) {
   int signal = 0;
   sigwait(&signals, &signal);
-  if (server.device_lost()) server.hurry();
+  if (server.device_lost()) server.force_shutdown();
 
   std::thread([&] {
     int again = 0;
     sigwait(&signals, &again);
-    server.hurry();
+    server.force_shutdown();
   }).detach();
-  const auto limit =
-      std::chrono::duration<double>(config.lame_duck_seconds + config.drain_grace_seconds) +
-      kWatchdogSlack;
+  const auto limit = config.lame_duck + config.drain_grace + kWatchdogSlack;
   std::thread([limit] {
     std::this_thread::sleep_for(limit);
     _exit(kExitNotDrained);
   }).detach();
   server.drain();
   std::fflush(nullptr);
-  // The two threads above have no end of their own.
+  // The two threads above never end by themselves.
   _exit(server.device_lost() ? kExitDeviceLost : 0);
 }
 
@@ -67,12 +65,12 @@ int fail(const Error& error) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Smooths finite-element meshes for whoever asks by gRPC (meshsmooth.v1).",
+  CLI::App app("Smooths finite-element meshes as a gRPC service (meshsmooth.v1).",
                "meshsmooth-server");
   app.set_version_flag("--version", MESHSMOOTH_VERSION);
   bool print_config = false;
   app.add_flag("--print-config", print_config,
-               "Print every setting as it would be, as a file for --config, and stop");
+               "Print all settings in effect, in the format of --config, and exit");
   server::ServerConfig config;
   try {
     config = server::read_config(app, argc, argv);

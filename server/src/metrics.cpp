@@ -2,168 +2,25 @@
 
 #include <prometheus/counter.h>
 #include <prometheus/histogram.h>
+#include <prometheus/metric_family.h>
 #include <prometheus/registry.h>
-#include <prometheus/text_serializer.h>
 
-#include <algorithm>
-#include <array>
 #include <chrono>
-#include <sstream>
-#include <utility>
-#include <vector>
 
-#include "engine.hpp"
 #include "error_text.hpp"
 #include "job.hpp"
-#include "process_stats.hpp"
 
 namespace meshsmooth::server {
 namespace {
 
-using prometheus::ClientMetric;
 using prometheus::Counter;
 using prometheus::Family;
 using prometheus::Histogram;
-using prometheus::MetricFamily;
-using prometheus::MetricType;
 
-// OpenTelemetry's for the duration of calls, on to the ten minutes that a job may take.
+// The buckets of OpenTelemetry for call durations, extended to ten minutes.
 const Histogram::BucketBoundaries kSeconds = {0.005, 0.01, 0.025, 0.05, 0.075, 0.1, 0.25,
                                               0.5,   0.75, 1,     2.5,  5,     7.5, 10,
                                               30,    60,   120,   300,  600};
-
-/// A family whose values are looked up when they are asked for.
-class Reading {
- public:
-  Reading(std::string name, std::string help, MetricType type = MetricType::Gauge)
-      : family_{std::move(name), std::move(help), type, {}} {}
-
-  Reading& add(double value, std::vector<ClientMetric::Label> labels = {}) {
-    ClientMetric metric;
-    metric.label = std::move(labels);
-    (family_.type == MetricType::Counter ? metric.counter.value : metric.gauge.value) = value;
-    family_.metric.push_back(std::move(metric));
-    return *this;
-  }
-  [[nodiscard]] MetricFamily take() { return std::move(family_); }
-
- private:
-  MetricFamily family_;
-};
-
-double seconds_since(Clock::time_point time) {
-  return std::chrono::duration<double>(Clock::now() - time).count();
-}
-
-void read_process(std::vector<MetricFamily>& families) {
-  const ProcessStats stats = process_stats();
-  families.push_back(
-      Reading("meshsmooth_build_info", "1, with what runs here as labels")
-          .add(1, {{"version", MESHSMOOTH_VERSION}, {"commit", MESHSMOOTH_BUILD_COMMIT}})
-          .take());
-  families.push_back(Reading("process_resident_memory_bytes", "Memory in use")
-                         .add(static_cast<double>(stats.resident_bytes))
-                         .take());
-  families.push_back(Reading("process_cpu_seconds_total", "Time on all cores, user and system",
-                             MetricType::Counter)
-                         .add(stats.cpu_seconds)
-                         .take());
-  families.push_back(Reading("process_open_fds", "Open file descriptors")
-                         .add(static_cast<double>(stats.open_descriptors))
-                         .take());
-  families.push_back(Reading("process_threads", "Threads of the process")
-                         .add(static_cast<double>(stats.threads))
-                         .take());
-}
-
-void read_jobs(const Engine& engine, std::vector<MetricFamily>& families) {
-  std::array<int, kJobStateNames.size()> in_state{};
-  std::array<int, 3> waiting{};
-  double oldest = 0;
-  for (const auto& job : engine.store().living()) {
-    const JobSnapshot now = job->snapshot();
-    if (has_ended(now.state)) continue;
-    ++in_state[static_cast<std::size_t>(now.state)];
-    if (now.state != JobState::queued) continue;
-    ++waiting[static_cast<std::size_t>(job->request().priority)];
-    oldest = std::max(oldest, seconds_since(*now.times.queued));
-  }
-
-  Reading living("meshsmooth_jobs", "Jobs that have not ended, by state");
-  for (const JobState state :
-       {JobState::receiving, JobState::queued, JobState::running, JobState::sending}) {
-    living.add(in_state[static_cast<std::size_t>(state)],
-               {{"state", std::string(job_state_name(state))}});
-  }
-  families.push_back(living.take());
-  constexpr std::array kPriorities = {"batch", "normal", "interactive"};
-  Reading depth("meshsmooth_queue_depth", "Jobs that wait for a lane");
-  for (std::size_t i = 0; i < waiting.size(); ++i) {
-    depth.add(waiting[i], {{"priority", kPriorities[i]}});
-  }
-  families.push_back(depth.take());
-  families.push_back(
-      Reading("meshsmooth_queue_oldest_seconds", "How long the oldest of them has waited")
-          .add(oldest)
-          .take());
-}
-
-void read_equipment(const Engine& engine, std::vector<MetricFamily>& families) {
-  families.push_back(Reading("meshsmooth_streams", "Smooth calls under way that have a job")
-                         .add(engine.call_count())
-                         .take());
-
-  const MemoryBytes reserved = engine.ledger().reserved();
-  const MemoryBytes limit = engine.ledger().limit();
-  Reading reserved_bytes("meshsmooth_reserved_bytes", "Memory promised to jobs");
-  Reading limit_bytes("meshsmooth_reserved_limit_bytes", "Memory that may be promised to jobs");
-  reserved_bytes.add(static_cast<double>(reserved.host_bytes), {{"space", "host"}});
-  limit_bytes.add(static_cast<double>(limit.host_bytes), {{"space", "host"}});
-  for (std::size_t i = 0; i < engine.devices().size(); ++i) {
-    if (limit.device_bytes[i] == INT64_MAX) continue;  // it works in the host's
-    const std::vector<prometheus::ClientMetric::Label> labels{{"space", "device"},
-                                                              {"device", engine.devices()[i]}};
-    reserved_bytes.add(static_cast<double>(reserved.device_bytes[i]), labels);
-    limit_bytes.add(static_cast<double>(limit.device_bytes[i]), labels);
-  }
-  families.push_back(reserved_bytes.take());
-  families.push_back(limit_bytes.take());
-  families.push_back(Reading("meshsmooth_memory_ceiling_bytes",
-                             "What the process takes at most of the host's memory")
-                         .add(static_cast<double>(engine.memory_ceiling_bytes()))
-                         .take());
-
-  Reading busy("meshsmooth_lane_busy_seconds_total", "Time that the lane had a job",
-               MetricType::Counter);
-  int broken = 0;
-  for (std::size_t i = 0; i < engine.lanes().size(); ++i) {
-    const Lane& lane = *engine.lanes()[i];
-    busy.add(lane.busy_seconds(),
-             {{"device", engine.devices()[lane.device()]}, {"lane", std::to_string(i)}});
-    if (lane.broken()) ++broken;
-  }
-  families.push_back(busy.take());
-  families.push_back(
-      Reading("meshsmooth_lanes", "Lanes that take jobs, and those that lost their device")
-          .add(static_cast<double>(engine.lanes().size()) - broken, {{"state", "working"}})
-          .add(broken, {{"state", "broken"}})
-          .take());
-}
-
-void read_topologies(const TopologyCache& cache, std::vector<MetricFamily>& families) {
-  const auto add = [&](const char* name, const char* help, auto value, MetricType type) {
-    families.push_back(Reading(std::string("meshsmooth_topology_cache_") + name, help, type)
-                           .add(static_cast<double>(value))
-                           .take());
-  };
-  add("hits_total", "Jobs that named a topology which was there", cache.hit_count(),
-      MetricType::Counter);
-  add("misses_total", "Jobs that named one which was not", cache.miss_count(), MetricType::Counter);
-  add("evictions_total", "Topologies that went for want of room", cache.eviction_count(),
-      MetricType::Counter);
-  add("bytes", "Memory of the topologies that are there", cache.bytes(), MetricType::Gauge);
-  add("entries", "Topologies that are there", cache.size(), MetricType::Gauge);
-}
 
 }  // namespace
 
@@ -172,36 +29,34 @@ struct Metrics::Impl {
 
   Family<Counter>& jobs = prometheus::BuildCounter()
                               .Name("meshsmooth_jobs_total")
-                              .Help("Jobs that are over, and calls refused before they were one")
+                              .Help("Ended jobs and refused calls, by outcome and reason")
                               .Register(registry);
   Family<Counter>& denied = prometheus::BuildCounter()
                                 .Name("meshsmooth_denied_calls_total")
-                                .Help("Calls whose caller was not let in")
+                                .Help("Calls without valid credentials")
                                 .Register(registry);
-  Counter& iterations = add_counter("meshsmooth_iterations_total", "Sweeps over meshes");
-  Counter& nodes = add_counter("meshsmooth_nodes_total", "Nodes of the meshes smoothed");
-  Counter& received =
-      add_counter("meshsmooth_received_bytes_total", "Bytes of meshes that came in chunks");
-  Counter& sent =
-      add_counter("meshsmooth_sent_bytes_total", "Bytes of positions that went in chunks");
-  Histogram& queue_wait = prometheus::BuildHistogram()
-                              .Name("meshsmooth_queue_wait_seconds")
-                              .Help("From the last byte to a lane")
-                              .Register(registry)
-                              .Add({}, kSeconds);
+  Counter& iterations = add_counter("meshsmooth_iterations_total", "Sweeps over all meshes");
+  Counter& nodes = add_counter("meshsmooth_nodes_total", "Nodes of all smoothed meshes");
+  Counter& received = add_counter("meshsmooth_received_bytes_total", "Received mesh data in bytes");
+  Counter& sent = add_counter("meshsmooth_sent_bytes_total", "Sent result data in bytes");
+  Histogram& queue_wait =
+      prometheus::BuildHistogram()
+          .Name("meshsmooth_queue_wait_seconds")
+          .Help("Time from the end of the upload to the start of the job in seconds")
+          .Register(registry)
+          .Add({}, kSeconds);
   Histogram& job_seconds = prometheus::BuildHistogram()
                                .Name("meshsmooth_job_seconds")
-                               .Help("From admission to the end, of jobs that succeeded")
+                               .Help("Time from admission to the end of successful jobs in seconds")
                                .Register(registry)
                                .Add({}, kSeconds);
   Family<Histogram>& stages = prometheus::BuildHistogram()
                                   .Name("meshsmooth_stage_seconds")
-                                  .Help("Of jobs that succeeded, step by step")
+                                  .Help("Time of each step of successful jobs in seconds")
                                   .Register(registry);
 
   Impl() {
-    count(std::string(job_state_name(JobState::succeeded)),
-          "");  // so that the first is an increase from 0
+    count(std::string(job_state_name(JobState::succeeded)), "");  // so that the first job increments a 0
   }
 
   Counter& add_counter(const std::string& name, const std::string& help) {
@@ -257,18 +112,6 @@ void Metrics::received(std::int64_t bytes) {
 
 void Metrics::sent(std::int64_t bytes) { impl_->sent.Increment(static_cast<double>(bytes)); }
 
-std::string expose_metrics(const Engine* engine) {
-  std::vector<MetricFamily> families;
-  read_process(families);
-  if (engine != nullptr) {
-    read_jobs(*engine, families);
-    read_equipment(*engine, families);
-    read_topologies(engine->topologies(), families);
-    std::ranges::move(engine->metrics().impl_->registry.Collect(), std::back_inserter(families));
-  }
-  std::ostringstream text;
-  prometheus::TextSerializer().Serialize(text, families);
-  return std::move(text).str();
-}
+std::vector<prometheus::MetricFamily> Metrics::collect() const { return impl_->registry.Collect(); }
 
 }  // namespace meshsmooth::server

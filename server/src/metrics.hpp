@@ -4,14 +4,17 @@
 #include <exception>
 #include <memory>
 #include <string>
+#include <vector>
+
+namespace prometheus {
+struct MetricFamily;
+}
 
 namespace meshsmooth::server {
 
-class Engine;
 class Job;
 
-/// Counts what happened to jobs, for Prometheus; docs/operations.md lists the
-/// names. Thread-safe.
+/// Counts events for Prometheus. Thread-safe.
 class Metrics {
  public:
   Metrics();
@@ -19,24 +22,22 @@ class Metrics {
   Metrics(const Metrics&) = delete;
   Metrics& operator=(const Metrics&) = delete;
 
-  /// A job is over.
+  /// A job has ended.
   void job_ended(const Job& job);
-  /// A call ended by `error` before it became a job.
+  /// A call failed with `error` before it had a job.
   void refused(const std::exception_ptr& error);
-  /// A call of any kind whose caller was not let in.
+  /// A call of any kind without valid credentials.
   void denied(const std::string& reason);
-  /// Bytes of meshes, as they pass.
+  /// Mesh data and result data, in bytes.
   void received(std::int64_t bytes);
   void sent(std::int64_t bytes);
 
+  /// Everything counted so far.
+  [[nodiscard]] std::vector<prometheus::MetricFamily> collect() const;
+
  private:
-  friend std::string expose_metrics(const Engine* engine);
   struct Impl;
   const std::unique_ptr<Impl> impl_;
 };
-
-/// All metrics in Prometheus' text format: what was counted, and what the engine
-/// is at just now; nothing but the process without one. O(living jobs).
-[[nodiscard]] std::string expose_metrics(const Engine* engine);
 
 }  // namespace meshsmooth::server

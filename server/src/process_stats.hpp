@@ -4,7 +4,7 @@
 
 namespace meshsmooth::server {
 
-/// What this process takes of the machine. 0 where the kernel does not say.
+/// Resource usage of this process. 0 where the kernel does not report it.
 struct ProcessStats {
   std::int64_t resident_bytes = 0;
   double cpu_seconds = 0;

@@ -9,18 +9,17 @@
 
 namespace meshsmooth::server {
 
-/// Results that outlive their calls, each until its time has come; when they
-/// are too many bytes the oldest goes. Who still sends one may finish.
-/// Thread-safe.
+/// Results that outlive their calls, each until it expires; when they exceed the limit, the oldest
+/// is dropped first. A call that is sending one can finish. Thread-safe.
 class ResultStore {
  public:
   explicit ResultStore(std::int64_t max_bytes) : max_bytes_(max_bytes) {}
 
-  /// Needs a job that has succeeded and is kept; its time begins now.
+  /// Needs a kept job that has succeeded; its time to live begins now.
   void keep(const std::shared_ptr<Job>& job);
-  /// Nothing when it is not here.
+  /// No effect when it is not here.
   void drop(const Job& job);
-  /// Drops those whose time has come.
+  /// Drops the expired results.
   void expire(Clock::time_point now);
 
   [[nodiscard]] std::int64_t bytes() const;

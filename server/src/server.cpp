@@ -14,35 +14,33 @@
 #include "engine.hpp"
 #include "log.hpp"
 #include "meshsmooth/error.hpp"
+#include "metrics_page.hpp"
 #include "rpc/smoothing_service.hpp"
 #include "rpc/transport_security.hpp"
 
 namespace meshsmooth::server {
 namespace {
 
-Clock::duration to_duration(double seconds) {
-  return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
-}
-
-// For calls that have nothing to wait for any more.
+// Additional time for calls that have nothing left to wait for.
 constexpr auto kCallSlack = std::chrono::seconds(1);
 
-int to_milliseconds(double seconds) { return static_cast<int>(seconds * 1000); }
+int to_milliseconds(ServerConfig::Duration duration) {
+  return static_cast<int>(std::chrono::duration_cast<std::chrono::milliseconds>(duration).count());
+}
 
 void configure(grpc::ServerBuilder& builder, const ServerConfig& config) {
   builder.SetMaxReceiveMessageSize(config.max_receive_message_bytes);
   builder.AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, config.max_metadata_bytes);
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, config.max_concurrent_streams);
-  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS,
-                             to_milliseconds(config.keepalive_time_seconds));
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, to_milliseconds(config.keepalive_time));
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS,
-                             to_milliseconds(config.keepalive_timeout_seconds));
+                             to_milliseconds(config.keepalive_timeout));
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
-                             to_milliseconds(config.min_client_ping_interval_seconds));
+                             to_milliseconds(config.min_client_ping_interval));
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
-  if (config.max_connection_age_seconds > 0) {
+  if (config.max_connection_age > ServerConfig::Duration::zero()) {
     builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_MS,
-                               to_milliseconds(config.max_connection_age_seconds));
+                               to_milliseconds(config.max_connection_age));
   }
   // Two servers must not share a port by accident.
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
@@ -50,7 +48,7 @@ void configure(grpc::ServerBuilder& builder, const ServerConfig& config) {
     builder.AddChannelArgument(GRPC_ARG_HTTP2_BDP_PROBE, 0);
     builder.AddChannelArgument(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, config.stream_window_bytes);
   }
-  // Only reflection is served by these threads.
+  // These threads only serve reflection.
   builder.SetSyncServerOption(grpc::ServerBuilder::NUM_CQS, 1);
   builder.SetSyncServerOption(grpc::ServerBuilder::MIN_POLLERS, 1);
   builder.SetSyncServerOption(grpc::ServerBuilder::MAX_POLLERS, 2);
@@ -68,13 +66,13 @@ struct Server::Impl {
     health->SetServingStatus(v1::SmoothingService::service_full_name(), serving);
   }
 
-  // A process that lost a lane helps nobody: start another.
+  // A process that has lost a lane should be replaced.
   [[nodiscard]] HttpAnswer health() const {
     if (device_lost) return {503, "device lost\n"};
     return {200, "ok\n"};
   }
 
-  // Whether new calls are welcome.
+  // Whether new calls are accepted.
   [[nodiscard]] HttpAnswer readiness() const {
     if (device_lost) return {503, "device lost\n"};
     if (draining) return {503, "draining\n"};
@@ -88,7 +86,7 @@ struct Server::Impl {
         config.admin_listen,
         AdminServer::Pages{{"/metrics",
                             [this] {
-                              return HttpAnswer{200, expose_metrics(running_engine)};
+                              return HttpAnswer{200, metrics_page(running_engine)};
                             }},
                            {"/healthz", [this] { return health(); }},
                            {"/readyz", [this] { return readiness(); }}});
@@ -97,31 +95,31 @@ struct Server::Impl {
   const ServerConfig config;
   const SmootherFactory factory;
   std::unique_ptr<Engine> engine;
-  std::unique_ptr<Gate> gate;
+  std::unique_ptr<Authenticator> authenticator;
   std::unique_ptr<SmoothingService> service;
   std::unique_ptr<grpc::Server> server;
   int port = 0;
 
   std::atomic<bool> device_lost = false;
   std::atomic<bool> draining = false;
-  std::atomic<const Engine*> running_engine = nullptr;  // once it serves
+  std::atomic<const Engine*> running_engine = nullptr;  // set once it serves
   std::once_flag drained;
-  std::atomic<bool> hurried = false;
+  std::atomic<bool> forced = false;
 
-  std::unique_ptr<AdminServer> admin;  // asks all of the above
+  std::unique_ptr<AdminServer> admin;  // uses all of the above
 };
 
 Server::Server(ServerConfig config, SmootherFactory factory)
     : impl_(std::make_unique<Impl>(std::move(config), std::move(factory))) {}
 
 Server::~Server() {
-  hurry();
+  force_shutdown();
   drain();
 }
 
 void Server::start(std::function<void()> on_device_lost) {
   set_log(impl_->config.log_level, impl_->config.log_format);
-  // Both apply to servers built from now on.
+  // Both apply to servers that are built afterwards.
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
 
@@ -135,8 +133,8 @@ void Server::start(std::function<void()> on_device_lost) {
         impl.set_serving(false);
         lost();
       });
-  impl.gate = std::make_unique<Gate>(impl.config, engine->metrics());
-  impl.service = std::make_unique<SmoothingService>(*engine, *impl.gate);
+  impl.authenticator = std::make_unique<Authenticator>(impl.config, engine->metrics());
+  impl.service = std::make_unique<SmoothingService>(*engine, *impl.authenticator);
   grpc::ServerBuilder builder;
   configure(builder, engine->config());
   if (!impl.config.listen.empty()) {
@@ -175,13 +173,13 @@ void Server::drain() {
     log_event("drain");
     impl.draining = true;
     impl.set_serving(false);
-    engine.wait(Clock::now() + to_duration(config.lame_duck_seconds), impl.hurried);
+    engine.wait(Clock::now() + config.lame_duck, impl.forced);
     engine.refuse_new();
-    engine.hand_back_waiting();
-    engine.wait_idle(Clock::now() + to_duration(config.drain_grace_seconds), impl.hurried);
+    engine.reject_waiting();
+    engine.wait_idle(Clock::now() + config.drain_grace, impl.forced);
     engine.stop_all();
-    // Let the calls say why: Shutdown cuts them off on an in-process channel.
-    engine.wait_idle(Clock::now() + to_duration(config.drop_timeout_seconds) + kCallSlack, false);
+    // Let the calls return their status: Shutdown breaks them off on an in-process channel.
+    engine.wait_idle(Clock::now() + config.drop_timeout + kCallSlack, false);
     impl.server->Shutdown(std::chrono::system_clock::now() + std::chrono::seconds(1));
     impl.server->Wait();
     engine.close();
@@ -189,8 +187,8 @@ void Server::drain() {
   });
 }
 
-void Server::hurry() {
-  impl_->hurried = true;
+void Server::force_shutdown() {
+  impl_->forced = true;
   if (impl_->engine) impl_->engine->wake();
 }
 

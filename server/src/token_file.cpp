@@ -36,23 +36,23 @@ bool is_digest(std::string_view text) {
 
 }  // namespace
 
-TokenFile::TokenFile(std::filesystem::path path, std::chrono::duration<double> reload_interval)
+TokenFile::TokenFile(std::filesystem::path path, std::chrono::nanoseconds reload_interval)
     : path_(std::move(path)),
-      interval_(std::chrono::duration_cast<std::chrono::steady_clock::duration>(reload_interval)),
+      interval_(reload_interval),
       stamp_(stamp()),
       next_look_(std::chrono::steady_clock::now() + interval_),
       entries_(read()) {}
 
-std::optional<std::string> TokenFile::identity_of(std::string_view token) {
+std::optional<std::string> TokenFile::find_caller(std::string_view token) {
   const std::string digest = digest_of(token);
   const std::lock_guard lock(mutex_);
   reload_if_changed();
   const Entry* found = nullptr;
-  for (const Entry& entry : entries_) {  // all of them, whichever it is
+  for (const Entry& entry : entries_) {  // always all of them: constant time
     if (CRYPTO_memcmp(entry.digest.data(), digest.data(), digest.size()) == 0) found = &entry;
   }
   if (found == nullptr) return std::nullopt;
-  return found->identity;
+  return found->caller;
 }
 
 TokenFile::Entry TokenFile::parse(const std::string& line, const std::string& place) {
@@ -60,10 +60,10 @@ TokenFile::Entry TokenFile::parse(const std::string& line, const std::string& pl
   const std::size_t colon = line.find(':');
   if (colon == std::string::npos) throw_wrong(place + " has no colon: IDENTITY:TOKEN");
   Entry entry;
-  entry.identity = line.substr(0, colon);
+  entry.caller = line.substr(0, colon);
   std::string_view token = std::string_view(line).substr(colon + 1);
-  if (!is_visible(entry.identity) || !is_visible(token)) {
-    throw_wrong(place + " needs an identity and a token of visible ASCII characters");
+  if (!is_visible(entry.caller) || !is_visible(token)) {
+    throw_wrong(place + " needs a caller and a token of visible ASCII characters");
   }
   if (token.starts_with(kHash)) {
     entry.digest = token.substr(kHash.size());
@@ -94,7 +94,7 @@ std::vector<TokenFile::Entry> TokenFile::read() const {
     if (line.empty() || line.front() == '#') continue;
     entries.push_back(parse(line, "line " + std::to_string(number) + " of " + path_.string()));
   }
-  if (entries.empty()) throw_wrong(path_.string() + " has no tokens: nobody could call");
+  if (entries.empty()) throw_wrong(path_.string() + " has no tokens: every call would be refused");
   return entries;
 }
 

@@ -11,25 +11,25 @@
 
 namespace meshsmooth::server {
 
-/// Bearer tokens and whose they are, from a file with a line `IDENTITY:TOKEN` or
-/// `IDENTITY:sha256:HEX` (of the token) each, and # comments. The file is looked
-/// at again when it changes; while it is wrong, the tokens before count. Only
-/// digests are kept. Thread-safe.
+/// Bearer tokens and their callers, from a file of lines `IDENTITY:TOKEN` or
+/// `IDENTITY:sha256:HEX` (of the token) and # comments. The file is reloaded when it changes;
+/// while it is invalid, the previous tokens stay in effect. Only digests are stored.
+/// Thread-safe.
 class TokenFile {
  public:
   /// Throws InvalidOption (OPTION_OUT_OF_RANGE) when the file cannot be read or a
-  /// line is wrong; the error names the line, never a token.
-  TokenFile(std::filesystem::path path, std::chrono::duration<double> reload_interval);
+  /// line is invalid; the error names the line, never a token.
+  TokenFile(std::filesystem::path path, std::chrono::nanoseconds reload_interval);
 
-  /// Whose token it is. Takes as long for a wrong one as for a right one. O(tokens).
-  [[nodiscard]] std::optional<std::string> identity_of(std::string_view token);
+  /// The caller with this token. Takes the same time for wrong and right tokens. O(tokens).
+  [[nodiscard]] std::optional<std::string> find_caller(std::string_view token);
 
  private:
   struct Entry {
-    std::string identity;
+    std::string caller;
     std::string digest;  // hexadecimal
   };
-  /// Differs when the file does.
+  /// Differs when the file changes.
   struct Stamp {
     std::int64_t modified_nanoseconds = 0;
     std::int64_t size = 0;

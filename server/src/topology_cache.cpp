@@ -31,36 +31,36 @@ std::int64_t CachedTopology::boundary_node_count() const {
   return boundary_node_count_;
 }
 
-std::shared_ptr<CachedTopology> TopologyCache::find(const std::string& identity,
+std::shared_ptr<CachedTopology> TopologyCache::find(const std::string& caller,
                                                     const std::string& name) {
   const std::lock_guard lock(mutex_);
-  const auto found = by_name_.find({identity, name});
+  const auto found = by_name_.find({caller, name});
   if (found == by_name_.end()) return nullptr;
   by_use_.splice(by_use_.end(), by_use_, found->second);
   return *found->second;
 }
 
-std::shared_ptr<CachedTopology> TopologyCache::find_for_job(const std::string& identity,
+std::shared_ptr<CachedTopology> TopologyCache::find_for_job(const std::string& caller,
                                                             const std::string& name) {
-  auto topology = find(identity, name);
+  auto topology = find(caller, name);
   ++(topology ? hit_count_ : miss_count_);
   return topology;
 }
 
 std::shared_ptr<CachedTopology> TopologyCache::add(std::shared_ptr<CachedTopology> topology) {
-  if (auto present = find(topology->identity(), topology->name())) return present;
+  if (auto present = find(topology->caller(), topology->name())) return present;
   if (!make_room(topology->resident_bytes())) return topology;
   const std::lock_guard lock(mutex_);
   const auto [place, is_new] =
-      by_name_.emplace(Key(topology->identity(), topology->name()), by_use_.end());
+      by_name_.emplace(Key(topology->caller(), topology->name()), by_use_.end());
   if (is_new) place->second = by_use_.insert(by_use_.end(), topology);
   return *place->second;
 }
 
-bool TopologyCache::remove(const std::string& identity, const std::string& name) {
+bool TopologyCache::remove(const std::string& caller, const std::string& name) {
   std::shared_ptr<CachedTopology> removed;  // destroyed without the lock
   const std::lock_guard lock(mutex_);
-  const auto found = by_name_.find({identity, name});
+  const auto found = by_name_.find({caller, name});
   if (found == by_name_.end()) return false;
   removed = *found->second;
   by_use_.erase(found->second);
@@ -74,7 +74,7 @@ std::shared_ptr<CachedTopology> TopologyCache::take_idle() {
       std::ranges::find_if(by_use_, [](const auto& topology) { return topology.use_count() == 1; });
   if (idle == by_use_.end()) return nullptr;
   std::shared_ptr<CachedTopology> taken = *idle;
-  by_name_.erase({taken->identity(), taken->name()});
+  by_name_.erase({taken->caller(), taken->name()});
   by_use_.erase(idle);
   ++eviction_count_;
   return taken;
@@ -111,9 +111,9 @@ PreparedForJob TopologyCache::prepare(CachedTopology& topology, Smoother& smooth
   Reservation reservation;
   try {
     if (!make_room(bytes.host_bytes + bytes.device_bytes)) return result;
-    reservation = ledger_.reserve_on(device, bytes);
+    reservation = budget_.reserve_on(device, bytes);
   } catch (const OutOfMemory&) {
-    return result;  // it serves this job, within what was promised to that
+    return result;  // used by this job only, within its own reservation
   }
   const std::lock_guard lock(topology.mutex_);
   place->reservation = std::move(reservation);

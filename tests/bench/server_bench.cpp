@@ -166,7 +166,7 @@ Figures measure(const Settings& settings, int lane_count, const Mesh& mesh) {
   config.listen = "127.0.0.1:0";
   config.backend = settings.backend;
   config.lanes = lane_count;
-  config.lame_duck_seconds = 0;
+  config.lame_duck = std::chrono::seconds(0);
   config.log_level = "off";
   server::Server server(config);
   server.start();

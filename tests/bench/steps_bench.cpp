@@ -119,7 +119,7 @@ void run(const Settings& settings) {
   server::Server server({.listen = "127.0.0.1:0",
                          .backend = settings.backend,
                          .lanes = 1,
-                         .lame_duck_seconds = 0,
+                         .lame_duck = std::chrono::seconds(0),
                          .log_level = "off"});
   server.start();
   const std::string address = "127.0.0.1:" + std::to_string(server.port());

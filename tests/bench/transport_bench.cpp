@@ -187,9 +187,11 @@ class Peer {
   [[noreturn]] static void run(const Settings& settings, int tell, int stop) {
     int code = 1;
     try {
-      server::Server server(
-          {.listen = "127.0.0.1:0", .lanes = 1, .lame_duck_seconds = 0, .log_level = "off"},
-          [&] { return make(settings); });
+      server::Server server({.listen = "127.0.0.1:0",
+                             .lanes = 1,
+                             .lame_duck = std::chrono::seconds(0),
+                             .log_level = "off"},
+                            [&] { return make(settings); });
       server.start();
       const int listener = socket(AF_INET, SOCK_STREAM, 0);
       sockaddr_in address = loopback(0);

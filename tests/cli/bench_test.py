@@ -49,7 +49,7 @@ class Bench(CliTest):
         self.assertFalse(figures["steady"])
 
     def test_refusals_are_counted_by_reason(self):
-        with ServerProgram("--max-jobs-per-identity", "1") as server:
+        with ServerProgram("--max-jobs-per-caller", "1") as server:
             figures = self.bench(server, "--clients", 4, "--nodes", 2000, "--jobs", 200,
                                  "--window", 100)
         self.assertEqual(figures["ok"] + figures["refused"] + figures["failed"], 200)

@@ -67,7 +67,7 @@ class Settings(CliTest):
 
     def test_an_address_in_clear_that_others_reach_is_refused(self):
         error = self.run_server("--listen", "0.0.0.0:0", exit_code=USAGE).stderr
-        for part in ("listen: ", "0.0.0.0:0", "in clear", "tls-cert", "insecure"):
+        for part in ("listen: ", "0.0.0.0:0", "without TLS", "tls-cert", "insecure"):
             self.assertIn(part, error)
         server = Program(SERVER, "--listen", "0.0.0.0:0", "--insecure")
         self.addCleanup(server.kill)
@@ -206,7 +206,7 @@ class Logs(CliTest):
         self.assertEqual(events["start"]["max_queued_jobs"], 100)
         job = events["job_end"]
         report = json.loads((self.folder / "report.json").read_text())
-        self.assertEqual((job["outcome"], job["identity"], job["request_id"]),
+        self.assertEqual((job["outcome"], job["caller"], job["request_id"]),
                          ("succeeded", "anonymous", "6f1b2d3c-0000-4000-8000-000000000001"))
         self.assertEqual((job["nodes"], job["iterations"]),
                          (int(report["nodes"]["total"]), report["convergence"]["iteration_count"]))

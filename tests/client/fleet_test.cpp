@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <chrono>
 #include <memory>
 #include <set>
 #include <thread>
@@ -26,11 +27,12 @@ using meshsmooth::testing::ServerStream;
 
 constexpr auto kPatience = std::chrono::seconds(60);
 
-std::unique_ptr<InProcessServer> serve(const std::string& listen, double lame_duck_seconds = 0) {
+std::unique_ptr<InProcessServer> serve(const std::string& listen,
+                                       std::chrono::seconds lame_duck = {}) {
   server::ServerConfig config = meshsmooth::testing::quiet_config();
   config.listen = listen;
   config.lanes = 1;
-  config.lame_duck_seconds = lame_duck_seconds;
+  config.lame_duck = lame_duck;
   return std::make_unique<InProcessServer>(config);
 }
 
@@ -90,7 +92,7 @@ TEST(Fleet, SendsJobsInTurnToAllServersOfAList) {
 
 TEST(Fleet, LeavesOutAServerFromTheFirstMomentOfItsDrain) {
   Servers servers;
-  servers.push_back(serve("127.0.0.1:0", 600));
+  servers.push_back(serve("127.0.0.1:0", std::chrono::seconds(600)));
   servers.push_back(serve("127.0.0.1:0"));
   Client client(address_of(servers));
   run_jobs_until(client,
@@ -110,11 +112,11 @@ TEST(Fleet, LeavesOutAServerFromTheFirstMomentOfItsDrain) {
   }
   Client direct("127.0.0.1:" + std::to_string(servers[0]->server().port()));
   run_job(direct);
-  servers[0]->server().hurry();
+  servers[0]->server().force_shutdown();
   drain.join();
 }
 
-// The running one is stopped, the waiting ones are handed back; none is lost.
+// The running one is stopped, the waiting ones are rejected as draining; none is lost.
 TEST(Fleet, EndsElsewhereWhatADrainingServerHadAccepted) {
   Servers servers;
   for (int i = 0; i < 2; ++i) servers.push_back(serve("127.0.0.1:0"));
@@ -253,7 +255,7 @@ TEST(Fleet, SendsJobsToAllThatANameResolvesTo) {
 
 // An address alone is no fleet: a server that drains still says itself what it has.
 TEST(Fleet, AsksAServerAloneThoughItDrains) {
-  const auto server = serve("127.0.0.1:0", 600);
+  const auto server = serve("127.0.0.1:0", std::chrono::seconds(600));
   Client client("127.0.0.1:" + std::to_string(server->server().port()));
   EXPECT_TRUE(client.healthy());
   std::thread drain([&] { server->drain(); });
@@ -261,7 +263,7 @@ TEST(Fleet, AsksAServerAloneThoughItDrains) {
   while (client.healthy() && std::chrono::steady_clock::now() < limit) std::this_thread::yield();
   EXPECT_FALSE(client.healthy());
   EXPECT_NO_THROW((void)client.server_info());
-  server->server().hurry();
+  server->server().force_shutdown();
   drain.join();
 }
 

@@ -6,6 +6,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <thread>
 
 #include "meshsmooth/client.hpp"
@@ -34,7 +35,7 @@ class Tls : public ::testing::Test {
  protected:
   Tls() {
     config_.listen = "127.0.0.1:0";
-    config_.credentials_reload_interval_seconds = 1;
+    config_.credentials_reload_interval = std::chrono::seconds(1);
     config_.tls_cert = files_.path("server.pem");
     config_.tls_key = files_.path("server.key");
     give_server(authority_.issue("server", "DNS:localhost,IP:127.0.0.1"));
@@ -233,7 +234,7 @@ TEST_F(Tls, RefusesAnAddressInClearThatOthersReach) {
       start();
       ADD_FAILURE() << listen;
     } catch (const InvalidOption& error) {
-      EXPECT_THAT(error.what(), AllOf(HasSubstr("listen"), HasSubstr("in clear"))) << listen;
+      EXPECT_THAT(error.what(), AllOf(HasSubstr("listen"), HasSubstr("without TLS"))) << listen;
     }
   }
   config_.listen = "0.0.0.0:0";

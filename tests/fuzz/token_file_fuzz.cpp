@@ -69,7 +69,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto path = files.write("tokens", text);
   try {
     server::TokenFile tokens(path, std::chrono::hours(1));
-    const auto found = tokens.identity_of(token);
+    const auto found = tokens.find_caller(token);
     const std::string owner = owner_of(token, text);
     // A line may also give the digest of that very token, which the model does not know.
     require(owner.empty() || found.has_value(), "a token of the file is known");

@@ -133,10 +133,10 @@ TEST_P(Partition, ThatEndsOnlyCostsTime) {
 
 TEST_P(Partition, ThatStaysIsNoticedByBothSides) {
   server::ServerConfig config = quiet_config();
-  config.keepalive_time_seconds = 1;
-  config.keepalive_timeout_seconds = 1;
-  config.stream_idle_timeout_seconds = 2;
-  config.drop_timeout_seconds = 1;
+  config.keepalive_time = std::chrono::seconds(1);
+  config.keepalive_timeout = std::chrono::seconds(1);
+  config.stream_idle_timeout = std::chrono::seconds(2);
+  config.drop_timeout = std::chrono::seconds(1);
   start(kSlow, 1500, config);
   Conservation conservation(*stub_);
   if (GetParam() == v1::STATE_RUNNING) server_->fake().hold();

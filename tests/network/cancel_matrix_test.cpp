@@ -2,6 +2,7 @@
 #include <grpcpp/create_channel.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <iostream>
 #include <map>
 #include <memory>
@@ -43,7 +44,7 @@ class CancelMatrix : public ::testing::TestWithParam<Case> {
   static server::ServerConfig config() {
     server::ServerConfig config = quiet_config();
     config.listen = "127.0.0.1:0";
-    config.drop_timeout_seconds = 1;  // nobody reads while the server drains
+    config.drop_timeout = std::chrono::seconds(1);  // nobody reads while the server drains
     return config;
   }
 
@@ -140,7 +141,7 @@ TEST_P(CancelMatrix, EndsTheJobAndGivesAllBack) {
       relay.cut();
       break;
     case Way::drain:
-      server_.server().hurry();
+      server_.server().force_shutdown();
       drainer = std::thread([this] { server_.drain(); });
       break;
   }

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cstdlib>
 #include <functional>
 #include <future>
@@ -320,8 +321,8 @@ TEST_P(BeforeSeveralServers, OneThatIsGoneIsNotMissed) {
 // that leaves are told so, and the client tries again.
 TEST_P(BeforeSeveralServers, OneThatDrainsIsLeftOutAndNoCallFails) {
   server::ServerConfig config = is_haproxy() ? watched_config() : tcp_config();
-  config.lame_duck_seconds = is_haproxy() ? 1000 : 0;
-  config.drain_grace_seconds = 1000;
+  config.lame_duck = std::chrono::seconds(is_haproxy() ? 1000 : 0);
+  config.drain_grace = std::chrono::seconds(1000);
   start(is_haproxy() ? 2 : 4, config);
   InProcessServer& leaving = *servers_.front();
   client::Client client(proxy_->target());
@@ -347,7 +348,7 @@ TEST_P(BeforeSeveralServers, OneThatDrainsIsLeftOutAndNoCallFails) {
   EXPECT_EQ(leaving.fake().started(), 1);
   leaving.fake().release();
   under_way.get();  // what it had accepted is answered
-  leaving.server().hurry();
+  leaving.server().force_shutdown();
   drained.get();
 }
 

@@ -56,7 +56,8 @@ class FarClient {
 class StalledPeers : public ::testing::Test {
  protected:
   explicit StalledPeers(int idle_seconds = 2)
-      : server_(0, {"--stream-idle-timeout-seconds", std::to_string(idle_seconds)}),
+      : server_(0, {"--stream-idle-timeout-seconds", std::to_string(idle_seconds),
+                    "--min-upload-bytes-per-second", "0"}),
         stub_(server_.connect()) {}
 
   int jobs_in(v1::State state) {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <future>
 
 #include "server/smooth_call.hpp"
@@ -43,7 +44,7 @@ int status_of(InProcessServer& server, const std::string& page) {
 }
 
 /// What one caller of many noticed.
-struct Ledger {
+struct Observed {
   Metrics jobs;  // by the name that /metrics gives them
   double uploaded_bytes = 0;
   double downloaded_bytes = 0;
@@ -65,11 +66,11 @@ double size_of(const TwoTetrahedra& mesh) {
 
 TEST(Admin, CountsWhatTheCallersSaw) {
   server::ServerConfig config = admin_config();
-  config.max_queued_jobs = 2;
+  config.max_queued_jobs = 1;
   InProcessServer server(config);
   Stub stub(server.channel());
   const TwoTetrahedra mesh;
-  Ledger seen;
+  Observed seen;
   const auto send = [&](SmoothCall& call) {
     call.send_all(mesh);
     seen.uploaded_bytes += size_of(mesh);
@@ -120,11 +121,11 @@ TEST(Admin, CountsWhatTheCallersSaw) {
   send(running);
   const std::string running_name = running.read_accepted();
   server.fake().wait_started(12);
+  receiving.send(TwoTetrahedra::spec());  // takes no place in the queue
+  receiving.read_accepted();
   send(queued);
   const std::string queued_name = queued.read_accepted();
   wait_for_state(stub, queued_name, v1::STATE_QUEUED);
-  receiving.send(TwoTetrahedra::spec());
-  receiving.read_accepted();
   refused.send(TwoTetrahedra::spec());  // the queue is full
   seen.count(refused, "refused");
 
@@ -203,7 +204,7 @@ TEST(Probes, FollowStartServingAndDrain) {
     config.admin_listen = "127.0.0.1:" + std::to_string(other.server().admin_port());
   }
   const int port = std::stoi(config.admin_listen.substr(config.admin_listen.rfind(':') + 1));
-  config.lame_duck_seconds = 1000;
+  config.lame_duck = std::chrono::seconds(1000);
   std::promise<void> warm;
   const auto fake = std::make_shared<FakeControl>();
   server::Server server(config, [&] {
@@ -227,7 +228,7 @@ TEST(Probes, FollowStartServingAndDrain) {
   while (http_get(port, "/readyz").status == 200) std::this_thread::yield();
   EXPECT_EQ(http_get(port, "/readyz").text, "draining\n");
   EXPECT_EQ(http_get(port, "/healthz").status, 200);
-  server.hurry();
+  server.force_shutdown();
 }
 
 TEST(Probes, FailOnceTheDeviceIsLost) {

@@ -4,10 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <cstdlib>
+#include <fstream>
+#include <iterator>
 #include <sstream>
 
 #include "meshsmooth/error.hpp"
+#include "settings.hpp"
 #include "support/scratch_folder.hpp"
 
 namespace meshsmooth::server {
@@ -64,7 +68,7 @@ TEST_F(Config, ReadsFlags) {
   EXPECT_EQ(config.listen, "0.0.0.0:1");
   EXPECT_EQ(config.lanes, 3);
   EXPECT_EQ(config.host_memory_limit_bytes, std::int64_t{2} << 30);
-  EXPECT_EQ(config.drain_grace_seconds, 1.5);
+  EXPECT_EQ(config.drain_grace, std::chrono::milliseconds(1500));
   EXPECT_EQ(config.idle_pinned_bytes, std::int64_t{64} << 20);
   EXPECT_EQ(config.backend, "cuda:1");
 }
@@ -176,12 +180,29 @@ TEST_F(Config, LeavesArgumentsThatDoNotExistToTheParser) {
   EXPECT_THROW((void)read({"--lanes", "1", "--lanes", "2"}), CLI::ParseError);
 }
 
+// docs/operations.md has the table of settings as this test makes it.
+TEST_F(Config, IsDocumentedByTheTableOfSettings) {
+  std::string table = "| Setting | Default | Meaning |\n| --- | --- | --- |\n";
+  std::istringstream lines(describe(ServerConfig{}));
+  for (const Setting& setting : settings()) {
+    std::string line;
+    std::getline(lines, line);
+    std::string value = line.substr(setting.key.size() + 3);
+    if (value.starts_with('"')) value = value.substr(1, value.size() - 2);
+    table += "| `" + setting.key + "` | " + (value.empty() ? "–" : "`" + value + "`") + " | " +
+             setting.text + " |\n";
+  }
+  std::ifstream file(MESHSMOOTH_DOCS "/operations.md");
+  const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  EXPECT_THAT(text, HasSubstr(table + "\n"));
+}
+
 TEST_F(Config, ReadsWhatItPrints) {
   ServerConfig config;
   config.listen = R"(unix:/run/mesh "smooth" \ # .sock)";
   config.lanes = 4;
-  config.max_connection_age_seconds = 0;
-  config.drain_grace_seconds = 123456.789012345;
+  config.max_connection_age = std::chrono::seconds(0);
+  config.drain_grace = std::chrono::nanoseconds(123456789012345);
   config.max_job_bytes = INT64_MAX;
 
   EXPECT_EQ(describe(read({"--config", file_with(describe(config)).c_str()})), describe(config));

@@ -2,6 +2,7 @@
 #include <grpcpp/create_channel.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <future>
 
 #include "server/raw_call.hpp"
@@ -32,8 +33,8 @@ std::shared_ptr<grpc::Channel> connect(InProcessServer& server) {
 
 server::ServerConfig patient_config() {
   server::ServerConfig config = tcp_config();
-  config.lame_duck_seconds = 1000;
-  config.drain_grace_seconds = 1000;
+  config.lame_duck = std::chrono::seconds(1000);
+  config.drain_grace = std::chrono::seconds(1000);
   return config;
 }
 
@@ -61,12 +62,12 @@ TEST(Health, IsNotServingFromTheFirstMomentOfADrain) {
 
   EXPECT_EQ(watch.read(), kNotServing);
   expect_healthy_service(stub);  // the lame duck still accepts
-  server.server().hurry();
+  server.server().force_shutdown();
 }
 
 TEST(Drain, RefusesNewJobsWithAWordWhenToComeBack) {
   server::ServerConfig config = patient_config();
-  config.lame_duck_seconds = 0;
+  config.lame_duck = std::chrono::seconds(0);
   InProcessServer server(config);
   Stub stub(connect(server));
   server.fake().hold();
@@ -88,9 +89,9 @@ TEST(Drain, RefusesNewJobsWithAWordWhenToComeBack) {
   drained.wait();
 }
 
-TEST(Drain, HandsBackWaitingJobsAndLetsTheRunningOneFinish) {
+TEST(Drain, RejectsWaitingJobsAndLetsTheRunningOneFinish) {
   server::ServerConfig config = patient_config();
-  config.lame_duck_seconds = 0;
+  config.lame_duck = std::chrono::seconds(0);
   InProcessServer server(config);
   Stub stub(connect(server));
   server.fake().hold();
@@ -116,7 +117,7 @@ TEST(Drain, HandsBackWaitingJobsAndLetsTheRunningOneFinish) {
 
 TEST(Drain, StopsRunningJobsAfterTheGrace) {
   server::ServerConfig config = tcp_config();
-  config.drain_grace_seconds = 0.01;
+  config.drain_grace = std::chrono::milliseconds(10);
   InProcessServer server(config);
   Stub stub(connect(server));
   server.fake().hold();
@@ -140,7 +141,7 @@ TEST(Drain, EndsAtOnceWhenHurried) {
   server.fake().wait_started(1);
   const auto drained = drain(server);
 
-  server.server().hurry();
+  server.server().force_shutdown();
 
   EXPECT_EQ(running.finish().error_code(), StatusCode::UNAVAILABLE);
   drained.wait();
@@ -148,7 +149,7 @@ TEST(Drain, EndsAtOnceWhenHurried) {
 
 server::ServerConfig impatient_config() {
   server::ServerConfig config = tcp_config();
-  config.drop_timeout_seconds = 0.5;
+  config.drop_timeout = std::chrono::milliseconds(500);
   return config;
 }
 

@@ -114,7 +114,8 @@ TEST(DrainUnderLoad, LosesNoJobThatItAccepted) {
   EXPECT_GT(answered, round_count());
   EXPECT_EQ(results.size(), 1U);  // all the same bits
   EXPECT_LE(longest, kLameDuckSeconds + kGraceSeconds + 2);
-  // Those that waited are handed back; whoever is not accepted was told so, or nobody was there.
+  // Those that waited are rejected as draining; callers that were not accepted were told so, or
+  // found no server.
   std::set<std::string> seen;
   for (const auto& [end, count] : ends) seen.insert(end);
   for (const char* const allowed :

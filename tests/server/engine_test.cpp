@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <cstring>
 #include <mutex>
@@ -35,11 +36,11 @@ class Caller {
     request.layout.coordinates_bytes = 96;
     try {
       // The lane may still be telling when the caller is gone.
-      attendance_ = engine_.admit(std::move(request), [signal = signal_] {
+      subscription_ = engine_.admit(std::move(request), [signal = signal_] {
         { const std::lock_guard lock(signal->mutex); }
         signal->changed.notify_all();
       });
-      job_ = attendance_.job;
+      job_ = subscription_.job;
       return true;
     } catch (const Error&) {
       return false;
@@ -71,7 +72,7 @@ class Caller {
       EXPECT_EQ(x, 1.0);
       job_->end(job_->stop_cause());
     }
-    engine_.leave(attendance_, nullptr);
+    engine_.leave(subscription_, nullptr);
     return job_->state();
   }
 
@@ -85,7 +86,7 @@ class Caller {
 
   Engine& engine_;
   const std::shared_ptr<Signal> signal_ = std::make_shared<Signal>();
-  Attendance attendance_;
+  Subscription subscription_;
   std::shared_ptr<Job> job_;
 };
 
@@ -99,7 +100,7 @@ class EngineTest : public ::testing::Test {
 
   void expect_balanced() {
     EXPECT_TRUE(engine_.store().living().empty());
-    EXPECT_EQ(engine_.ledger().reserved().host_bytes, 0);
+    EXPECT_EQ(engine_.memory_budget().reserved().host_bytes, 0);
   }
 
   static std::exception_ptr cancelled() { return std::make_exception_ptr(Cancelled("WHY", "")); }
@@ -230,7 +231,7 @@ TEST_F(DeviceBytes, RefuseWhatDoesNotFitNow) {
   jobs_.front()->end();
   EXPECT_EQ(refusal(*engine, 1), "");
   jobs_.back()->end();
-  EXPECT_EQ(engine->ledger().reserved().device_bytes.front(), 0);
+  EXPECT_EQ(engine->memory_budget().reserved().device_bytes.front(), 0);
 }
 
 TEST_F(DeviceBytes, DoNotSufficeForAnyNumberOfLanes) {
@@ -307,7 +308,7 @@ TEST(EngineWatchdog, BreaksALaneThatDoesNotLetGo) {
   const auto fake = std::make_shared<FakeControl>();
   std::atomic<int> broken = 0;
   ServerConfig config = testing::quiet_config();
-  config.lane_watchdog_seconds = 0.2;
+  config.lane_watchdog = std::chrono::milliseconds(200);
   Engine engine(
       config, [&] { return std::make_unique<FakeSmoother>(fake); }, [&] { ++broken; });
   fake->hold_deaf();

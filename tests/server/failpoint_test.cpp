@@ -117,7 +117,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 // --- memory --------------------------------------------------------------------------
 
-// The ledger promises more than the system gives: as where other programs took it.
+// The budget promises more than the system gives: as where other programs took it.
 TEST(AllocationFails, TheJobIsRefusedAndTheServerGoesOn) {
   if (meshsmooth::testing::kAddressSanitizer) GTEST_SKIP() << "no limits under the sanitizer";
   ServerProgram server(0, {"--host-memory-limit-bytes", "1TiB", "--max-job-bytes", "1TiB"});

@@ -11,15 +11,18 @@
 namespace meshsmooth::server {
 namespace {
 
-std::shared_ptr<Job> make_job(JobQueue& queue, std::int64_t sequence,
-                              const std::string& owner = kAnonymous) {
+std::shared_ptr<Job> make_job(std::int64_t sequence, const std::string& caller = kAnonymous) {
   JobRequest request;
-  request.identity = owner;
+  request.caller = caller;
   request.layout.node_count = 1;
   request.layout.coordinates_bytes = 24;
   return std::make_shared<Job>("jobs/" + std::to_string(sequence), sequence, std::move(request),
-                               Reservation(), 24, queue.admit(24), std::pmr::new_delete_resource(),
+                               Reservation(), 24, UploadShare(), std::pmr::new_delete_resource(),
                                [](const Job&) {});
+}
+
+void push(JobQueue& queue, const std::shared_ptr<Job>& job, Priority priority) {
+  queue.push(job, {job->request().caller, job->device(), priority});
 }
 
 TEST(JobQueue, HandsOutByPriorityThenByAge) {
@@ -27,7 +30,7 @@ TEST(JobQueue, HandsOutByPriorityThenByAge) {
   for (const auto& [sequence, priority] :
        {std::pair{1, Priority::batch}, std::pair{2, Priority::normal},
         std::pair{3, Priority::interactive}, std::pair{4, Priority::normal}}) {
-    queue.push(make_job(queue, sequence), priority);
+    push(queue, make_job(sequence), priority);
   }
 
   std::vector<std::int64_t> order;
@@ -44,41 +47,41 @@ std::vector<std::int64_t> pop_all(JobQueue& queue, int count) {
 TEST(JobQueue, LetsWaitingJobsRiseSoThatNoneStarves) {
   using namespace std::chrono_literals;
   JobQueue queue(10, 1000, 30ms);
-  queue.push(make_job(queue, 1), Priority::batch);
-  queue.push(make_job(queue, 2), Priority::normal);
+  push(queue, make_job(1), Priority::batch);
+  push(queue, make_job(2), Priority::normal);
   std::this_thread::sleep_for(70ms);  // two levels
-  queue.push(make_job(queue, 3), Priority::interactive);
-  queue.push(make_job(queue, 4), Priority::normal);
+  push(queue, make_job(3), Priority::interactive);
+  push(queue, make_job(4), Priority::normal);
 
   EXPECT_EQ(pop_all(queue, 4), (std::vector<std::int64_t>{1, 2, 3, 4}));
 }
 
-TEST(JobQueue, TakesTheOwnersOfALevelInTurns) {
+TEST(JobQueue, TakesTheCallersOfALevelInTurns) {
   JobQueue queue(10, 1000);
-  for (const auto& [sequence, owner] : {std::pair{1, "a"}, std::pair{2, "a"}, std::pair{3, "a"},
-                                        std::pair{4, "b"}, std::pair{5, "b"}, std::pair{6, "c"}}) {
-    queue.push(make_job(queue, sequence, owner), Priority::normal);
+  for (const auto& [sequence, caller] : {std::pair{1, "a"}, std::pair{2, "a"}, std::pair{3, "a"},
+                                         std::pair{4, "b"}, std::pair{5, "b"}, std::pair{6, "c"}}) {
+    push(queue, make_job(sequence, caller), Priority::normal);
   }
-  const auto urgent = make_job(queue, 7, "a");
-  queue.push(urgent, Priority::interactive);
+  const auto urgent = make_job(7, "a");
+  push(queue, urgent, Priority::interactive);
   EXPECT_EQ(queue.position(*urgent), 1);
 
   EXPECT_EQ(pop_all(queue, 7), (std::vector<std::int64_t>{7, 4, 6, 1, 5, 2, 3}));
 }
 
 // "a" has a job running, so "b" goes first though it came later; once that is done, by age.
-TEST(JobQueue, CountsWhatAnOwnerHasRunning) {
+TEST(JobQueue, CountsWhatACallerHasRunning) {
   JobQueue queue(10, 1000);
-  queue.push(make_job(queue, 1, "a"), Priority::normal);
+  push(queue, make_job(1, "a"), Priority::normal);
   const auto running = queue.pop();
-  const auto second = make_job(queue, 2, "a");
-  const auto other = make_job(queue, 3, "b");
-  queue.push(second, Priority::normal);
-  queue.push(other, Priority::normal);
+  const auto second = make_job(2, "a");
+  const auto other = make_job(3, "b");
+  push(queue, second, Priority::normal);
+  push(queue, other, Priority::normal);
   EXPECT_EQ(queue.position(*other), 1);
   EXPECT_EQ(queue.position(*second), 2);
 
-  queue.done(*running);
+  queue.done(running->request().caller);
 
   EXPECT_EQ(queue.position(*second), 1);
 }
@@ -100,11 +103,11 @@ TEST(DrainRate, ForeseesByWhatHasGone) {
 
 TEST(JobQueue, KnowsThePlaceOfAJob) {
   JobQueue queue(10, 1000);
-  const auto batch = make_job(queue, 1);
-  const auto normal = make_job(queue, 2);
+  const auto batch = make_job(1);
+  const auto normal = make_job(2);
   EXPECT_EQ(queue.position(*batch), 0);
-  queue.push(batch, Priority::batch);
-  queue.push(normal, Priority::normal);
+  push(queue, batch, Priority::batch);
+  push(queue, normal, Priority::normal);
 
   EXPECT_EQ(queue.position(*normal), 1);
   EXPECT_EQ(queue.position(*batch), 2);
@@ -112,8 +115,8 @@ TEST(JobQueue, KnowsThePlaceOfAJob) {
 
 TEST(JobQueue, RemovesAJobOnce) {
   JobQueue queue(10, 1000);
-  const auto job = make_job(queue, 1);
-  queue.push(job, Priority::normal);
+  const auto job = make_job(1);
+  push(queue, job, Priority::normal);
 
   EXPECT_TRUE(queue.remove(*job));
   EXPECT_FALSE(queue.remove(*job));
@@ -122,35 +125,43 @@ TEST(JobQueue, RemovesAJobOnce) {
 
 TEST(JobQueue, IsBoundedByJobs) {
   JobQueue queue(2, 1000);
-  auto first = queue.admit(1);
-  const auto second = queue.admit(1);
-  EXPECT_THROW((void)queue.admit(1), OutOfMemory);
+  auto first = queue.take_place(1);
+  EXPECT_NO_THROW(queue.check_room(1));
+  const auto second = queue.take_place(1);
+  EXPECT_THROW(queue.check_room(1), OutOfMemory);
 
   first = QueuePlace();
-  EXPECT_NO_THROW((void)queue.admit(1));
+  EXPECT_NO_THROW(queue.check_room(1));
 }
 
 TEST(JobQueue, IsBoundedByBytes) {
   JobQueue queue(10, 100);
-  const auto first = queue.admit(60);
+  const auto first = queue.take_place(60);
 
-  EXPECT_THROW((void)queue.admit(41), OutOfMemory);
-  EXPECT_NO_THROW((void)queue.admit(40));
+  EXPECT_THROW(queue.check_room(41), OutOfMemory);
+  EXPECT_NO_THROW(queue.check_room(40));
 }
 
 TEST(JobQueue, GivesAPlaceBackWhenTheJobStarts) {
   JobQueue queue(1, 1000);
-  const auto job = make_job(queue, 1);
-  EXPECT_THROW((void)queue.admit(1), OutOfMemory);
-  job->queue();
+  const auto job = make_job(1);
+  EXPECT_NO_THROW(queue.check_room(1));  // an upload takes no place
+  job->queue(queue.take_place(24));
+  EXPECT_THROW(queue.check_room(1), OutOfMemory);
   job->start();
 
-  EXPECT_NO_THROW((void)queue.admit(1));
+  EXPECT_NO_THROW(queue.check_room(1));
+}
+
+TEST(JobQueue, AlwaysHasAPlaceForAJobThatWasUploaded) {
+  JobQueue queue(1, 1000);
+  const auto first = queue.take_place(1000);
+  EXPECT_NO_THROW((void)queue.take_place(1000));
 }
 
 TEST(JobQueue, WakesWhoWaitsWhenItCloses) {
   JobQueue queue(1, 1000);
-  std::shared_ptr<Job> popped = make_job(queue, 1);
+  std::shared_ptr<Job> popped = make_job(1);
   std::thread waiter([&] { popped = queue.pop(); });
   queue.close();
   waiter.join();

@@ -13,26 +13,26 @@ class JobTest : public ::testing::Test {
     JobRequest request;
     request.layout.node_count = 1;
     request.layout.coordinates_bytes = 24;
-    job_ = std::make_shared<Job>("jobs/1", 1, std::move(request), ledger_.reserve({100, 0}), 24,
-                                 queue_.admit(24), std::pmr::new_delete_resource(),
+    job_ = std::make_shared<Job>("jobs/1", 1, std::move(request), budget_.reserve({100, 0}), 24,
+                                 UploadShare(), std::pmr::new_delete_resource(),
                                  [this](const Job&) { ++end_count_; });
-    watcher_ = job_->watch([this] { ++change_count_; }).value();
+    observer_id_ = job_->observe([this] { ++change_count_; }).value();
   }
 
   static std::exception_ptr cancelled() { return std::make_exception_ptr(Cancelled("WHY", "")); }
   static std::exception_ptr failed() { return std::make_exception_ptr(InvalidMesh("BAD", "")); }
 
-  Ledger ledger_{{1000, {0}}};
+  MemoryBudget budget_{{1000, {0}}};
   JobQueue queue_{1, 1000};
   int end_count_ = 0;
   int change_count_ = 0;
-  int watcher_ = 0;
+  int observer_id_ = 0;
   std::shared_ptr<Job> job_;
 };
 
 TEST_F(JobTest, WalksFromReceivingToSucceeded) {
   EXPECT_EQ(job_->state(), JobState::receiving);
-  job_->queue();
+  job_->queue(queue_.take_place(24));
   EXPECT_EQ(job_->state(), JobState::queued);
   job_->start();
   EXPECT_EQ(job_->state(), JobState::running);
@@ -52,11 +52,13 @@ TEST_F(JobTest, EndsOnce) {
 }
 
 TEST_F(JobTest, GivesAllMemoryBackAtItsEnd) {
-  EXPECT_EQ(ledger_.reserved().host_bytes, 100);
+  EXPECT_EQ(budget_.reserved().host_bytes, 100);
+  job_->queue(queue_.take_place(24));
+  EXPECT_THROW(queue_.check_room(24), OutOfMemory);
   job_->end(failed());
 
-  EXPECT_EQ(ledger_.reserved().host_bytes, 0);
-  EXPECT_NO_THROW((void)queue_.admit(24));
+  EXPECT_EQ(budget_.reserved().host_bytes, 0);
+  EXPECT_NO_THROW(queue_.check_room(24));
 }
 
 TEST_F(JobTest, EndsByTheFirstStopThatWasRequested) {
@@ -70,35 +72,37 @@ TEST_F(JobTest, EndsByTheFirstStopThatWasRequested) {
 
 // The call may be gone when the lane finishes: nobody would send the result.
 TEST_F(JobTest, EndsInsteadOfSendingWhenAStopWasRequested) {
-  job_->queue();
+  job_->queue(queue_.take_place(24));
   job_->start();
   job_->request_stop(cancelled());
-  job_->finish({});
+  EXPECT_FALSE(job_->finish({}));
+  EXPECT_EQ(job_->snapshot().result, nullptr);
+  job_->end(job_->stop_cause());
 
   EXPECT_EQ(job_->state(), JobState::cancelled);
   EXPECT_EQ(end_count_, 1);
 }
 
-TEST_F(JobTest, IsHandedBackOnlyBeforeItRuns) {
-  job_->queue();
+TEST_F(JobTest, IsRejectedOnlyBeforeItRuns) {
+  job_->queue(queue_.take_place(24));
   job_->start();
 
-  EXPECT_FALSE(job_->hand_back(failed()));
+  EXPECT_FALSE(job_->reject(failed()));
   EXPECT_FALSE(job_->stop_token().stop_requested());
   job_->finish({});
   EXPECT_EQ(job_->state(), JobState::sending);
 }
 
-TEST_F(JobTest, DoesNotRunOnceItIsHandedBack) {
-  job_->queue();
+TEST_F(JobTest, DoesNotRunOnceItIsRejected) {
+  job_->queue(queue_.take_place(24));
 
-  EXPECT_TRUE(job_->hand_back(failed()));
+  EXPECT_TRUE(job_->reject(failed()));
   EXPECT_FALSE(job_->start());
   EXPECT_EQ(job_->state(), JobState::queued);
 }
 
 TEST_F(JobTest, TellsItsObserverOfEveryChange) {
-  job_->queue();
+  job_->queue(queue_.take_place(24));
   job_->start();
   job_->report({.stage = Stage::iterate, .iteration = 3});
   job_->request_stop(cancelled());
@@ -109,7 +113,7 @@ TEST_F(JobTest, TellsItsObserverOfEveryChange) {
 }
 
 TEST_F(JobTest, MeasuresTheStepsUpToItsEnd) {
-  job_->queue();
+  job_->queue(queue_.take_place(24));
   job_->end(cancelled());
   const JobTimes times = job_->snapshot().times;
 

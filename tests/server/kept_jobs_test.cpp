@@ -385,7 +385,7 @@ class FewKeptBytes : public SharedJobs {
   static server::ServerConfig config() {
     server::ServerConfig config = quiet_config();
     config.max_kept_result_bytes = 250;  // two results of 120
-    config.max_result_ttl_seconds = 60;
+    config.max_result_ttl = std::chrono::seconds(60);
     return config;
   }
   FewKeptBytes() : SharedJobs(config()) {}

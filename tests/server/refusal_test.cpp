@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <functional>
 #include <future>
 #include <stdexcept>
@@ -233,7 +234,7 @@ TEST_F(Refusal, OfAWrongChecksumIsDataLoss) {
 
 TEST_F(Refusal, ComesWithoutHalfCloseOnceTheClientHadItsTime) {
   server::ServerConfig config = quiet_config();
-  config.drop_timeout_seconds = 0.5;
+  config.drop_timeout = std::chrono::milliseconds(500);
   InProcessServer server(config);
   Stub stub(server.channel());
   SmoothCall call(stub);
@@ -248,7 +249,7 @@ TEST_F(Refusal, ComesWithoutHalfCloseOnceTheClientHadItsTime) {
 
 TEST_F(Refusal, OfAnUploadThatPausesTooLong) {
   server::ServerConfig config = quiet_config();
-  config.stream_idle_timeout_seconds = 0.5;
+  config.stream_idle_timeout = std::chrono::milliseconds(500);
   InProcessServer server(config);
   Stub stub(server.channel());
   SmoothCall call(stub);
@@ -261,7 +262,7 @@ TEST_F(Refusal, OfAnUploadThatPausesTooLong) {
 
 TEST_F(Refusal, OfAClientThatDoesNotReadItsResult) {
   server::ServerConfig config = quiet_config();
-  config.stream_idle_timeout_seconds = 0.5;
+  config.stream_idle_timeout = std::chrono::milliseconds(500);
   InProcessServer server(config);
   Stub stub(server.channel());
   SmoothCall call(stub);

@@ -3,6 +3,7 @@
 #include <grpcpp/create_channel.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <thread>
 
 #include "server/attach_call.hpp"
@@ -65,7 +66,7 @@ class Tokens : public ::testing::Test {
         "# who: token\nalice:abc\n"
         "bob:sha256:88d4266fd4e6338d13b845fcf289579d209c897823b9217da3e161936f031589\n");  // abcd
     config_.token_file = files_.path("tokens");
-    config_.credentials_reload_interval_seconds = 0;
+    config_.credentials_reload_interval = std::chrono::seconds(0);
   }
   void write(const std::string& text) { files_.write("tokens", text); }
   void start() {
@@ -171,7 +172,7 @@ TEST_F(Tokens, KeepTheJobsOfDifferentCallersApart) {
 }
 
 TEST_F(Tokens, HaveTheirQuotaOfJobs) {
-  config_.max_jobs_per_identity = 2;
+  config_.max_jobs_per_caller = 2;
   start();
   server_->fake().hold();
   SmoothCall first(*stub_, {}, token("abc")), second(*stub_, {}, token("abc"));
@@ -198,7 +199,7 @@ TEST_F(Tokens, HaveTheirQuotaOfJobs) {
 
 TEST_F(Tokens, HaveTheirQuotaOfBytes) {
   const MemoryEstimate need{.host_bytes = 1 << 20, .device_bytes = 0};
-  config_.max_bytes_per_identity = 3 << 19;
+  config_.max_bytes_per_caller = 3 << 19;
   start();
   server_->fake().set_estimate(need);
   server_->fake().hold();
@@ -216,7 +217,7 @@ TEST_F(Tokens, HaveTheirQuotaOfBytes) {
 }
 
 TEST_F(Tokens, HaveNoQuotaForWhatNeverFits) {
-  config_.max_bytes_per_identity = 1 << 19;
+  config_.max_bytes_per_caller = 1 << 19;
   start();
   server_->fake().set_estimate({.host_bytes = 1 << 20, .device_bytes = 0});
   EXPECT_EQ(smooth(token("abc")).error_code(), StatusCode::RESOURCE_EXHAUSTED);

@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstdint>
 #include <fstream>
 #include <memory>
@@ -112,7 +113,7 @@ class WireAbuse : public ::testing::Test {
   static server::ServerConfig config() {
     server::ServerConfig config = quiet_config();
     config.listen = "127.0.0.1:0";
-    config.stream_idle_timeout_seconds = 2;
+    config.stream_idle_timeout = std::chrono::seconds(2);
     return config;
   }
   void SetUp() override {

@@ -157,7 +157,7 @@ class Peer {
                              .max_kept_jobs = 100,
                              .max_kept_result_bytes = 8 * kMiB,
                              .max_topology_bytes = 16 * kMiB,
-                             .lame_duck_seconds = 0,
+                             .lame_duck = std::chrono::seconds(0),
                              .log_level = "off"},
                             [=] { return std::make_unique<SoakedSmoother>(leak_bytes); });
       server.start();

@@ -25,9 +25,9 @@ inline server::ServerConfig quiet_config() {
   config.lanes = 1;  // on any machine
   // Tests speak both sides of a call, so a client reads only after it has sent; and the
   // machine may be busy.
-  config.drop_timeout_seconds = 10;
-  config.lame_duck_seconds = 0;
-  config.drain_grace_seconds = 0;
+  config.drop_timeout = std::chrono::seconds(10);
+  config.lame_duck = std::chrono::seconds(0);
+  config.drain_grace = std::chrono::seconds(0);
   return config;
 }
 

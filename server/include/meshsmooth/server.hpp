@@ -24,37 +24,37 @@ class Server {
  public:
   /// Without a factory the lanes run `make_smoother(config.backend, …)`.
   explicit Server(ServerConfig config, SmootherFactory factory = {});
-  /// Drains at once: running jobs are stopped.
+  /// Shuts down at once: running jobs are stopped.
   ~Server();
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
 
   /// Builds the lanes, then serves. `on_device_lost` is called by another thread
-  /// when a lane has lost its device: the server no longer says SERVING; drain it
-  /// and start another process. Throws NotSupported (BACKEND_NOT_AVAILABLE),
+  /// when a lane has lost its device: the server no longer reports SERVING; drain it
+  /// and start another process. Call it once. Throws NotSupported (BACKEND_NOT_AVAILABLE),
   /// DeviceError, or InvalidOption (OPTION_OUT_OF_RANGE: `listen` cannot be bound,
-  /// too many `lanes` for the device). Once.
+  /// or the device has no memory for so many `lanes`).
   void start(std::function<void()> on_device_lost = [] {});
 
-  /// A lane has lost its device.
+  /// Whether a lane has lost its device.
   [[nodiscard]] bool device_lost() const;
 
-  /// The bound port; 0 when it listens on none.
+  /// The bound port; 0 without one.
   [[nodiscard]] int port() const;
-  /// The same of `admin_listen`.
+  /// The bound port of `admin_listen`; 0 without one.
   [[nodiscard]] int admin_port() const;
 
-  /// A channel to this server that passes no socket. Needs a started server and
-  /// must not be used after it is gone.
+  /// A channel to this server without a socket. Needs a started server, and must not be used
+  /// after the server is destroyed.
   [[nodiscard]] std::shared_ptr<grpc::Channel> in_process_channel();
 
-  /// Leaves in order: health NOT_SERVING, lame duck, refuse new jobs, hand back
-  /// the waiting ones, let the running ones finish within the grace, stop them,
-  /// shut down. Returns when all is over; a second call waits for the first.
+  /// Shuts down in order: reports NOT_SERVING, accepts jobs for the lame duck period, then refuses
+  /// new jobs, rejects waiting ones as draining, lets running ones finish within the grace period,
+  /// stops the rest. Returns when everything has ended; a second call waits for the first.
   void drain();
 
-  /// Lets a drain, running or to come, skip lame duck and grace.
-  void hurry();
+  /// Makes a drain, current or future, skip the lame duck and grace periods.
+  void force_shutdown();
 
  private:
   struct Impl;

@@ -24,7 +24,7 @@ namespace {
   throw InvalidOption("OPTION_OUT_OF_RANGE", field + ": " + what, {{"field", field}});
 }
 
-// The id goes into logs and answers, so it must be what it says.
+// The id appears in logs and answers, so it must be a UUID.
 void check_request_id(const std::string& id) {
   if (id.empty()) return;
   bool is_uuid = id.size() == 36;
@@ -72,7 +72,7 @@ void check_backend(v1::BackendKind wanted, std::string_view backend) {
                      {{"field", "backend_kind"}});
 }
 
-// What makes the job: not how its call wants to be told.
+// The fields that define the job, without those that only concern the call.
 std::map<std::string, std::string> fields_of(v1::JobSpec spec) {
   spec.clear_progress_interval();
   spec.clear_max_result_chunk_bytes();
@@ -94,13 +94,17 @@ void check_can_be_kept(const wire::MeshLayout& layout, const ServerConfig& confi
   const std::string limit = std::to_string(config.max_kept_result_bytes);
   throw OutOfMemory("MESH_TOO_LARGE",
                     "the result has " + need + " bytes, this server keeps at most " + limit +
-                        "; stay on the call, without result_ttl",
+                        "; omit result_ttl and read the result in the call",
                     {{"field", "result_ttl"}, {"need_bytes", need}, {"limit_bytes", limit}});
 }
 
 google::protobuf::Timestamp encode_time(std::chrono::system_clock::time_point time) {
   return google::protobuf::util::TimeUtil::NanosecondsToTimestamp(
       std::chrono::duration_cast<std::chrono::nanoseconds>(time.time_since_epoch()).count());
+}
+
+google::protobuf::Duration encode_duration(ServerConfig::Duration duration) {
+  return google::protobuf::util::TimeUtil::NanosecondsToDuration(duration.count());
 }
 
 v1::JobError encode_error(const std::exception_ptr& error, const std::string& incident) {
@@ -133,7 +137,7 @@ QualityDetail decode_quality_detail(v1::QualityDetail detail) {
 }
 
 [[noreturn]] void throw_topology_not_found(const std::string& name) {
-  throw Error("TOPOLOGY_NOT_FOUND", "no topology of this name is here (any more); send it inline",
+  throw Error("TOPOLOGY_NOT_FOUND", "topology not found or no longer cached; send it inline",
               {{"name", name}});
 }
 
@@ -145,22 +149,22 @@ void decode_topology(const v1::JobSpec& spec, Engine& engine, JobRequest& job) {
       job.topology_kept = spec.topology_kept();
       return;
     case v1::JobSpec::kTopologyName:
-      job.topology = engine.topologies().find_for_job(job.identity, spec.topology_name());
+      job.topology = engine.topologies().find_for_job(job.caller, spec.topology_name());
       if (!job.topology) throw_topology_not_found(spec.topology_name());
       job.layout =
           job.topology->layout().coordinates_only(wire::decode_float64(spec.coordinate_type()));
       return;
     case v1::JobSpec::TOPOLOGY_NOT_SET:
-      throw InvalidOption("SPEC_MISSING", "inline_topology: the spec announces no mesh",
+      throw InvalidOption("SPEC_MISSING", "inline_topology: the spec has no topology",
                           {{"field", "inline_topology"}});
   }
 }
 
 }  // namespace
 
-std::shared_ptr<CachedTopology> find_topology(Engine& engine, const std::string& identity,
+std::shared_ptr<CachedTopology> find_topology(Engine& engine, const std::string& caller,
                                               const std::string& name) {
-  if (auto topology = engine.topologies().find(identity, name)) return topology;
+  if (auto topology = engine.topologies().find(caller, name)) return topology;
   throw_topology_not_found(name);
 }
 
@@ -173,13 +177,13 @@ v1::Topology encode_topology(const CachedTopology& topology) {
   return message;
 }
 
-DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& identity, Engine& engine) {
+DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& caller, Engine& engine) {
   const ServerConfig& config = engine.config();
   check_request_id(spec.request_id());
   check_backend(spec.backend_kind(), engine.devices().front());
 
   DecodedSpec decoded;
-  decoded.job.identity = identity;
+  decoded.job.caller = caller;
   decoded.job.request_id = spec.request_id();
   decoded.job.fields = fields_of(spec);
   decoded.job.options = wire::decode_options(spec.options());
@@ -192,11 +196,7 @@ DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& identity, En
     decoded.call.progress_interval =
         wire::decode_duration(spec.progress_interval(), "progress_interval");
   }
-  const auto at_most = [](double seconds) {
-    return std::chrono::duration_cast<std::chrono::nanoseconds>(
-        std::chrono::duration<double>(seconds));
-  };
-  decoded.job.queue_timeout = at_most(config.max_queue_timeout_seconds);
+  decoded.job.queue_timeout = config.max_queue_timeout;
   if (spec.has_queue_timeout()) {
     decoded.job.queue_timeout = std::min(
         *decoded.job.queue_timeout, wire::decode_duration(spec.queue_timeout(), "queue_timeout"));
@@ -204,7 +204,7 @@ DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& identity, En
   if (spec.has_result_ttl()) {
     const auto ttl = wire::decode_duration(spec.result_ttl(), "result_ttl");
     if (ttl.count() == 0) throw_out_of_range("result_ttl", "it must be above 0");
-    decoded.job.result_ttl = std::min(at_most(config.max_result_ttl_seconds), ttl);
+    decoded.job.result_ttl = std::min(config.max_result_ttl, ttl);
     check_can_be_kept(decoded.job.layout, config);
   }
   if (spec.max_result_chunk_bytes() < 0) throw_out_of_range("max_result_chunk_bytes", "negative");
@@ -265,12 +265,6 @@ v1::ResultHeader encode_result_header(const Job& job, const JobSnapshot& now) {
   return header;
 }
 
-std::span<const std::byte> result_chunk(const JobResult& result, std::int64_t offset,
-                                        int max_bytes) {
-  const auto rest = result.coordinates.bytes().subspan(static_cast<std::size_t>(offset));
-  return rest.first(std::min(rest.size(), static_cast<std::size_t>(max_bytes)));
-}
-
 v1::Summary encode_job_summary(const Job& job, const JobSnapshot& now) {
   v1::Summary message = wire::encode_summary(*now.summary);
   v1::Timings* timings = message.mutable_timings();
@@ -303,28 +297,28 @@ v1::GetServerInfoResponse encode_server_info(const Engine& engine) {
   info.set_draining(engine.draining());
 
   v1::Limits* limits = info.mutable_limits();
-  constexpr int kAroundAChunk = 1 << 10;  // in its message
+  constexpr int kChunkOverhead = 1 << 10;  // of the message around it
   limits->set_max_chunk_bytes(
-      std::min(config.max_chunk_bytes, config.max_receive_message_bytes - kAroundAChunk));
+      std::min(config.max_chunk_bytes, config.max_receive_message_bytes - kChunkOverhead));
   limits->set_max_job_bytes(config.max_job_bytes);
   limits->set_max_node_count(config.max_node_count);
   limits->set_max_element_count(config.max_element_count);
   limits->set_max_queued_job_count(config.max_queued_jobs);
   limits->set_max_concurrent_streams(config.max_concurrent_streams);
-  *limits->mutable_max_result_ttl() = wire::encode_seconds(config.max_result_ttl_seconds);
-  *limits->mutable_max_queue_timeout() = wire::encode_seconds(config.max_queue_timeout_seconds);
-  *limits->mutable_stream_idle_timeout() = wire::encode_seconds(config.stream_idle_timeout_seconds);
+  *limits->mutable_max_result_ttl() = encode_duration(config.max_result_ttl);
+  *limits->mutable_max_queue_timeout() = encode_duration(config.max_queue_timeout);
+  *limits->mutable_stream_idle_timeout() = encode_duration(config.stream_idle_timeout);
   limits->set_early_data_bytes(config.early_data_bytes);
 
-  const MemoryBytes limit = engine.ledger().limit();
-  const MemoryBytes reserved = engine.ledger().reserved();
+  const MemoryBytes limit = engine.memory_budget().limit();
+  const MemoryBytes reserved = engine.memory_budget().reserved();
   for (const std::string& name : engine.devices()) {
     const int device = info.backends_size();
     v1::Backend* backend = info.add_backends();
     const BackendName parsed = backend_name(name);
     backend->set_kind(wire::encode_backend_kind(parsed.kind));
     backend->set_name(name);
-    // Of the memory that the backend computes in.
+    // The memory that the backend computes in.
     const bool on_device = has_devices(parsed.kind);
     backend->set_total_bytes(on_device ? limit.device_bytes[device] : limit.host_bytes);
     backend->set_reserved_bytes(on_device ? reserved.device_bytes[device] : reserved.host_bytes);

@@ -43,9 +43,9 @@ grpc::ServerUnaryReactor* SmoothingService::answer(grpc::CallbackServerContext* 
                                                    const Body& body) {
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
   try {
-    const Entry entry = gate_.enter(*context);
-    if (entry.denied) std::rethrow_exception(entry.denied);
-    body(entry.caller);
+    const AuthResult auth = authenticator_.authenticate(*context);
+    if (auth.denied) std::rethrow_exception(auth.denied);
+    body(auth.caller);
     reactor->Finish(grpc::Status::OK);
   } catch (...) {
     reactor->Finish(to_status(describe_error(std::current_exception(), "this call")));
@@ -55,17 +55,16 @@ grpc::ServerUnaryReactor* SmoothingService::answer(grpc::CallbackServerContext* 
 
 std::shared_ptr<Job> SmoothingService::find_job(const Caller& caller,
                                                 const std::string& name) const {
-  std::shared_ptr<Job> job = engine_.store().find(caller.identity, name);
+  std::shared_ptr<Job> job = engine_.store().find(caller.name, name);
   if (!job) {
-    throw Error("JOB_NOT_FOUND", "no job of this name is known (any more): " + name,
-                {{"name", name}});
+    throw Error("JOB_NOT_FOUND", "job not found or no longer retained: " + name, {{"name", name}});
   }
   return job;
 }
 
 grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* SmoothingService::Smooth(
     grpc::CallbackServerContext* context) {
-  return SmoothReactor::start(engine_, context, gate_.enter(*context));
+  return SmoothReactor::start(engine_, context, authenticator_.authenticate(*context));
 }
 
 grpc::ServerUnaryReactor* SmoothingService::GetTopology(grpc::CallbackServerContext* context,
@@ -73,7 +72,7 @@ grpc::ServerUnaryReactor* SmoothingService::GetTopology(grpc::CallbackServerCont
                                                         v1::GetTopologyResponse* response) {
   return answer(context, [&](const Caller& caller) {
     *response->mutable_topology() =
-        encode_topology(*find_topology(engine_, caller.identity, request->name()));
+        encode_topology(*find_topology(engine_, caller.name, request->name()));
   });
 }
 
@@ -81,8 +80,8 @@ grpc::ServerUnaryReactor* SmoothingService::DeleteTopology(grpc::CallbackServerC
                                                            const v1::DeleteTopologyRequest* request,
                                                            v1::DeleteTopologyResponse*) {
   return answer(context, [&](const Caller& caller) {
-    const auto topology = find_topology(engine_, caller.identity, request->name());
-    engine_.topologies().remove(topology->identity(), topology->name());
+    const auto topology = find_topology(engine_, caller.name, request->name());
+    engine_.topologies().remove(topology->caller(), topology->name());
   });
 }
 
@@ -104,8 +103,8 @@ grpc::ServerUnaryReactor* SmoothingService::ListJobs(grpc::CallbackServerContext
              std::ranges::count(request->states(),
                                 static_cast<int>(wire::encode_state(job.state()))) > 0;
     };
-    const auto jobs = engine_.store().list(
-        caller.identity, decode_page_token(request->page_token()), page_size + 1, wanted);
+    const auto jobs = engine_.store().list(caller.name, decode_page_token(request->page_token()),
+                                           page_size + 1, wanted);
     for (std::size_t i = 0; i < std::min(jobs.size(), page_size); ++i) {
       *response->add_jobs() = encode_job(*jobs[i], engine_);
     }
@@ -130,10 +129,10 @@ grpc::ServerUnaryReactor* SmoothingService::CancelJob(grpc::CallbackServerContex
   });
 }
 
-grpc::ServerWriteReactor<v1::AttachJobResponse>* SmoothingService::AttachJob(
-    grpc::CallbackServerContext* context, const v1::AttachJobRequest* request) {
-  const Entry entry = gate_.enter(*context);
-  return AttachReactor::start(engine_, context, *request, entry);
+grpc::ServerWriteReactor<grpc::ByteBuffer>* SmoothingService::AttachJob(
+    grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
+  const AuthResult auth = authenticator_.authenticate(*context);
+  return AttachReactor::start(engine_, context, *request, auth);
 }
 
 grpc::ServerUnaryReactor* SmoothingService::DeleteJob(grpc::CallbackServerContext* context,

@@ -2,28 +2,29 @@
 
 #include "engine.hpp"
 #include "meshsmooth/v1/smoothing.grpc.pb.h"
-#include "rpc/gate.hpp"
+#include "rpc/authenticator.hpp"
 
 namespace meshsmooth::server {
 
-/// v1::SmoothingService::CallbackService, but that Smooth is given messages as they came.
+/// v1::SmoothingService::CallbackService, but Smooth and AttachJob exchange raw messages.
 using SmoothingServiceBase = v1::SmoothingService::WithRawCallbackMethod_Smooth<
     v1::SmoothingService::WithCallbackMethod_GetTopology<
         v1::SmoothingService::WithCallbackMethod_DeleteTopology<
             v1::SmoothingService::WithCallbackMethod_GetJob<
                 v1::SmoothingService::WithCallbackMethod_ListJobs<
                     v1::SmoothingService::WithCallbackMethod_CancelJob<
-                        v1::SmoothingService::WithCallbackMethod_AttachJob<
+                        v1::SmoothingService::WithRawCallbackMethod_AttachJob<
                             v1::SmoothingService::WithCallbackMethod_DeleteJob<
                                 v1::SmoothingService::WithCallbackMethod_GetServerInfo<
                                     v1::SmoothingService::Service>>>>>>>>>;
 
-/// The calls of meshsmooth.v1; has no state of its own. Calls that are not
-/// overridden answer UNIMPLEMENTED.
+/// The calls of meshsmooth.v1; stateless. Calls that are not overridden return
+/// UNIMPLEMENTED.
 class SmoothingService final : public SmoothingServiceBase {
  public:
-  /// `engine` and `gate` must outlive it.
-  SmoothingService(Engine& engine, const Gate& gate) : engine_(engine), gate_(gate) {}
+  /// `engine` and `authenticator` must outlive it.
+  SmoothingService(Engine& engine, const Authenticator& authenticator)
+      : engine_(engine), authenticator_(authenticator) {}
 
   grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* Smooth(
       grpc::CallbackServerContext* context) override;
@@ -42,8 +43,8 @@ class SmoothingService final : public SmoothingServiceBase {
   grpc::ServerUnaryReactor* CancelJob(grpc::CallbackServerContext* context,
                                       const v1::CancelJobRequest* request,
                                       v1::CancelJobResponse* response) override;
-  grpc::ServerWriteReactor<v1::AttachJobResponse>* AttachJob(
-      grpc::CallbackServerContext* context, const v1::AttachJobRequest* request) override;
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* AttachJob(grpc::CallbackServerContext* context,
+                                                        const grpc::ByteBuffer* request) override;
   grpc::ServerUnaryReactor* DeleteJob(grpc::CallbackServerContext* context,
                                       const v1::DeleteJobRequest* request,
                                       v1::DeleteJobResponse* response) override;
@@ -52,13 +53,13 @@ class SmoothingService final : public SmoothingServiceBase {
                                           v1::GetServerInfoResponse* response) override;
 
  private:
-  /// Answers a short call at once by what `body` does, for whom, or throws.
+  /// Answers a unary call at once by `body(caller)`, or by what it throws.
   template <class Body>
   grpc::ServerUnaryReactor* answer(grpc::CallbackServerContext* context, const Body& body);
   [[nodiscard]] std::shared_ptr<Job> find_job(const Caller& caller, const std::string& name) const;
 
   Engine& engine_;
-  const Gate& gate_;
+  const Authenticator& authenticator_;
 };
 
 }  // namespace meshsmooth::server

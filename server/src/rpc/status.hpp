@@ -9,9 +9,9 @@
 
 namespace meshsmooth::server {
 
-/// The one place where exceptions become gRPC status (docs/protocol.md has the
-/// table). What is no meshsmooth::Error becomes INTERNAL without its text,
-/// naming `incident`, under which the log has it.
+/// The only place that turns exceptions into gRPC status (docs/protocol.md has the table).
+/// Anything but a meshsmooth::Error becomes INTERNAL without its text, naming `incident`, by which
+/// the log entry can be found.
 [[nodiscard]] wire::StatusDetails describe_error(const std::exception_ptr& error,
                                                  const std::string& incident);
 

@@ -6,6 +6,7 @@
 #include <openssl/ssl.h>
 
 #include <algorithm>
+#include <chrono>
 #include <memory>
 #include <string>
 
@@ -25,11 +26,11 @@ std::string last_openssl_error() {
   return reason == nullptr ? "it cannot be read" : reason;
 }
 
-// gRPC would only fail each handshake.
+// Without this check gRPC would only fail each handshake.
 void check_files(const ServerConfig& config) {
   const std::unique_ptr<SSL_CTX, decltype(&SSL_CTX_free)> context(SSL_CTX_new(TLS_server_method()),
                                                                   &SSL_CTX_free);
-  // Nobody is there to be asked for a pass phrase.
+  // Nobody can enter a pass phrase.
   SSL_CTX_set_default_passwd_cb(context.get(), [](char*, int, int, void*) { return 0; });
   const auto check = [](bool right, const std::string& field, const std::string& path) {
     if (!right) throw_wrong(field, path + ": " + last_openssl_error());
@@ -54,24 +55,25 @@ std::shared_ptr<grpc::ServerCredentials> make_server_credentials(const ServerCon
   }
   if (config.tls_cert.empty()) {
     if (!config.tls_client_ca.empty()) {
-      throw_wrong("tls-client-ca",
-                  "clients show certificates only over TLS: set tls-cert, tls-key");
+      throw_wrong("tls-client-ca", "client certificates need TLS: set tls-cert and tls-key");
     }
     if (!config.insecure && !config.listen.empty() && !wire::is_local_address(config.listen)) {
       throw_wrong("listen",
-                  "others reach " + config.listen +
-                      ", and all would be in clear: set tls-cert and tls-key, or insecure "
-                      "where something else protects it");
+                  "other machines can reach " + config.listen +
+                      " without TLS: set tls-cert and tls-key, or insecure where something else "
+                      "protects it");
     }
     return grpc::InsecureServerCredentials();
   }
 
   check_files(config);
   namespace tls = grpc::experimental;
-  const auto interval =
-      static_cast<unsigned>(std::max(1.0, config.credentials_reload_interval_seconds));
+  const auto interval = std::max(
+      std::chrono::seconds(1),
+      std::chrono::duration_cast<std::chrono::seconds>(config.credentials_reload_interval));
   tls::TlsServerCredentialsOptions options(std::make_shared<tls::FileWatcherCertificateProvider>(
-      config.tls_key, config.tls_cert, config.tls_client_ca, interval));
+      config.tls_key, config.tls_cert, config.tls_client_ca,
+      static_cast<unsigned>(interval.count())));
   options.watch_identity_key_cert_pairs();
   if (!config.tls_client_ca.empty()) {
     options.watch_root_certs();

@@ -11,19 +11,19 @@
 
 namespace meshsmooth::server {
 
-class Ledger;
+class MemoryBudget;
 
-/// Bytes promised by a ledger, given back on destruction. Move-only; the ledger
+/// Bytes reserved in a memory budget, released on destruction. Move-only; the budget
 /// outlives it.
 class Reservation {
  public:
   Reservation() = default;
   Reservation(Reservation&& other) noexcept
-      : ledger_(std::exchange(other.ledger_, nullptr)),
+      : budget_(std::exchange(other.budget_, nullptr)),
         bytes_(std::exchange(other.bytes_, {})),
         device_(other.device_) {}
   Reservation& operator=(Reservation&& other) noexcept {
-    std::swap(ledger_, other.ledger_);
+    std::swap(budget_, other.budget_);
     std::swap(bytes_, other.bytes_);
     std::swap(device_, other.device_);
     return *this;
@@ -31,42 +31,42 @@ class Reservation {
   ~Reservation();
 
   [[nodiscard]] MemoryEstimate bytes() const { return bytes_; }
-  /// Whose memory its `device_bytes` are.
+  /// The device of its `device_bytes`.
   [[nodiscard]] int device() const { return device_; }
 
-  /// Takes a part of it, at most all, as a promise of its own.
+  /// Splits off a part, at most all of it, as a reservation of its own.
   [[nodiscard]] Reservation split(MemoryEstimate part);
 
  private:
-  friend class Ledger;
-  Reservation(Ledger* ledger, MemoryEstimate bytes, int device)
-      : ledger_(ledger), bytes_(bytes), device_(device) {}
+  friend class MemoryBudget;
+  Reservation(MemoryBudget* budget, MemoryEstimate bytes, int device)
+      : budget_(budget), bytes_(bytes), device_(device) {}
 
-  Ledger* ledger_ = nullptr;
+  MemoryBudget* budget_ = nullptr;
   MemoryEstimate bytes_;
   int device_ = 0;
 };
 
-/// Of the host and of each device.
+/// Host memory and the memory of each device.
 struct MemoryBytes {
   std::int64_t host_bytes = 0;
   std::vector<std::int64_t> device_bytes;
 };
 
-/// Counts the bytes promised to jobs: the sum of the living reservations equals
-/// the counters, always. The only place that says no for memory, and so the one
-/// that gives jobs to devices. Thread-safe.
-class Ledger {
+/// Counts the bytes reserved for jobs: the counters always equal the sum of the existing
+/// reservations. The only place that refuses for lack of memory, and therefore also the one that
+/// assigns jobs to devices. Thread-safe.
+class MemoryBudget {
  public:
-  /// Of at least one device.
-  explicit Ledger(MemoryBytes limit);
+  /// `limit` has at least one device.
+  explicit MemoryBudget(MemoryBytes limit);
 
-  /// On the first of the `preferred` devices that has room, else on that with the
-  /// least promised of those that have. Throws OutOfMemory: MESH_TOO_LARGE
+  /// Reserves on the first of the `preferred` devices that has room, else on the device with the
+  /// fewest reserved bytes of those that have. Throws OutOfMemory: MESH_TOO_LARGE
   /// ("need_bytes", "limit_bytes") when it could never fit; Busy: HOST_MEMORY_BUSY
-  /// or DEVICE_MEMORY_BUSY when not now.
+  /// or DEVICE_MEMORY_BUSY when it does not fit now.
   [[nodiscard]] Reservation reserve(MemoryEstimate need, std::span<const int> preferred = {});
-  /// On this device. Throws the same.
+  /// Reserves on this device. Throws the same.
   [[nodiscard]] Reservation reserve_on(int device, MemoryEstimate need);
 
   /// Throws as `reserve` does when it could never fit.
@@ -82,7 +82,7 @@ class Ledger {
   [[nodiscard]] int choose_device(std::int64_t need, std::span<const int> preferred) const;
   [[nodiscard]] Reservation take(int device, MemoryEstimate need);
 
-  void give_back(MemoryEstimate bytes, int device);
+  void release(MemoryEstimate bytes, int device);
 
   const MemoryBytes limit_;
   mutable std::mutex mutex_;

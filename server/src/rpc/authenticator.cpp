@@ -1,4 +1,4 @@
-#include "rpc/gate.hpp"
+#include "rpc/authenticator.hpp"
 
 #include <chrono>
 #include <iterator>
@@ -13,7 +13,7 @@
 namespace meshsmooth::server {
 namespace {
 
-/// The value under a key that came once.
+/// The value of a key that occurs exactly once.
 std::optional<std::string_view> metadata(const grpc::CallbackServerContext& context,
                                          const char* key) {
   const auto [first, last] = context.client_metadata().equal_range(key);
@@ -30,43 +30,49 @@ std::string name_in_certificate(const grpc::CallbackServerContext& context) {
   return names.empty() ? kAnonymous : std::string(names.front().data(), names.front().size());
 }
 
+// Address and port of the peer. Over a Unix socket or within the process all peers have the same.
+std::string connection_of(const grpc::CallbackServerContext& context) {
+  std::string peer = context.peer();
+  return peer.starts_with("ipv4:") || peer.starts_with("ipv6:") ? peer : std::string();
+}
+
 }  // namespace
 
-Gate::Gate(const ServerConfig& config, Metrics& metrics)
-    : tokens_(config.token_file.empty()
-                  ? nullptr
-                  : std::make_unique<TokenFile>(
-                        config.token_file,
-                        std::chrono::duration<double>(config.credentials_reload_interval_seconds))),
+Authenticator::Authenticator(const ServerConfig& config, Metrics& metrics)
+    : tokens_(
+          config.token_file.empty()
+              ? nullptr
+              : std::make_unique<TokenFile>(config.token_file, config.credentials_reload_interval)),
       metrics_(metrics) {}
 
-Entry Gate::enter(grpc::CallbackServerContext& context) const {
-  Entry entry;
+AuthResult Authenticator::authenticate(grpc::CallbackServerContext& context) const {
+  AuthResult auth;
+  auth.caller.connection = connection_of(context);
   if (const auto traceparent = metadata(context, "traceparent");
       traceparent && is_traceparent(*traceparent)) {
-    entry.caller.traceparent = *traceparent;
-    context.AddInitialMetadata("traceparent", entry.caller.traceparent);
+    auth.caller.traceparent = *traceparent;
+    context.AddInitialMetadata("traceparent", auth.caller.traceparent);
   }
   try {
-    entry.caller.identity = identify(context);
+    auth.caller.name = identify(context);
   } catch (const Error& error) {
     metrics_.denied(error.reason());
     log_denied(error, context.peer());
-    entry.denied = std::current_exception();
+    auth.denied = std::current_exception();
   }
-  return entry;
+  return auth;
 }
 
-std::string Gate::identify(const grpc::CallbackServerContext& context) const {
+std::string Authenticator::identify(const grpc::CallbackServerContext& context) const {
   if (!tokens_) return name_in_certificate(context);
   constexpr std::string_view kScheme = "Bearer ";
   const auto authorization = metadata(context, "authorization");
   if (!authorization || !authorization->starts_with(kScheme)) {
-    throw Error("TOKEN_MISSING", "this server asks for a token: authorization: Bearer TOKEN");
+    throw Error("TOKEN_MISSING", "this server requires a token: authorization: Bearer TOKEN");
   }
-  const auto identity = tokens_->identity_of(authorization->substr(kScheme.size()));
-  if (!identity) throw Error("TOKEN_UNKNOWN", "this server does not know the token");
-  return *identity;
+  const auto caller = tokens_->find_caller(authorization->substr(kScheme.size()));
+  if (!caller) throw Error("TOKEN_UNKNOWN", "unknown token");
+  return *caller;
 }
 
 }  // namespace meshsmooth::server

@@ -1,4 +1,4 @@
-#include "equipment.hpp"
+#include "resources.hpp"
 
 #include <algorithm>
 #include <sstream>
@@ -13,11 +13,11 @@
 namespace meshsmooth::server {
 namespace {
 
-using Device = Equipment::Device;
+using Device = Resources::Device;
 
 constexpr std::string_view kAllDevices = "all";
 
-// So that one lane computes while others copy.
+// One lane computes while others copy.
 constexpr int kCudaLanes = 4;
 
 bool is_cuda(std::string_view backend) {
@@ -25,8 +25,8 @@ bool is_cuda(std::string_view backend) {
   return name && name->kind == BackendKind::cuda;
 }
 
-// On the CPU: a job alone has all cores, and what it leaves idle, between its sweeps and where it
-// is serial, a second one uses. Small meshes do not fill many cores.
+// On the CPU a single job uses all cores; a second one uses those that are idle between sweeps and
+// in serial parts. Small meshes do not keep many cores busy.
 int lane_count(const ServerConfig& config, std::string_view backend) {
   if (config.lanes != 0) return config.lanes;
   if (is_cuda(backend)) return kCudaLanes;
@@ -44,8 +44,8 @@ Device device_with(std::unique_ptr<Smoother> smoother) {
   return device;
 }
 
-// Of the backends that "auto" means, the first that works, on as many of its devices as are
-// wanted; `passed_over` says why better ones do not.
+// The first backend of those that "auto" stands for that works, on as many of its devices as are
+// wanted; `passed_over` explains why better ones are not used.
 std::vector<Device> find_devices(const ServerConfig& config, std::string& passed_over) {
   const auto pass_over = [&](const BackendInfo& info, const std::string& why) {
     passed_over += (passed_over.empty() ? "" : "; ") + info.name + ": " + why;
@@ -80,13 +80,13 @@ std::vector<std::string> chosen_devices(const ServerConfig& config) {
   return numbers;
 }
 
-// What the settings name, where it is not for us to choose.
+// The backends that the settings name explicitly.
 std::vector<std::string> named_backends(const ServerConfig& config) {
   std::vector<std::string> names;
   if (!config.devices.empty() && config.backend != "auto" && config.backend != "cuda") {
     throw InvalidOption("OPTION_OUT_OF_RANGE",
-                        "devices: they are GPUs; the backend is " + config.backend +
-                            ", make it cuda or leave one of the two out",
+                        "devices: GPUs need the backend cuda, not " + config.backend +
+                            "; set backend to cuda, or omit one of the two settings",
                         {{"field", "devices"}});
   }
   for (const std::string& number : chosen_devices(config)) names.push_back("cuda:" + number);
@@ -95,7 +95,7 @@ std::vector<std::string> named_backends(const ServerConfig& config) {
       if (info.available && is_cuda(info.name)) names.push_back(info.name);
     }
   }
-  if (names.empty()) names.push_back(config.backend);  // says why where there is none
+  if (names.empty()) names.push_back(config.backend);  // its error explains why there is none
   return names;
 }
 
@@ -116,9 +116,9 @@ void fill_in_host_bytes(ServerConfig& config) {
   }
 }
 
-// What jobs may take of a device together: all that is free once every lane is there,
-// less what the lanes beside a job's own may hold at rest, less a margin for what the
-// driver takes later (code of the kernels, fragments). No limit where that is the host.
+// Device memory for all jobs: what is free once every lane exists, less what the other lanes may
+// hold while idle, less a margin for later allocations of the driver (kernel code, fragmentation).
+// No limit where the device is the host.
 std::int64_t device_limit(const ServerConfig& config, const DeviceSpace& space) {
   if (space.total_bytes == 0) return INT64_MAX;
   const std::int64_t margin = std::max(std::int64_t{256} << 20, space.total_bytes / 32);
@@ -126,14 +126,15 @@ std::int64_t device_limit(const ServerConfig& config, const DeviceSpace& space) 
   if (usable <= 0) {
     throw InvalidOption("OPTION_OUT_OF_RANGE",
                         "lanes: " + std::to_string(config.lanes) + " lanes may keep " +
-                            std::to_string(space.kept_bytes) + " bytes of device memory each, " +
+                            std::to_string(space.kept_bytes) +
+                            " bytes of device memory each, but only " +
                             std::to_string(space.free_bytes) + " are free; use fewer lanes",
                         {{"field", "lanes"}});
   }
   return config.device_bytes == 0 ? usable : std::min(config.device_bytes, usable);
 }
 
-// The first job of a backend pays for what it loads and allocates once.
+// The first job of a backend pays for one-time loading and allocation.
 void warm_up(Smoother& smoother) {
   Mesh mesh;
   mesh.positions = std::vector<Vec3d>{{0.1, 0, 0}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0},
@@ -148,8 +149,8 @@ void warm_up(Smoother& smoother) {
   }
 }
 
-// Blocks that come back stay for the next jobs, up to a bound: fresh pages cost a good part of an
-// upload. Where a device computes they are page-locked besides.
+// Released blocks are kept for the next jobs, up to a limit: fresh pages cost a good part of an
+// upload. For GPUs they are page-locked as well.
 std::unique_ptr<StagingMemory> make_job_memory(std::string_view backend,
                                                std::size_t max_idle_bytes) {
   if (auto staging = make_staging_memory(backend, max_idle_bytes, host_memory())) return staging;
@@ -160,11 +161,11 @@ std::unique_ptr<StagingMemory> make_job_memory(std::string_view backend,
 
 }  // namespace
 
-Equipment equip(ServerConfig config, const SmootherFactory& factory) {
-  Equipment result;
+Resources acquire_resources(ServerConfig config, const SmootherFactory& factory) {
+  Resources result;
   const int cores = available_cores();
   if (config.threads_per_lane == 0) config.threads_per_lane = cores;
-  // The lanes' workers are of one pool. What someone has set may be more.
+  // All lanes share one thread pool, which may be set larger than the number of cores.
   result.threads = std::make_unique<ThreadLimit>(std::max(cores, config.threads_per_lane));
   if (factory) {
     const std::size_t count = std::max<std::size_t>(1, chosen_devices(config).size());

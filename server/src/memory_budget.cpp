@@ -1,4 +1,4 @@
-#include "ledger.hpp"
+#include "memory_budget.hpp"
 
 #include <algorithm>
 #include <string>
@@ -12,7 +12,7 @@ void check_limit(std::int64_t need, std::int64_t limit, const std::string& space
   if (need <= limit) return;
   throw OutOfMemory("MESH_TOO_LARGE",
                     "the job needs " + std::to_string(need) + " bytes of " + space +
-                        " memory, this server has " + std::to_string(limit),
+                        " memory, the limit of this server is " + std::to_string(limit),
                     {{"need_bytes", std::to_string(need)},
                      {"limit_bytes", std::to_string(limit)},
                      {"space", space}});
@@ -30,7 +30,7 @@ void check_limit(std::int64_t need, std::int64_t limit, const std::string& space
 }  // namespace
 
 Reservation::~Reservation() {
-  if (ledger_ != nullptr) ledger_->give_back(bytes_, device_);
+  if (budget_ != nullptr) budget_->release(bytes_, device_);
 }
 
 Reservation Reservation::split(MemoryEstimate part) {
@@ -38,37 +38,37 @@ Reservation Reservation::split(MemoryEstimate part) {
           std::min(part.device_bytes, bytes_.device_bytes)};
   bytes_.host_bytes -= part.host_bytes;
   bytes_.device_bytes -= part.device_bytes;
-  return {ledger_, part, device_};
+  return {budget_, part, device_};
 }
 
-Ledger::Ledger(MemoryBytes limit)
+MemoryBudget::MemoryBudget(MemoryBytes limit)
     : limit_(std::move(limit)),
       reserved_{0, std::vector<std::int64_t>(limit_.device_bytes.size())},
       device_freed_(limit_.device_bytes.size()) {}
 
-void Ledger::check_fits(MemoryEstimate need) const {
+void MemoryBudget::check_fits(MemoryEstimate need) const {
   check_limit(need.host_bytes, limit_.host_bytes, "host");
   check_limit(need.device_bytes, *std::ranges::max_element(limit_.device_bytes), "device");
 }
 
-Reservation Ledger::reserve(MemoryEstimate need, std::span<const int> preferred) {
+Reservation MemoryBudget::reserve(MemoryEstimate need, std::span<const int> preferred) {
   check_fits(need);
   const std::lock_guard lock(mutex_);
   return take(choose_device(need.device_bytes, preferred), need);
 }
 
-Reservation Ledger::reserve_on(int device, MemoryEstimate need) {
+Reservation MemoryBudget::reserve_on(int device, MemoryEstimate need) {
   check_limit(need.host_bytes, limit_.host_bytes, "host");
   check_limit(need.device_bytes, limit_.device_bytes[device], "device");
   const std::lock_guard lock(mutex_);
   return take(device, need);
 }
 
-std::int64_t Ledger::free_bytes(int device) const {
+std::int64_t MemoryBudget::free_bytes(int device) const {
   return limit_.device_bytes[device] - reserved_.device_bytes[device];
 }
 
-int Ledger::choose_device(std::int64_t need, std::span<const int> preferred) const {
+int MemoryBudget::choose_device(std::int64_t need, std::span<const int> preferred) const {
   for (const int device : preferred) {
     if (need <= free_bytes(device)) return device;
   }
@@ -84,7 +84,7 @@ int Ledger::choose_device(std::int64_t need, std::span<const int> preferred) con
   return need <= free_bytes(best) ? best : freest;
 }
 
-Reservation Ledger::take(int device, MemoryEstimate need) {
+Reservation MemoryBudget::take(int device, MemoryEstimate need) {
   const std::int64_t host_free = limit_.host_bytes - reserved_.host_bytes;
   if (need.host_bytes > host_free) {
     throw_busy("HOST_MEMORY_BUSY", need.host_bytes, host_free, "host", host_freed_);
@@ -98,12 +98,12 @@ Reservation Ledger::take(int device, MemoryEstimate need) {
   return {this, need, device};
 }
 
-MemoryBytes Ledger::reserved() const {
+MemoryBytes MemoryBudget::reserved() const {
   const std::lock_guard lock(mutex_);
   return reserved_;
 }
 
-void Ledger::give_back(MemoryEstimate bytes, int device) {
+void MemoryBudget::release(MemoryEstimate bytes, int device) {
   const std::lock_guard lock(mutex_);
   reserved_.host_bytes -= bytes.host_bytes;
   reserved_.device_bytes[device] -= bytes.device_bytes;

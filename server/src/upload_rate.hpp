@@ -1,0 +1,47 @@
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <optional>
+
+namespace meshsmooth::server {
+
+/// When an upload counts as too slow: a leaky bucket. It may fall behind the minimum rate by
+/// what that rate transfers in `window`, and bytes that arrive faster earn no more than that.
+/// Thus a client that stops is noticed after `window`, one that trickles soon after, and one
+/// above the rate never, as long as `window` suffices for a message. Not thread-safe.
+class UploadRate {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// `bytes_per_second` 0: there is no minimum.
+  UploadRate(std::int64_t bytes_per_second, Clock::duration window)
+      : bytes_per_second_(static_cast<double>(bytes_per_second)), window_(window) {}
+
+  /// The upload begins.
+  void start(Clock::time_point now) {
+    if (bytes_per_second_ > 0) deadline_ = now + window_;
+  }
+  /// So many bytes have arrived.
+  void add(std::int64_t bytes, Clock::time_point now) {
+    if (!deadline_) return;
+    // Bounded before it becomes a duration, which could overflow.
+    const double earned = std::min(static_cast<double>(bytes) / bytes_per_second_, kMaxSeconds);
+    deadline_ = std::min(now + window_, *deadline_ + std::chrono::duration_cast<Clock::duration>(
+                                                         std::chrono::duration<double>(earned)));
+  }
+
+  /// When the upload is too slow unless more bytes arrive; nothing before `start` and without
+  /// a minimum.
+  [[nodiscard]] std::optional<Clock::time_point> deadline() const { return deadline_; }
+
+ private:
+  static constexpr double kMaxSeconds = 1e8;
+
+  const double bytes_per_second_;
+  const Clock::duration window_;
+  std::optional<Clock::time_point> deadline_;
+};
+
+}  // namespace meshsmooth::server

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <map>
+#include <mutex>
+#include <string>
+#include <utility>
+
+#include "meshsmooth/smoother.hpp"
+
+namespace meshsmooth::server {
+
+class UploadShares;
+
+/// Counts one upload against the share of its connection; returned on destruction.
+/// Move-only; the `UploadShares` outlives it.
+class UploadShare {
+ public:
+  UploadShare() = default;
+  UploadShare(UploadShare&& other) noexcept
+      : shares_(std::exchange(other.shares_, nullptr)),
+        connection_(std::move(other.connection_)),
+        bytes_(other.bytes_) {}
+  UploadShare& operator=(UploadShare&& other) noexcept {
+    std::swap(shares_, other.shares_);
+    std::swap(connection_, other.connection_);
+    std::swap(bytes_, other.bytes_);
+    return *this;
+  }
+  ~UploadShare();
+
+ private:
+  friend class UploadShares;
+  UploadShare(UploadShares* shares, std::string connection, MemoryEstimate bytes)
+      : shares_(shares), connection_(std::move(connection)), bytes_(bytes) {}
+
+  UploadShares* shares_ = nullptr;
+  std::string connection_;
+  MemoryEstimate bytes_;
+};
+
+/// Limits the memory that the unfinished uploads of one connection reserve together, so that
+/// a client whose uploads stall cannot take the memory of all others. A connection always gets
+/// one upload, of any size. Thread-safe.
+class UploadShares {
+ public:
+  /// `limit`: of each connection.
+  explicit UploadShares(MemoryEstimate limit) : limit_(limit) {}
+
+  /// An empty `connection` is not limited. Throws OutOfMemory (QUOTA_EXCEEDED). O(log connections).
+  [[nodiscard]] UploadShare take(const std::string& connection, MemoryEstimate need);
+
+ private:
+  friend class UploadShare;
+  void release(const std::string& connection, MemoryEstimate bytes);
+
+  struct Held {
+    int uploads = 0;
+    MemoryEstimate bytes;
+  };
+  const MemoryEstimate limit_;
+  std::mutex mutex_;
+  std::map<std::string, Held> held_;  // by connection
+};
+
+}  // namespace meshsmooth::server
