@@ -8,7 +8,6 @@
 #include <fstream>
 #include <string_view>
 
-#include "meshsmooth/backend_name.hpp"
 #include "meshsmooth/error.hpp"
 #include "settings.hpp"
 

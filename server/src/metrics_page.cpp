@@ -69,7 +69,7 @@ void read_process(std::vector<MetricFamily>& families) {
 }
 
 void read_jobs(const Engine& engine, std::vector<MetricFamily>& families) {
-  std::array<int, 4> in_state{};  // receiving to sending
+  std::array<int, kJobStateNames.size()> in_state{};
   std::array<int, 3> waiting{};
   double oldest = 0;
   for (const auto& job : engine.store().living()) {
@@ -82,8 +82,10 @@ void read_jobs(const Engine& engine, std::vector<MetricFamily>& families) {
   }
 
   Reading living("meshsmooth_jobs", "Unfinished jobs by state");
-  for (std::size_t i = 0; i < in_state.size(); ++i) {
-    living.add(in_state[i], {{"state", std::string(job_state_name(static_cast<JobState>(i)))}});
+  for (const JobState state :
+       {JobState::receiving, JobState::queued, JobState::running, JobState::sending}) {
+    living.add(in_state[static_cast<std::size_t>(state)],
+               {{"state", std::string(job_state_name(state))}});
   }
   families.push_back(living.take());
   constexpr std::array kPriorities = {"batch", "normal", "interactive"};
