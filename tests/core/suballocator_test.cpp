@@ -8,48 +8,48 @@
 namespace meshsmooth::detail {
 namespace {
 
-TEST(Slab, GivesWholeUnitsUntilItIsFull) {
-  Slab slab(4 * Slab::kUnit + 1);
-  EXPECT_EQ(slab.take(1), 0U);
-  EXPECT_EQ(slab.take(Slab::kUnit + 1), Slab::kUnit);
-  EXPECT_EQ(slab.take(2 * Slab::kUnit), Slab::kFull);
-  EXPECT_EQ(slab.take(Slab::kUnit), 3 * Slab::kUnit);
-  EXPECT_EQ(slab.take(1), Slab::kFull);
+TEST(Suballocator, AllocatesAlignedRangesUntilItIsFull) {
+  Suballocator memory(4 * Suballocator::kAlignment + 1);
+  EXPECT_EQ(memory.allocate(1), 0U);
+  EXPECT_EQ(memory.allocate(Suballocator::kAlignment + 1), Suballocator::kAlignment);
+  EXPECT_EQ(memory.allocate(2 * Suballocator::kAlignment), Suballocator::kFull);
+  EXPECT_EQ(memory.allocate(Suballocator::kAlignment), 3 * Suballocator::kAlignment);
+  EXPECT_EQ(memory.allocate(1), Suballocator::kFull);
 }
 
-TEST(Slab, OfNothingIsFull) {
-  Slab slab(0);
-  EXPECT_EQ(slab.take(1), Slab::kFull);
+TEST(Suballocator, OfNoCapacityIsFull) {
+  Suballocator memory(0);
+  EXPECT_EQ(memory.allocate(1), Suballocator::kFull);
 }
 
-TEST(Slab, JoinsWhatComesBackOnBothSides) {
-  constexpr std::size_t kUnit = Slab::kUnit;
-  Slab slab(3 * kUnit);
-  for (std::size_t n = 0; n < 3; ++n) ASSERT_EQ(slab.take(kUnit), n * kUnit);
-  slab.give(0, kUnit);
-  slab.give(2 * kUnit, kUnit);
-  EXPECT_EQ(slab.free_stretches(), 2U);
-  slab.give(kUnit, kUnit);
-  EXPECT_EQ(slab.free_stretches(), 1U);
-  EXPECT_EQ(slab.take(3 * kUnit), 0U);
+TEST(Suballocator, CoalescesReleasedRangesOnBothSides) {
+  constexpr std::size_t kAlignment = Suballocator::kAlignment;
+  Suballocator memory(3 * kAlignment);
+  for (std::size_t n = 0; n < 3; ++n) ASSERT_EQ(memory.allocate(kAlignment), n * kAlignment);
+  memory.release(0, kAlignment);
+  memory.release(2 * kAlignment, kAlignment);
+  EXPECT_EQ(memory.free_range_count(), 2U);
+  memory.release(kAlignment, kAlignment);
+  EXPECT_EQ(memory.free_range_count(), 1U);
+  EXPECT_EQ(memory.allocate(3 * kAlignment), 0U);
 }
 
-TEST(Slab, NeverGivesAStretchTwiceAndLosesNone) {
-  constexpr std::size_t kCapacity = 1000 * Slab::kUnit;
-  Slab slab(kCapacity);
+TEST(Suballocator, NeverAllocatesARangeTwiceAndLosesNone) {
+  constexpr std::size_t kCapacity = 1000 * Suballocator::kAlignment;
+  Suballocator memory(kCapacity);
   std::map<std::size_t, std::size_t> taken;  // size by offset
   std::mt19937 random(1);
   for (int step = 0; step < 20'000; ++step) {
     if (random() % 2 == 0 && !taken.empty()) {
       const auto one =
           std::next(taken.begin(), static_cast<std::ptrdiff_t>(random() % taken.size()));
-      slab.give(one->first, one->second);
+      memory.release(one->first, one->second);
       taken.erase(one);
       continue;
     }
-    const std::size_t size = 1 + random() % (50 * Slab::kUnit);
-    const std::size_t offset = slab.take(size);
-    if (offset == Slab::kFull) continue;
+    const std::size_t size = 1 + random() % (50 * Suballocator::kAlignment);
+    const std::size_t offset = memory.allocate(size);
+    if (offset == Suballocator::kFull) continue;
     const auto [at, fresh] = taken.emplace(offset, size);
     ASSERT_TRUE(fresh);
     ASSERT_LE(offset + size, kCapacity);
@@ -60,9 +60,9 @@ TEST(Slab, NeverGivesAStretchTwiceAndLosesNone) {
       ASSERT_LE(offset + size, std::next(at)->first);
     }
   }
-  for (const auto& [offset, size] : taken) slab.give(offset, size);
-  EXPECT_EQ(slab.free_stretches(), 1U);
-  EXPECT_EQ(slab.take(kCapacity), 0U);
+  for (const auto& [offset, size] : taken) memory.release(offset, size);
+  EXPECT_EQ(memory.free_range_count(), 1U);
+  EXPECT_EQ(memory.allocate(kCapacity), 0U);
 }
 
 }  // namespace

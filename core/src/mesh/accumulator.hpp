@@ -47,6 +47,37 @@ MESHSMOOTH_HD inline double finite_measure(double value) {
   return std::isfinite(value) ? value : 0;
 }
 
+/// The table of the metrics per type: calls `add(index, metric, value)` for each.
+template <class Add>
+MESHSMOOTH_HD void for_each_metric(const ElementShape& shape, const ElementMeasure& m,
+                                   const Add& add) {
+  add(0, QualityMetric::mean_ratio, m.mean_ratio);
+  add(1, QualityMetric::scaled_jacobian, m.scaled_jacobian);
+  if (shape.dimension == 3 && shape.node_count == 4) {
+    add(2, QualityMetric::radius_ratio, m.radius_ratio);
+    add(3, QualityMetric::min_dihedral_angle, degrees(m.min_angle_cos));
+    add(4, QualityMetric::max_dihedral_angle, degrees(m.max_angle_cos));
+  } else if (shape.dimension == 2 && shape.node_count == 3) {
+    add(2, QualityMetric::min_angle, degrees(m.min_angle_cos));
+    add(3, QualityMetric::max_angle, degrees(m.max_angle_cos));
+  }
+}
+
+/// The metrics of a type, the first `count` of them.
+inline constexpr int kMostMetrics = 5;
+struct MetricsOfType {
+  int count = 0;
+  int metrics[kMostMetrics] = {};
+};
+MESHSMOOTH_HD inline MetricsOfType metrics_of(const ElementShape& shape) {
+  MetricsOfType result;
+  for_each_metric(shape, ElementMeasure{}, [&](int index, QualityMetric metric, double) {
+    result.metrics[index] = static_cast<int>(metric);
+    result.count = index + 1;
+  });
+  return result;
+}
+
 inline bool worse(const ElementQuality& a, const ElementQuality& b) {
   return a.mean_ratio != b.mean_ratio ? a.mean_ratio < b.mean_ratio : a.element < b.element;
 }
@@ -79,20 +110,13 @@ struct QualityAccumulator {
   }
 
   void add(const ElementMeasure& measure, ElementType type, std::int64_t element, ChunkSums& sums) {
+    const ElementShape& shape = element_shape(type);
     inverted += measure.inverted ? 1 : 0;
     degenerate += measure.degenerate ? 1 : 0;
     sums.volume += std::abs(measure.volume);
-    if (element_shape(type).dimension == 3) sums.enclosed_volume += measure.volume;
-    add(QualityMetric::mean_ratio, measure.mean_ratio, sums);
-    add(QualityMetric::scaled_jacobian, measure.scaled_jacobian, sums);
-    if (type == ElementType::tetrahedron) {
-      add(QualityMetric::radius_ratio, measure.radius_ratio, sums);
-      add(QualityMetric::min_dihedral_angle, degrees(measure.min_angle_cos), sums);
-      add(QualityMetric::max_dihedral_angle, degrees(measure.max_angle_cos), sums);
-    } else if (type == ElementType::triangle) {
-      add(QualityMetric::min_angle, degrees(measure.min_angle_cos), sums);
-      add(QualityMetric::max_angle, degrees(measure.max_angle_cos), sums);
-    }
+    if (shape.dimension == 3) sums.enclosed_volume += measure.volume;
+    for_each_metric(shape, measure,
+                    [&](int, QualityMetric metric, double value) { add(metric, value, sums); });
     keep_if_worst(quality_of(measure, type, element));
   }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "mesh/node_counts.hpp"
+
 namespace meshsmooth {
 namespace {
 
@@ -112,6 +114,14 @@ static_assert(
       return true;
     }(),
     "steps take a volume element with four nodes for a tetrahedron");
+static_assert(
+    [] {
+      for (std::size_t type = 0; type < kElementTypeCount; ++type) {
+        if (kTable[type].node_count != detail::kNodesPerElement[type]) return false;
+      }
+      return true;
+    }(),
+    "node_counts.hpp differs from the element table");
 
 }  // namespace
 

@@ -2,7 +2,7 @@
 
 #include "meshsmooth/error.hpp"
 #include "smooth/cpu/cpu_smoother.hpp"
-#include "smooth/cuda/device/cuda_smoother.hpp"
+#include "smooth/cuda/device/smoother.hpp"
 #include "smooth/cuda/device/device_name.hpp"
 
 namespace meshsmooth {

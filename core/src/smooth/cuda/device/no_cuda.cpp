@@ -1,7 +1,7 @@
-// In place of the CUDA backend in builds without it.
+// Replaces the CUDA backend in builds without it.
 #include "meshsmooth/error.hpp"
-#include "smooth/cuda/device/cuda_smoother.hpp"
 #include "smooth/cuda/device/page_lock.hpp"
+#include "smooth/cuda/device/smoother.hpp"
 
 namespace meshsmooth::detail {
 

@@ -6,11 +6,11 @@
 
 namespace meshsmooth::detail {
 
-/// Owns a stream that does not wait for the default stream. Moves, never copies.
+/// Owns a stream that does not synchronise with the default stream. Move-only.
 class Stream {
  public:
   Stream() {
-    check_cuda(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "making a stream");
+    check_cuda(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "creating a stream");
   }
   ~Stream() {
     if (stream_ != nullptr) cudaStreamDestroy(stream_);
@@ -25,11 +25,11 @@ class Stream {
   cudaStream_t stream_ = nullptr;
 };
 
-/// Owns a point in a stream. Moves, never copies.
+/// Owns an event: a point in a stream. Move-only.
 class Event {
  public:
   explicit Event(unsigned int flags = cudaEventDefault) {
-    check_cuda(cudaEventCreateWithFlags(&event_, flags), "making an event");
+    check_cuda(cudaEventCreateWithFlags(&event_, flags), "creating an event");
   }
   ~Event() {
     if (event_ != nullptr) cudaEventDestroy(event_);
@@ -38,12 +38,10 @@ class Event {
   Event& operator=(Event&&) = delete;
 
   void record(const Stream& stream) {
-    check_cuda(cudaEventRecord(event_, stream.get()), "marking a stream");
+    check_cuda(cudaEventRecord(event_, stream.get()), "recording an event");
   }
-  void synchronize() const {
-    check_cuda(cudaEventSynchronize(event_), "waiting for a point in a stream");
-  }
-  /// What comes later in `stream` waits for this event.
+  void synchronize() const { check_cuda(cudaEventSynchronize(event_), "waiting for an event"); }
+  /// Later work in `stream` waits for this event.
   void hold_up(const Stream& stream) const {
     check_cuda(cudaStreamWaitEvent(stream.get(), event_), "ordering two streams");
   }

@@ -7,20 +7,19 @@
 
 namespace meshsmooth::detail {
 
-/// Which stretches of one piece of memory are taken. Knows offsets only, whatever the memory is;
-/// for one thread. Stretches are whole units, taken where the first fit is: buffers come and go
-/// in much the same order, so that little is left between them.
-class Slab {
+/// First-fit suballocator with coalescing. Knows offsets only, whatever the memory is. Buffers of a
+/// job come and go in much the same order, which keeps fragmentation low. Not thread-safe.
+class Suballocator {
  public:
-  static constexpr std::size_t kUnit = 256;  // as aligned as the driver's own
+  static constexpr std::size_t kAlignment = 256;  // as the driver's allocations
   static constexpr std::size_t kFull = std::numeric_limits<std::size_t>::max();
 
-  explicit Slab(std::size_t capacity) {
-    if (capacity >= kUnit) free_.emplace(0, capacity / kUnit * kUnit);
+  explicit Suballocator(std::size_t capacity) {
+    if (capacity >= kAlignment) free_.emplace(0, capacity / kAlignment * kAlignment);
   }
 
-  /// The offset of `size` bytes, or kFull. O(free stretches).
-  [[nodiscard]] std::size_t take(std::size_t size) {
+  /// The offset of `size` bytes, or kFull. O(free ranges).
+  [[nodiscard]] std::size_t allocate(std::size_t size) {
     size = rounded_up(size);
     for (auto at = free_.begin(); at != free_.end(); ++at) {
       const auto [offset, free] = *at;
@@ -32,8 +31,8 @@ class Slab {
     return kFull;
   }
 
-  /// Takes back what `take(size)` gave. O(log(free stretches)).
-  void give(std::size_t offset, std::size_t size) {
+  /// Frees what `allocate(size)` returned. O(log(free ranges)).
+  void release(std::size_t offset, std::size_t size) {
     size = rounded_up(size);
     auto next = free_.upper_bound(offset);
     if (next != free_.end() && offset + size == next->first) {
@@ -50,12 +49,12 @@ class Slab {
     free_.emplace_hint(next, offset, size);
   }
 
-  /// Stretches that are free, none of which touches another.
-  [[nodiscard]] std::size_t free_stretches() const { return free_.size(); }
+  /// Free ranges, no two of which are adjacent.
+  [[nodiscard]] std::size_t free_range_count() const { return free_.size(); }
 
  private:
   static std::size_t rounded_up(std::size_t size) {
-    return size <= kUnit ? kUnit : (size + kUnit - 1) / kUnit * kUnit;
+    return size <= kAlignment ? kAlignment : (size + kAlignment - 1) / kAlignment * kAlignment;
   }
 
   std::map<std::size_t, std::size_t> free_;  // size by offset

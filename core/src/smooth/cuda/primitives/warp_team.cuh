@@ -2,7 +2,7 @@
 
 namespace meshsmooth::detail {
 
-/// Threads of one warp that judge one ball.
+/// A team: kSize threads of one warp that work on one node.
 template <int kSize>
 struct WarpTeam {
   static constexpr int size = kSize;
@@ -21,7 +21,7 @@ struct WarpTeam {
     }
     return value;
   }
-  /// By a butterfly: all threads get the same bits.
+  /// Butterfly reduction: all threads get the same bits.
   [[nodiscard]] __device__ double sum(double value) const {
     for (int step = size / 2; step > 0; step /= 2) value += __shfl_xor_sync(mask, value, step);
     return value;

@@ -4,28 +4,28 @@
 
 #include <utility>
 
-#include "smooth/cuda/device/cuda_executor.cuh"
-#include "smooth/cuda/sweeps/batch_pace.hpp"
+#include "smooth/cuda/device/executor.cuh"
+#include "smooth/cuda/sweeps/batch_loop.cuh"
 #include "smooth/steps/sweeper.hpp"
 
 namespace meshsmooth::detail {
 
-/// Sweeps done at one go by a kernel whose blocks wait for each other.
+/// Sweeps done by one launch of a kernel whose blocks wait for each other.
 struct SweepBatch {
   int most;                     // sweeps
   double tolerance;             // ends when the largest move is below
   unsigned long long* largest;  // a word per sweep, 0 before
-  unsigned int* misfits;        // blocks that have no room for their share, 0 before
+  unsigned int* overflow;       // blocks without room for their share, 0 before
   SweepStats* partial;          // [sweep][block]
   SweepStats* stats;            // [sweep], host memory
-  int* done;                    // sweeps done, host memory; 0: it could not be done this way
+  int* done;                    // sweeps done, host memory; 0: impossible this way
 };
 
-/// No longer than the watch looks ahead.
+/// Not longer than the monitor can look ahead.
 inline constexpr int kMostInBatch = ConvergenceMonitor::kPatience;
 
-/// A squared move as a word of the same order; 0 is no move, and a move whose square is
-/// 0 is still one.
+/// A squared move as a word of the same order. 0 stands for no move; a move whose square underflows
+/// to 0 is still one.
 __device__ inline unsigned long long word_of_move(long long bits) {
   return bits > 0 ? static_cast<unsigned long long>(bits) : 1;
 }
@@ -35,7 +35,7 @@ __device__ inline bool is_below(unsigned long long word, double tolerance) {
   return word == 0 || sqrt(__longlong_as_double(static_cast<long long>(word))) < tolerance;
 }
 
-/// Tells the other blocks the largest move of this one; all threads call.
+/// Publishes this block's largest move to the other blocks; all threads call.
 __device__ inline void publish_largest(const SweepBatch& batch, int sweep, const SweepStats& seen) {
   __shared__ unsigned long long largest;
   unsigned long long own =
@@ -62,8 +62,7 @@ __device__ inline SweepStats sum_of_warp(SweepStats sum) {
   return sum;
 }
 
-/// The sum over a block, for thread 0, by a fixed tree; `shared` holds kWarpsPerBlock
-/// values.
+/// The sum over a block, for thread 0, by a fixed tree; `shared` holds kWarpsPerBlock values.
 __device__ inline SweepStats sum_of_block(SweepStats own, SweepStats* shared) {
   own = sum_of_warp(own);
   if (threadIdx.x % kWarp == 0) shared[threadIdx.x / kWarp] = own;
@@ -77,33 +76,22 @@ __device__ inline SweepStats sum_of_block(SweepStats own, SweepStats* shared) {
   return sum;
 }
 
-/// Keeps the sum over a block until `report`.
-__device__ inline void keep_partial(const SweepBatch& batch, int sweep, const SweepStats& seen,
-                                    SweepStats* shared) {
-  const SweepStats sum = sum_of_block(seen, shared);
-  if (threadIdx.x == 0) {
-    batch.partial[static_cast<std::size_t>(sweep) * gridDim.x + blockIdx.x] = sum;
-  }
-}
-
-/// After the grid has waited: whether the sweep was the last.
-__device__ inline bool was_last(const SweepBatch& batch, int sweep) {
-  const unsigned long long word = *static_cast<volatile unsigned long long*>(&batch.largest[sweep]);
-  return is_below(word, batch.tolerance) || sweep + 1 == batch.most;
-}
-
-/// Ends a sweep: true when it was the last. The blocks sum up while they wait.
+/// Ends a sweep: true if it was the last. Split barrier: the blocks sum up while they wait.
 template <class Grid>
 __device__ bool end_sweep(const Grid& grid, const SweepBatch& batch, int sweep,
                           const SweepStats& seen, SweepStats* shared) {
   publish_largest(batch, sweep, seen);
   auto arrival = grid.barrier_arrive();
-  keep_partial(batch, sweep, seen, shared);
+  const SweepStats sum = sum_of_block(seen, shared);
+  if (threadIdx.x == 0) {
+    batch.partial[static_cast<std::size_t>(sweep) * gridDim.x + blockIdx.x] = sum;
+  }
   grid.barrier_wait(std::move(arrival));
-  return was_last(batch, sweep);
+  const unsigned long long word = *static_cast<volatile unsigned long long*>(&batch.largest[sweep]);
+  return is_below(word, batch.tolerance) || sweep + 1 == batch.most;
 }
 
-/// The sums over all blocks, by a fixed tree: a warp adds up a sweep.
+/// Ends a batch: the sums over all blocks, by a fixed tree, a warp per sweep.
 template <class Grid>
 __device__ void report(const Grid& grid, const SweepBatch& batch, int done) {
   grid.sync();
@@ -121,36 +109,37 @@ __device__ void report(const Grid& grid, const SweepBatch& batch, int done) {
   if (blockIdx.x == 0 && threadIdx.x == 0) *batch.done = done;
 }
 
-/// Runs batches until the watch says that it is done. `launch(batch)` starts one,
-/// `finish(sweeps)` learns how many sweeps it did. False when a batch did none at all.
+/// Bytes of the sums of a batch.
+[[nodiscard]] constexpr std::int64_t batch_bytes(std::int64_t blocks) {
+  return blocks * kMostInBatch * std::int64_t{sizeof(SweepStats)};
+}
+
+/// Runs batches of Laplacian sweeps until the monitor ends them. `launch(batch)` queues one,
+/// `finish(sweeps)` is told how many it did. False if a batch could not be done this way.
 template <class Launch, class Finish>
-bool run_batches(CudaExecutor& executor, std::size_t node_count, unsigned int blocks,
-                 ConvergenceMonitor& watch, const Launch& launch, const Finish& finish) {
+bool run_sweep_batches(CudaExecutor& executor, std::size_t node_count, unsigned int blocks,
+                       ConvergenceMonitor& monitor, const Launch& launch, const Finish& finish) {
   auto words = executor.allocate<unsigned long long>(kMostInBatch + 1);
   auto partial = executor.allocate<SweepStats>(std::size_t{kMostInBatch} * blocks);
-  auto* const stats = executor.lane().mapped<SweepStats>(CudaExecutor::kSweepsOffset);
-  int* const done = reinterpret_cast<int*>(stats + kMostInBatch);
-  BatchPace pace(node_count, kMostInBatch);
-  for (bool ended = false; !ended;) {
-    const SweepBatch batch{pace.next(watch.sweeps_ahead()),
-                           watch.tolerance(),
-                           words.data(),
-                           reinterpret_cast<unsigned int*>(words.data() + kMostInBatch),
-                           partial.data(),
-                           stats,
-                           done};
-    executor.clear(words.data(), words.size());
-    pace.start();
-    launch(batch);
-    executor.synchronize();
-    pace.stop(*done);
-    executor.check();
-    if (*done == 0) return false;
-    finish(*done);
-    for (int sweep = 0; sweep < *done; ++sweep) ended |= watch.ended_by(stats[sweep]);
-    ended = ended || watch.interrupted();
-  }
-  return true;
+  auto* const stats = executor.lane().mapped<SweepStats>(CudaLane::kSweepsOffset);
+  int& done = *reinterpret_cast<int*>(stats + kMostInBatch);
+  run_batches(
+      node_count, kMostInBatch, monitor, done,
+      [&](int most) {
+        executor.clear(words.data(), words.size());
+        launch(SweepBatch{most, monitor.tolerance(), words.data(),
+                          reinterpret_cast<unsigned int*>(words.data() + kMostInBatch),
+                          partial.data(), stats, &done});
+      },
+      [&] {
+        executor.synchronize();
+        executor.check();
+        finish(done);
+        bool ended = done == 0;
+        for (int sweep = 0; sweep < done; ++sweep) ended |= monitor.ended_by(stats[sweep]);
+        return ended;
+      });
+  return done != 0;
 }
 
 }  // namespace meshsmooth::detail

@@ -11,19 +11,20 @@ struct Others {
   NodeId ids[3];
 };
 
-/// `BallTerms` of a ball of tetrahedra, for one thread of a team. The terms of its first
-/// `kHeld` lie in the block's shared memory, those of more are gathered at every look.
+/// `BallTerms` of a ball of tetrahedra, for one thread of a team. The terms of its first `kHeld`
+/// tetrahedra are held in the block's shared memory, the others are gathered in every pass
+/// (optimizer at 100k 200 to 179 us a sweep with what came beside, H200). A second text of
+/// `BallTerms` for that reason; the tests of the optimizer compare the outcomes.
 template <int kHeld, int kThreads, class Team, class R>
 class TeamTerms {
  public:
   using Real = R;
-  /// No two threads of a warp meet in a bank. The gradient of the size is held turned
-  /// round, as it comes for nothing.
+  /// No bank conflicts. The gradient of the size is held negated, which costs nothing.
   struct Memory {
     double held[kHeld][8][kThreads];
   };
 
-  /// The `n`-th tetrahedron of a thread; nothing, but no harm, for those that there are not.
+  /// The `n`-th tetrahedron of a thread; past the end a harmless one.
   static __device__ Others others(const Team& team, const NodeId* opposite, const BallRecord& ball,
                                   int n) {
     const int at = team.rank + n * Team::size;
@@ -32,7 +33,7 @@ class TeamTerms {
     return {from[0], from[1], from[2]};
   }
 
-  /// `first` are the first tetrahedron's.
+  /// `first`: of the first tetrahedron.
   __device__ TeamTerms(const Team& team, const NodeId* opposite, const PaddedPositions<R>& x,
                        const BallRecord& ball, const Others& first, Memory& memory)
       : team_(team),
@@ -41,15 +42,15 @@ class TeamTerms {
         ball_(ball),
         memory_(memory),
         count_((ball.size - team.rank + Team::size - 1) / Team::size) {
-    place_ = x[static_cast<std::size_t>(ball.node)];
+    position_ = x[static_cast<std::size_t>(ball.node)];
     hold(first);
   }
 
-  __device__ void move_to(Vec3<R> place) {
-    place_ = place;
+  __device__ void move_to(Vec3<R> position) {
+    position_ = position;
     hold(others(team_, opposite_, ball_, 0));
   }
-  [[nodiscard]] __device__ Vec3<R> place() const { return place_; }
+  [[nodiscard]] __device__ Vec3<R> place() const { return position_; }
   [[nodiscard]] __device__ const PaddedPositions<R>& positions() const { return x_; }
 
   template <class Body>
@@ -71,13 +72,13 @@ class TeamTerms {
             x_[static_cast<std::size_t>(others.ids[2])]};
   }
   [[nodiscard]] __device__ CornerTerm term(const Corners& corners) const {
-    const Vec3d own = vec3_cast<double>(place_);
+    const Vec3d own = vec3_cast<double>(position_);
     return tetrahedron_term(vec3_cast<double>(corners.at[0]) - own,
                             vec3_cast<double>(corners.at[1]) - own,
                             vec3_cast<double>(corners.at[2]) - own);
   }
 
-  /// What the next tetrahedron needs is on its way while one is worked on.
+  /// Software-pipelined: the loads for the next tetrahedra are in flight meanwhile.
   __device__ void hold(const Others& first) {
     Corners ahead = fetch(first);
     Others next = others(team_, opposite_, ball_, 1);
@@ -115,7 +116,7 @@ class TeamTerms {
   const BallRecord& ball_;
   Memory& memory_;
   int count_;
-  Vec3<R> place_;
+  Vec3<R> position_;
 };
 
 }  // namespace meshsmooth::detail

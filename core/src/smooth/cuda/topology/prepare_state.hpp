@@ -2,18 +2,18 @@
 
 namespace meshsmooth::detail {
 
-/// What the kernels of `prepare_job` find out; all 0 before, but for the box when rows are searched
-/// again.
+/// Findings of the kernels of `prepare_job`; all 0 before, except the box when the search for rings
+/// is repeated.
 struct PrepareState {
-  // Of the box, as `ordered_bits`; of its lower corner their complement, so that all grow.
+  // The box as `ordered_bits`; the lower corner complemented, so that atomicMax serves both.
   unsigned long long lower[3], upper[3];
   unsigned int wrong_position;
   unsigned int wrong_element;
   unsigned int overused_facet;
-  unsigned int overfull_ball;  // has no room in `BallSlots`
+  unsigned int overfull_ball;  // exceeds its `BallSlots`
   unsigned int next_block, blocks_done;
   unsigned long long ring_entries;
-  unsigned long long boundary, held, isolated, free;  // nodes, see `FixRule`
+  unsigned long long boundary, fixed, isolated, free;  // nodes, see `FixRule`
 };
 
 }  // namespace meshsmooth::detail

@@ -1,34 +1,37 @@
 #pragma once
 
-#include <bit>
+#include <cub/device/device_radix_sort.cuh>
 
-#include "smooth/cuda/device/cuda_executor.cuh"
+#include <bit>
+#include <vector>
+
+#include "smooth/cuda/device/executor.cuh"
 #include "smooth/steps/colouring.hpp"
 
 namespace meshsmooth::detail {
 
-/// What a node in a mesh of simplices still waits for.
+/// The state of a node without a colour, in a mesh of simplices.
 struct ColourChoice {
-  unsigned long long pending;  // neighbours before it without a colour, by place in the ring
-  unsigned long long taken;    // colours of the others
+  unsigned long long pending;  // earlier neighbours without a colour, by index in the ring
+  unsigned long long taken;    // colours of the other earlier neighbours
 };
 
-/// Those that `ColourChoice` can hold.
+/// Whether `ColourChoice` can describe the node.
 __device__ inline bool has_choice(const Surroundings& around, std::size_t node) {
   return around.elements.simplices() && around.rings.size(node) <= 64;
 }
 
-/// `choose_colour`, where each neighbour is asked again only until it has a colour.
+/// `choose_colour`, but each neighbour is read only until it has a colour.
 __device__ inline bool choose_colour(const Surroundings& around, const NodeId* caller_ids,
                                      std::size_t node, ColourChoice& choice,
                                      std::uint32_t* colours) {
   ColourChoice now = choice;
   for (unsigned long long open = now.pending; open != 0; open &= open - 1) {
-    const int place = __ffsll(static_cast<long long>(open)) - 1;
-    const std::uint32_t colour = CudaExecutor::load(colours[around.rings.begin(node)[place]]);
+    const int index = __ffsll(static_cast<long long>(open)) - 1;
+    const std::uint32_t colour = CudaExecutor::load(colours[around.rings.begin(node)[index]]);
     if (colour == kNoColour) continue;
     if (colour >= 64) return choose_colour<CudaExecutor>(around, caller_ids, node, colours);
-    now.pending &= ~(1ULL << place);
+    now.pending &= ~(1ULL << index);
     now.taken |= 1ULL << colour;
   }
   choice = now;
@@ -39,9 +42,13 @@ __device__ inline bool choose_colour(const Surroundings& around, const NodeId* c
   return true;
 }
 
-/// First-fit in the order of `colour_priority`, without rounds: every thread goes
-/// through its nodes until all have a colour; a node takes one once all before it
-/// have. The blocks must all be there at the same time.
+/// First-fit colouring in the order of `colour_priority`, without rounds: every thread polls its
+/// nodes until all have a colour; a node takes one once all earlier neighbours have.
+/// grid   cooperative: blocks of kBlockSize that are all resident
+/// needs  colours all kNoColour, *highest 0
+/// order  deterministic: the priorities alone decide
+/// fast   no grid barrier and no host in between
+/// equals `colour_nodes` of the CPU backend
 __global__ void __launch_bounds__(kBlockSize)
     colour_kernel(Surroundings around, const NodeId* caller_ids, ColourChoice* choices,
                   std::uint32_t* colours, std::uint32_t* highest) {
@@ -54,10 +61,10 @@ __global__ void __launch_bounds__(kBlockSize)
     const auto size = static_cast<int>(around.rings.size(node));
     ColourChoice choice{0, 0};
 #pragma unroll 4
-    for (int place = 0; place < size; ++place) {
-      const NodeId other = ring[place];
+    for (int k = 0; k < size; ++k) {
+      const NodeId other = ring[k];
       const bool before = around.fixed[other] == 0 && colour_priority(caller_ids[other]) > priority;
-      choice.pending |= (before ? 1ULL : 0ULL) << place;
+      choice.pending |= (before ? 1ULL : 0ULL) << k;
     }
     choices[node] = choice;
   }
@@ -79,30 +86,13 @@ __global__ void __launch_bounds__(kBlockSize)
   if (most > 0) atomicMax(highest, most);
 }
 
-/// `colour_nodes` on the device: the same colours, two waits.
-inline Colouring<CudaExecutor> colour_nodes(CudaExecutor& executor, const Surroundings& around,
-                                            const NodeId* caller_ids) {
-  const std::size_t node_count = around.node_count;
-  auto colours = executor.allocate<std::uint32_t>(node_count);
-  auto choices = executor.allocate<ColourChoice>(node_count);
-  auto highest = executor.allocate<std::uint32_t>(1);
-  check_cuda(
-      cudaMemsetAsync(colours.data(), 0xff, node_count * sizeof(std::uint32_t), executor.stream()),
-      "clearing device memory");
-  executor.clear(highest.data(), 1);
-  const unsigned int blocks = executor.cooperative_blocks<&colour_kernel>(block_count(node_count));
-  executor.launch_cooperative<&colour_kernel>(blocks, kBlockSize, 0, around, caller_ids,
-                                              choices.data(), colours.data(), highest.data());
-  std::uint32_t colour_count = 0;
-  executor.download(highest.data(), 1, &colour_count);
-  executor.check();
-  choices = {};
-
-  // Stable: nodes of a colour stay in their order. Those without one come last.
+/// The nodes by colour. Stable: nodes of a colour stay in their order; those without one are
+/// dropped.
+inline Colouring<CudaExecutor> sort_by_colour(CudaExecutor& executor, std::size_t node_count,
+                                              std::uint32_t* colour, std::uint32_t colour_count) {
   auto sorted = executor.allocate<std::uint32_t>(node_count);
   auto ids = executor.allocate<NodeId>(node_count);
   auto first = executor.allocate<std::uint32_t>(colour_count + 1);
-  std::uint32_t* const colour = colours.data();
   NodeId* const id = ids.data();
   executor.for_each(node_count, [=] __device__(std::size_t node) {
     if (colour[node] == kNoColour) colour[node] = colour_count;
@@ -129,6 +119,33 @@ inline Colouring<CudaExecutor> colour_nodes(CudaExecutor& executor, const Surrou
   executor.download(starts, host.size(), host.data());
   result.first.assign(host.begin(), host.end());
   return result;
+}
+
+/// Bytes of `colour_nodes`: choices and colours, or what the sort needs.
+[[nodiscard]] constexpr std::int64_t colour_search_bytes(std::int64_t node_count) {
+  return node_count * 25;
+}
+
+/// The colouring of the CPU backend, by the device; the host waits twice.
+inline Colouring<CudaExecutor> colour_nodes(CudaExecutor& executor, const Surroundings& around,
+                                            const NodeId* caller_ids) {
+  const std::size_t node_count = around.node_count;
+  auto colours = executor.allocate<std::uint32_t>(node_count);
+  auto choices = executor.allocate<ColourChoice>(node_count);
+  auto highest = executor.allocate<std::uint32_t>(1);
+  check_cuda(
+      cudaMemsetAsync(colours.data(), 0xff, node_count * sizeof(std::uint32_t), executor.stream()),
+      "clearing device memory");
+  executor.clear(highest.data(), 1);
+  const unsigned int blocks =
+      cooperative_blocks<&colour_kernel>(executor.lane(), block_count(node_count));
+  launch_cooperative<&colour_kernel>(executor.stream(), {blocks}, around, caller_ids,
+                                     choices.data(), colours.data(), highest.data());
+  std::uint32_t colour_count = 0;
+  executor.download(highest.data(), 1, &colour_count);
+  executor.check();
+  choices = {};
+  return sort_by_colour(executor, node_count, colours.data(), colour_count);
 }
 
 }  // namespace meshsmooth::detail

@@ -11,28 +11,28 @@
 
 namespace meshsmooth::detail {
 
-/// The device memory of one lane, in the order of its stream: what is freed may be used by what
-/// is queued later. Small buffers lie in a slab of the lane's own, for a call of the driver costs
-/// 1 us, and more beside other lanes, whose calls wait for each other (3.5 us with eight on an
-/// H200, and 30 of them a job). All others come from a pool of the driver's, which keeps what is
-/// freed for the next job, at rest up to the release threshold. For one thread.
+/// The device memory of one lane, ordered by its stream: what is freed may be used by work queued
+/// later. Small buffers come from an arena: a driver call costs 1 us, and 3.5 us beside seven other
+/// lanes, whose calls serialise (30 of them a job, H200). All others come from a pool of the
+/// driver's, which keeps freed memory for the next job, up to the release threshold. Not
+/// thread-safe.
 class DevicePool {
  public:
-  /// slab_bytes: 0 leaves every buffer to the driver, so that its tools see where it ends.
+  /// arena_bytes: 0 leaves every buffer to the driver, so that its tools see the bounds.
   DevicePool(const Stream& stream, int device, std::size_t release_threshold,
-             std::size_t slab_bytes)
-      : stream_(stream.get()), slab_size_(slab_bytes), slab_(slab_bytes) {
+             std::size_t arena_bytes)
+      : stream_(stream.get()), arena_size_(arena_bytes), arena_(arena_bytes) {
     cudaMemPoolProps properties{};
     properties.allocType = cudaMemAllocationTypePinned;
     properties.location = {cudaMemLocationTypeDevice, device};
-    check_cuda(cudaMemPoolCreate(&pool_, &properties), "making a memory pool");
+    check_cuda(cudaMemPoolCreate(&pool_, &properties), "creating a memory pool");
     std::uint64_t threshold = release_threshold;
     check_cuda(cudaMemPoolSetAttribute(pool_, cudaMemPoolAttrReleaseThreshold, &threshold),
                "setting a memory pool's threshold");
-    if (slab_bytes > 0) slab_data_ = static_cast<std::byte*>(allocate_from_driver(slab_bytes));
+    if (arena_bytes > 0) arena_data_ = static_cast<std::byte*>(allocate_from_driver(arena_bytes));
   }
   ~DevicePool() {
-    if (slab_data_ != nullptr) cudaFreeAsync(slab_data_, stream_);
+    if (arena_data_ != nullptr) cudaFreeAsync(arena_data_, stream_);
     cudaMemPoolDestroy(pool_);
   }
   DevicePool(const DevicePool&) = delete;
@@ -40,17 +40,17 @@ class DevicePool {
 
   [[nodiscard]] cudaMemPool_t get() const { return pool_; }
 
-  /// Uninitialised.
-  /// throws  OutOfMemory
+  /// Uninitialized memory. Throws OutOfMemory.
   [[nodiscard]] void* allocate(std::size_t bytes) {
-    // What is large would push many others out, and its call is a small part of its job.
-    const std::size_t offset = bytes <= slab_size_ / 4 ? slab_.take(bytes) : Slab::kFull;
-    return offset == Slab::kFull ? allocate_from_driver(bytes) : slab_data_ + offset;
+    // A large buffer would displace many small ones, and its driver call is a small part of a job.
+    const std::size_t offset =
+        bytes <= arena_size_ / 4 ? arena_.allocate(bytes) : Suballocator::kFull;
+    return offset == Suballocator::kFull ? allocate_from_driver(bytes) : arena_data_ + offset;
   }
   void release(void* data, std::size_t bytes) noexcept {
-    auto* const place = static_cast<std::byte*>(data);
-    if (slab_data_ != nullptr && place >= slab_data_ && place < slab_data_ + slab_size_) {
-      slab_.give(static_cast<std::size_t>(place - slab_data_), bytes);
+    auto* const begin = static_cast<std::byte*>(data);
+    if (arena_data_ != nullptr && begin >= arena_data_ && begin < arena_data_ + arena_size_) {
+      arena_.release(static_cast<std::size_t>(begin - arena_data_), bytes);
     } else {
       cudaFreeAsync(data, stream_);
     }
@@ -64,7 +64,7 @@ class DevicePool {
       static_cast<void>(cudaGetLastError());
       throw OutOfMemory("DEVICE_MEMORY_EXHAUSTED",
                         "device memory: " + std::to_string(bytes) +
-                            " bytes more could not be allocated; use a smaller mesh");
+                            " more bytes could not be allocated; use a smaller mesh");
     }
     check_cuda(result, "allocating device memory");
     return data;
@@ -72,20 +72,19 @@ class DevicePool {
 
   cudaStream_t stream_;
   cudaMemPool_t pool_ = nullptr;
-  std::byte* slab_data_ = nullptr;
-  std::size_t slab_size_;
-  Slab slab_;
+  std::byte* arena_data_ = nullptr;
+  std::size_t arena_size_;
+  Suballocator arena_;
 };
 
-/// Where a job's device memory comes from.
+/// The source of a job's device memory, and its byte count.
 struct DeviceMemory {
   DevicePool& pool;
   ByteCount& count;
 };
 
-/// Owns uninitialised device memory that is valid in the order of its stream:
-/// other streams must wait for it, and it must outlive their work. Moves, never
-/// copies.
+/// Owns uninitialized device memory, valid in the order of its stream: other streams must wait for
+/// it, and it must outlive their work. Move-only.
 template <class T>
 class DeviceBuffer {
  public:
@@ -126,14 +125,14 @@ class DeviceBuffer {
   ByteCount* count_ = nullptr;
 };
 
-/// Owns host memory that device and host both see. Small: for what a kernel
-/// tells the host.
+/// Owns page-locked host memory mapped into the device's address space.
 template <class T>
 class MappedBuffer {
  public:
   explicit MappedBuffer(std::size_t size) {
     void* data = nullptr;
-    check_cuda(cudaHostAlloc(&data, size * sizeof(T), cudaHostAllocMapped), "pinning host memory");
+    check_cuda(cudaHostAlloc(&data, size * sizeof(T), cudaHostAllocMapped),
+               "allocating page-locked memory");
     data_ = static_cast<T*>(data);
   }
   ~MappedBuffer() { cudaFreeHost(data_); }

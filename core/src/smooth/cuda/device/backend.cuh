@@ -1,16 +1,17 @@
 #pragma once
 
-#include "smooth/cuda/quality/cuda_evaluator.cuh"
-#include "smooth/cuda/sweeps/cuda_optimize.hpp"
-#include "smooth/cuda/sweeps/cuda_sweeps.cuh"
-#include "smooth/cuda/topology/cuda_colouring.cuh"
-#include "smooth/cuda/topology/cuda_topology.cuh"
+#include "smooth/cuda/quality/evaluator.cuh"
+#include "smooth/cuda/sweeps/optimize.hpp"
+#include "smooth/cuda/sweeps/sweeps.cuh"
+#include "smooth/cuda/topology/colouring.cuh"
+#include "smooth/cuda/topology/prepare.cuh"
+#include "smooth/cuda/topology/result.cuh"
 #include "smooth/steps/backend.hpp"
 
 namespace meshsmooth::detail {
 
 /// The steps of the CUDA backend; see `Backend`. Every call returns when its work is queued,
-/// those that give a value when it is known.
+/// those that return a value when it is known.
 class CudaBackend {
  public:
   using Executor = CudaExecutor;
@@ -20,7 +21,7 @@ class CudaBackend {
 
   /// The caller's mesh must outlive the object.
   CudaBackend(CudaExecutor& executor, const TopologyView& topology, PositionsView positions)
-      : executor_(executor), evaluator_(executor, topology, positions) {}
+      : executor_(executor), evaluator_(executor, topology, positions), result_(executor) {}
 
   [[nodiscard]] CudaExecutor& executor() { return executor_; }
 
@@ -44,7 +45,7 @@ class CudaBackend {
   }
 
   [[nodiscard]] DeviceBuffer<NodeId> find_opposite_nodes(const Surroundings& around) {
-    if (!only_tetrahedra(executor_, around.elements)) return {};
+    if (!is_only(executor_, around.elements, ElementType::tetrahedron)) return {};
     return detail::find_opposite_nodes(executor_, around);
   }
 
@@ -61,23 +62,23 @@ class CudaBackend {
 
   template <class Real>
   [[nodiscard]] QualityStats evaluate(const Job<Real>& job, const Orientation& orientation) {
-    return evaluator_.quality(job, orientation);
+    return evaluator_.evaluate(job, orientation, [] {}).quality;
   }
 
   template <class Real>
-  [[nodiscard]] QualityReport evaluate_result(const Job<Real>& job,
-                                              const Orientation& orientation) {
-    return evaluator_.report(job, orientation);
+  [[nodiscard]] QualityReport evaluate_result(Job<Real>& job, const Orientation& orientation) {
+    return evaluator_.evaluate(job, orientation, [&] { result_.restore_order(job); });
   }
 
   template <class Real>
   [[nodiscard]] const std::int64_t* write_back(Job<Real>& job, std::span<Vec3<Real>> positions) {
-    return evaluator_.write_back(job, positions);
+    return result_.write_back(job, positions);
   }
 
  private:
   CudaExecutor& executor_;
   CudaEvaluator evaluator_;
+  ResultWriter result_;
 };
 
 static_assert(Backend<CudaBackend>);

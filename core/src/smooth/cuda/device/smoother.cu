@@ -1,31 +1,23 @@
-#include "smooth/cuda/device/cuda_smoother.hpp"
+#include "smooth/cuda/device/smoother.hpp"
 
 #include <string>
 
 #include "meshsmooth/error.hpp"
-#include "smooth/cuda/device/cuda_backend.cuh"
-#include "smooth/cuda/device/device_estimate.cuh"
+#include "smooth/cuda/device/backend.cuh"
+#include "smooth/cuda/device/estimate.cuh"
 #include "smooth/steps/pipeline.hpp"
 
 namespace meshsmooth::detail {
 namespace {
 
-void use_device(int device) { check_cuda(cudaSetDevice(device), "choosing a device"); }
-
-/// Bytes on the host: tallies, and of a surface the normals that are judged there.
-std::int64_t estimate_evaluate_bytes(const MeshSize& size) {
-  constexpr std::int64_t kTallies = std::int64_t{1} << 20;
-  const MeshCounts mesh = count_mesh(size);
-  if (mesh.dimension == 3) return kTallies;
-  return kTallies + mesh.elements * static_cast<std::int64_t>(sizeof(PackedDirection));
-}
+void use_device(int device) { check_cuda(cudaSetDevice(device), "selecting a device"); }
 
 class CudaSmoother final : public Smoother {
  public:
   explicit CudaSmoother(int device)
       : name_("cuda:" + std::to_string(device)), lane_((use_device(device), device)) {
     cudaDeviceProp properties{};
-    check_cuda(cudaGetDeviceProperties(&properties, device), "asking for a device's properties");
+    check_cuda(cudaGetDeviceProperties(&properties, device), "querying device properties");
     device_name_ = properties.name;
   }
   ~CudaSmoother() override { cudaSetDevice(lane_.device()); }
@@ -35,18 +27,18 @@ class CudaSmoother final : public Smoother {
   [[nodiscard]] DeviceSpace device_space() const override {
     use_device(lane_.device());
     std::size_t free = 0, total = 0;
-    check_cuda(cudaMemGetInfo(&free, &total), "asking for a device's memory");
+    check_cuda(cudaMemGetInfo(&free, &total), "querying device memory");
     std::uint64_t kept = 0;
     check_cuda(cudaMemPoolGetAttribute(lane_.pool().get(), cudaMemPoolAttrReleaseThreshold, &kept),
-               "asking for a memory pool's threshold");
+               "querying a memory pool's threshold");
     return {static_cast<std::int64_t>(total), static_cast<std::int64_t>(free),
             static_cast<std::int64_t>(kept)};
   }
 
   [[nodiscard]] MemoryEstimate estimate(const MeshSize& size,
                                         const SmoothOptions& options) const override {
-    return {estimate_evaluate_bytes(size),
-            estimate_device_bytes(size, options, lane_.patch_limits())};
+    return {CudaEvaluator::host_bytes(count_mesh(size)),
+            estimate_device_bytes(size, options, lane_.limits())};
   }
 
   using Smoother::smooth;

@@ -1,0 +1,78 @@
+#pragma once
+
+#include "smooth/cuda/sweeps/sweeps.cuh"
+#include "smooth/cuda/topology/colouring.cuh"
+#include "smooth/cuda/topology/prepare.cuh"
+#include "smooth/steps/constrain.hpp"
+#include "smooth/steps/iterate.hpp"
+
+namespace meshsmooth::detail {
+
+/// Bytes that the CUDA sweeps hold besides those of `iterate`, without sums; mirrors the choices of
+/// `run_sweeps` and `run_phase`.
+[[nodiscard]] inline std::int64_t extra_sweep_bytes(const MeshCounts& mesh,
+                                                    const SmoothOptions& options,
+                                                    const std::optional<PatchSizes>& patch) {
+  const std::int64_t n = mesh.nodes;
+  const auto* laplacian = std::get_if<Laplacian>(&options.method);
+  const bool optimizes = std::holds_alternative<Optimize>(options.method);
+  const Form form = resolve_form(options);
+  std::int64_t bytes = 0;
+  if (laplacian != nullptr && form == Form::jacobi && !acceptance_of(options).active()) {
+    // Two padded copies of the positions instead of the sweeper's second array.
+    bytes += 2 * padded_bytes(mesh) - n * mesh.position_bytes;
+    if (laplacian->weighting == Weighting::uniform && !patch) bytes += SellRings::bytes(mesh);
+  }
+  if (optimizes || (form == Form::gauss_seidel && !std::holds_alternative<Taubin>(options.method))) {
+    const std::int64_t visiting = padded_bytes(mesh) + BallRecords::bytes(n);
+    // Freed before moves that broke valid elements are undone.
+    const bool repairs = optimizes && options.tangled == TangledPolicy::repair;
+    bytes += visiting - (repairs ? std::min(visiting, n * (mesh.position_bytes + 3)) : 0);
+  }
+  return bytes;
+}
+
+/// Upper bound of the device buffers of a job, from its sizes alone: the highest of its stages.
+[[nodiscard]] inline std::int64_t estimate_device_bytes(const MeshSize& size,
+                                                        const SmoothOptions& options,
+                                                        const DeviceLimits& limits) {
+  const MeshCounts mesh = count_mesh(size);
+  const std::int64_t n = mesh.nodes;
+  const BallPlan plan = BallPlan::of(size, options);
+  // The surface is a cube's; a plate has twice as much.
+  const std::int64_t kept = job_bytes(mesh) + 2 * constraint_bytes(mesh, options);
+  const std::int64_t balls = row_bytes(n, mesh.entries), rings = row_bytes(n, 2 * mesh.edges);
+  const std::int64_t counting = FoundBalls::bytes(mesh, plan);
+  const std::int64_t look_back = n / 4;
+  const bool colours = resolve_form(options) == Form::gauss_seidel;
+
+  const auto* laplacian = std::get_if<Laplacian>(&options.method);
+  const bool resident = laplacian != nullptr && laplacian->weighting == Weighting::uniform &&
+                        resolve_form(options) == Form::jacobi && !acceptance_of(options).active();
+  const auto patch = resident ? PatchSizes::of(static_cast<std::size_t>(n),
+                                               mesh.position_bytes == 12 ? 4 : 8, limits)
+                              : std::nullopt;
+  const std::int64_t blocks =
+      patch ? static_cast<std::int64_t>(patch->patches(static_cast<std::size_t>(n)))
+            : std::min<std::int64_t>(n / kBlockSize + 1, 1056);
+  const std::int64_t normals =
+      mesh.dimension == 2 ? mesh.elements * std::int64_t{sizeof(PackedDirection)} : 0;
+  const std::int64_t iterating =
+      (needs_balls(options) ? balls : 0) + rings + iterate_bytes(mesh, options) +
+      extra_sweep_bytes(mesh, options, patch) + normals + (colours ? n * 4 : 0);
+
+  const std::int64_t held = (plan.kept ? balls : 0) + rings + look_back;  // after `prepare`
+  const std::int64_t regions =
+      size.regions && options.boundary != BoundaryPolicy::free ? mesh.elements * 4 : 0;
+  const std::int64_t mask = options.boundary == BoundaryPolicy::slide ? n : 0;
+  const std::int64_t finding = plan.slotted
+                                   ? counting + held - look_back
+                                   : std::max(counting + balls, balls + rings + look_back);
+  const std::int64_t peak =
+      kept + std::max({order_bytes(n), finding, held + (colours ? colour_search_bytes(n) : 0),
+                       held + constraining_bytes(mesh, options) + regions + mask, iterating});
+  const std::int64_t histograms = std::int64_t{128} << 10;
+  return peak + peak / 50 + batch_bytes(blocks) + histograms;
+}
+
+}  // namespace meshsmooth::detail

@@ -1,0 +1,197 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "smooth/cuda/quality/kernels.cuh"
+#include "smooth/cuda/topology/element_runs.cuh"
+#include "smooth/steps/mesh_counts.hpp"
+
+namespace meshsmooth::detail {
+
+/// Takes values by the caller's elements into internal order.
+inline DeviceBuffer<PackedDirection> in_order(CudaExecutor& executor,
+                                              const DeviceBuffer<PackedDirection>& given,
+                                              const JobElements<CudaExecutor>& elements) {
+  auto ordered = executor.allocate<PackedDirection>(elements.view.count);
+  const PackedDirection* const from = given.data();
+  PackedDirection* const to = ordered.data();
+  const ElementId* const caller_ids = elements.caller_ids.data();
+  executor.for_each(elements.view.count,
+                    [=] __device__(std::size_t e) { to[e] = from[caller_ids[e]]; });
+  return ordered;
+}
+
+/// Evaluates the quality of a job on its device, in internal order, and reports the caller's ids.
+class CudaEvaluator {
+ public:
+  /// What surface elements must not turn against.
+  class Orientation {
+   public:
+    Orientation() = default;
+    Orientation(CudaExecutor& executor, const SurfaceOrientation& found,
+                const JobElements<CudaExecutor>& elements)
+        : common_(found.common()) {
+      if (found.normals().empty()) return;
+      normals_ = executor.in_executor_memory(found.normals());
+      if (elements.caller_ids.size() == 0) return;
+      normals_ = in_order(executor, normals_, elements);
+    }
+    [[nodiscard]] const PackedDirection* references() const { return normals_.data(); }
+    [[nodiscard]] Vec3d common() const { return common_; }
+
+   private:
+    DeviceBuffer<PackedDirection> normals_;
+    Vec3d common_{0, 0, 0};
+  };
+
+  /// Bytes of the host: what is counted, and the normals of a surface, which are found there.
+  static std::int64_t host_bytes(const MeshCounts& mesh) {
+    constexpr std::int64_t kAccumulators = std::int64_t{1} << 20;
+    if (mesh.dimension == 3) return kAccumulators;
+    return kAccumulators + mesh.elements * static_cast<std::int64_t>(sizeof(PackedDirection));
+  }
+
+  CudaEvaluator(CudaExecutor& executor, const TopologyView& topology, PositionsView positions)
+      : executor_(executor), topology_(topology), positions_(positions) {}
+
+  template <class Real>
+  using Mesh = JobMesh<CudaExecutor, Real>;
+
+  /// Of surfaces, on the host: they are small.
+  template <class Real>
+  [[nodiscard]] Orientation orientation(const Mesh<Real>& job) const {
+    if (job.volume()) return {};
+    const SurfaceOrientation found(topology_, positions_);
+    Orientation result(executor_, found, job.elements);
+    executor_.synchronize();  // `found` goes
+    return result;
+  }
+
+  /// `meanwhile()` queues work that need not wait for the answer, while the host does.
+  template <class Real, class Meanwhile>
+  [[nodiscard]] QualityReport evaluate(const Mesh<Real>& job, const Orientation& orientation,
+                                       const Meanwhile& meanwhile) {
+    Evaluation found = launch_kernels(job, orientation);
+    unsigned char* const copy = executor_.lane().staging(found.buffer.size());
+    executor_.download_later(found.buffer.data(), copy, found.buffer.size());
+    const std::size_t answered = executor_.mark(executor_.lane().stream);
+    meanwhile();
+    executor_.wait_for(answered);
+    executor_.check();
+    const auto& counted = *reinterpret_cast<const DeviceAccumulator*>(copy);
+    const std::span blocks(reinterpret_cast<const BlockAccumulator*>(&counted + 1),
+                           found.block_count);
+    return to_report(counted, blocks, find_worst(counted, found.tasks, job), job.elements.view);
+  }
+
+ private:
+  /// Queued kernels and their results.
+  struct Evaluation {
+    DeviceBuffer<unsigned char> buffer;  // a DeviceAccumulator and a BlockAccumulator per block
+    std::size_t block_count = 0;
+    std::vector<EvaluateTask> tasks;
+  };
+
+  template <class Real>
+  [[nodiscard]] Evaluation launch_kernels(const Mesh<Real>& job, const Orientation& orientation) {
+    Evaluation evaluation;
+    std::vector<unsigned int> grids;
+    const auto most = 4 * static_cast<std::size_t>(executor_.lane().multiprocessor_count());
+    for_each_run(executor_, job.elements, [&]<int>(const Elements::Run&, std::size_t count) {
+      grids.push_back(block_count(count, most));
+      evaluation.block_count += grids.back();
+    });
+    // One buffer, cleared and copied by one call each.
+    static_assert(sizeof(DeviceAccumulator) % alignof(BlockAccumulator) == 0);
+    const std::size_t bytes =
+        sizeof(DeviceAccumulator) + evaluation.block_count * sizeof(BlockAccumulator);
+    evaluation.buffer = executor_.allocate<unsigned char>(bytes);
+    executor_.clear(evaluation.buffer.data(), bytes);
+    auto* const accumulator = reinterpret_cast<DeviceAccumulator*>(evaluation.buffer.data());
+    auto* blocks = reinterpret_cast<BlockAccumulator*>(accumulator + 1);
+    constexpr auto kKernel = &evaluate_kernel<Real>;
+    allow_shared_memory<kKernel>(executor_.lane(), kHistogramBytes);
+    for_each_run(executor_, job.elements, [&]<int>(const Elements::Run& run, std::size_t count) {
+      const unsigned int grid = grids[evaluation.tasks.size()];
+      evaluation.tasks.push_back({run.shape, run.nodes, run.first, count,
+                                  job.elements.caller_ids.data(), orientation.references(),
+                                  orientation.common(), job.fixed.data(), accumulator, blocks});
+      launch<kKernel>(executor_.stream(), {grid, kBlockSize, kHistogramBytes},
+                      evaluation.tasks.back(), job.places.data());
+      blocks += grid;
+    });
+    for (const EvaluateTask& task : evaluation.tasks) {
+      launch<&list_worst_kernel<Real>>(executor_.stream(), {block_count(task.count, 2 * most)},
+                                       task, job.places.data());
+    }
+    return evaluation;
+  }
+
+  template <class Real>
+  [[nodiscard]] std::vector<RankedElement> find_worst(const DeviceAccumulator& counted,
+                                                      const std::vector<EvaluateTask>& tasks,
+                                                      const Mesh<Real>& job) {
+    if (counted.listed_count <= DeviceAccumulator::kMostListed) {
+      return {counted.listed, counted.listed + counted.listed_count};
+    }
+    // Too many are alike: one by one.
+    std::vector<RankedElement> worst;
+    for (const EvaluateTask& task : tasks) {
+      RankedElement last{0, 0, RankedElement::kNoElement};
+      for (std::size_t n = 0; n < kWorstCount; ++n) {
+        last = find_next_worst(executor_, task, job.places.data(), last);
+        if (last.element == RankedElement::kNoElement) break;
+        worst.push_back(last);
+      }
+    }
+    return worst;
+  }
+
+  [[nodiscard]] QualityReport to_report(const DeviceAccumulator& counted,
+                                        std::span<const BlockAccumulator> blocks,
+                                        const std::vector<RankedElement>& worst,
+                                        const Elements& elements) const {
+    auto total = std::make_unique<QualityAccumulator>();
+    for (std::size_t m = 0; m < kMetricCount; ++m) {
+      std::copy(std::begin(counted.bins[m]), std::end(counted.bins[m]), total->bins[m].begin());
+      total->min[m] = from_ordered_bits(~counted.min[m]);
+      total->max[m] = from_ordered_bits(counted.max[m]);
+    }
+    total->inverted = static_cast<std::int64_t>(counted.inverted);
+    total->degenerate = static_cast<std::int64_t>(counted.degenerate);
+    LockedStats locked{.element_count = static_cast<std::int64_t>(counted.locked),
+                       .inverted_count = static_cast<std::int64_t>(counted.locked_inverted),
+                       .worst = std::nullopt};
+    ChunkSums sums;
+    const auto quality_of = [&](const RankedElement& e) {
+      return ElementQuality{static_cast<std::int64_t>(e.element), type_of(e.element), e.mean_ratio,
+                            e.scaled_jacobian};
+    };
+    for (const BlockAccumulator& block : blocks) {
+      for (std::size_t m = 0; m < kMetricCount; ++m) sums.values[m] += block.sums.values[m];
+      sums.volume += block.sums.volume;
+      sums.enclosed_volume += block.sums.enclosed_volume;
+      const RankedElement& e = block.worst_locked;
+      if (e.element == RankedElement::kNoElement) continue;
+      if (!locked.worst || worse(quality_of(e), *locked.worst)) locked.worst = quality_of(e);
+    }
+    for (const RankedElement& e : worst) total->keep_if_worst(quality_of(e));
+    return {summarize(*total, sums, static_cast<std::int64_t>(elements.count)), locked};
+  }
+
+  /// Of one of the caller's elements.
+  [[nodiscard]] ElementType type_of(std::size_t element) const {
+    for (const ElementBlockView& block : topology_.blocks) {
+      if (element < block.element_count()) return block.type;
+      element -= block.element_count();
+    }
+    return topology_.blocks.back().type;
+  }
+
+  CudaExecutor& executor_;
+  const TopologyView& topology_;
+  PositionsView positions_;
+};
+
+}  // namespace meshsmooth::detail

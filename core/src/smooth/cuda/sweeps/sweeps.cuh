@@ -1,0 +1,47 @@
+#pragma once
+
+#include "smooth/cuda/sweeps/jacobi.cuh"
+#include "smooth/cuda/sweeps/resident_kernel.cuh"
+#include "smooth/cuda/sweeps/smart_move.cuh"
+
+namespace meshsmooth::detail {
+
+/// The sweeps of one step, without the host in between where a cooperative kernel covers form and
+/// acceptance.
+template <class Real, class Mean>
+void run_sweeps(CudaExecutor& executor, Sweeper<CudaExecutor, Real>& sweeper, const Mean& mean,
+                double factor, ConvergenceMonitor& monitor) {
+  const Surroundings& around = sweeper.around();
+  const auto f = static_cast<Real>(factor);
+  // The kernels support neither displacement limits nor sliding.
+  if (sweeper.limited()) return run_sweeps_one_by_one(sweeper, mean, factor, monitor);
+  if (sweeper.form() == Form::gauss_seidel) {
+    if (around.surface()) return run_coloured_sweeps<8>(executor, sweeper, mean, f, monitor);
+    if constexpr (std::is_same_v<Mean, UniformMean>) {
+      if (!sweeper.acceptance().active()) {
+        return run_coloured_sweeps<16>(executor, sweeper, mean, f, monitor);
+      }
+    }
+    // A thread per element of an ordinary ball.
+    return run_coloured_sweeps<32>(executor, sweeper, mean, f, monitor);
+  }
+  if (sweeper.form() == Form::jacobi && !sweeper.acceptance().active()) {
+    if constexpr (std::is_same_v<Mean, UniformMean>) {
+      // `estimate_device_bytes` mirrors this choice.
+      const auto patch = PatchSizes::of(around.node_count, sizeof(Real), executor.lane().limits());
+      if constexpr (std::is_same_v<Real, float>) {
+        if (patch && run_resident_sweeps(executor, *patch, sweeper, f, monitor)) return;
+      }
+      if (!patch) {
+        if (const auto rings = SellRings::of(executor, around)) {
+          return run_jacobi_sweeps(executor, sweeper, SellMean(*rings), f, monitor);
+        }
+      }
+    }
+    run_jacobi_sweeps(executor, sweeper, mean, f, monitor);
+    return;
+  }
+  run_sweeps_one_by_one(sweeper, mean, factor, monitor);
+}
+
+}  // namespace meshsmooth::detail
