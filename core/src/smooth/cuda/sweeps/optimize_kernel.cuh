@@ -111,10 +111,10 @@ __global__ void __launch_bounds__(kOptimizeThreads, 4)
     } else {
       visit = optimize_node<kDimension, 1>(team, around, x, node, phase, displacement_limit);
     }
-    const bool moved = !(visit.place == before);
+    const bool moved = !(visit.position == before);
     __syncwarp(team.mask);
     if (team.rank == 0) {
-      if (moved) x.store(node, visit.place);
+      if (moved) x.store(node, visit.position);
       if (states != nullptr) states[node] = state_after(before, visit);
     }
     if (states != nullptr && moved) wake_around(team, around, node, states);

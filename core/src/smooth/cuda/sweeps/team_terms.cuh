@@ -50,7 +50,7 @@ class TeamTerms {
     position_ = position;
     hold(others(team_, opposite_, ball_, 0));
   }
-  [[nodiscard]] __device__ Vec3<R> place() const { return position_; }
+  [[nodiscard]] __device__ Vec3<R> position() const { return position_; }
   [[nodiscard]] __device__ const PaddedPositions<R>& positions() const { return x_; }
 
   template <class Body>
