@@ -1,7 +1,7 @@
 #pragma once
 
-#include "smooth/rules/ball_energy.hpp"
 #include "smooth/rules/displacement.hpp"
+#include "smooth/rules/newton_step.hpp"
 
 namespace meshsmooth::detail {
 

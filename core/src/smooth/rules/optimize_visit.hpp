@@ -18,12 +18,6 @@ struct OptimizeStats {
   }
 };
 
-struct AddOptimizeStats {
-  MESHSMOOTH_HD OptimizeStats operator()(const OptimizeStats& a, const OptimizeStats& b) const {
-    return a + b;
-  }
-};
-
 /// When a run of sweeps ends by the statistics of the last one; evaluated on the device too.
 struct PhaseEnd {
   bool when_untangled = false;  // no tangled ball is left

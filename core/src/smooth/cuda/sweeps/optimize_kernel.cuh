@@ -23,12 +23,12 @@ struct OptimizeBatch {
 template <class Grid>
 __device__ OptimizeStats sum_over_grid(const Grid& grid, const OptimizeStats& own,
                                        OptimizeStats* partial, OptimizeStats* shared) {
-  const OptimizeStats sum = reduce_block<kOptimizeThreads>(own, shared, AddOptimizeStats{});
+  const OptimizeStats sum = reduce_block<kOptimizeThreads>(own, shared, Plus{});
   if (threadIdx.x == 0) partial[blockIdx.x] = sum;
   grid.sync();
   OptimizeStats all;
   for (unsigned int b = threadIdx.x; b < gridDim.x; b += kOptimizeThreads) all = all + partial[b];
-  return reduce_block<kOptimizeThreads>(all, shared, AddOptimizeStats{});
+  return reduce_block<kOptimizeThreads>(all, shared, Plus{});
 }
 
 /// Marks the nodes around a node as awake; all threads of the team call.

@@ -65,7 +65,7 @@ class Patch {
                                                   return Vec3<float>{p.x, p.y, p.z};
                                                 });
     const auto count = static_cast<float>(ring_sizes_[free_nodes_[index].own()]);
-    return {sum.x / count, sum.y / count, sum.z / count};
+    return mean_of_sum(sum, count);
   }
 
   /// Builds the patch; all threads call. False if something does not fit.

@@ -4,7 +4,7 @@
 
 #include "smooth/cuda/device/executor.cuh"
 #include "smooth/cuda/primitives/vector_access.cuh"
-#include "smooth/rules/surroundings.hpp"
+#include "smooth/rules/means.hpp"
 #include "smooth/steps/mesh_counts.hpp"
 
 namespace meshsmooth::detail {
@@ -141,7 +141,7 @@ struct SellMean {
                            static_cast<int>(ring.slice.row_count),
                            [&](NodeId other) { return x[static_cast<std::size_t>(other)]; });
     const auto count = static_cast<Real>(ring.size);
-    return {sum.x / count, sum.y / count, sum.z / count};
+    return mean_of_sum(sum, count);
   }
 };
 

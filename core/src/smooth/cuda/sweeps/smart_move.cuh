@@ -41,7 +41,7 @@ struct TeamMean {
     }
     __syncwarp(team.mask);  // before the next node's positions overwrite them
     const auto count = static_cast<Real>(size);
-    return {sum.x / count, sum.y / count, sum.z / count};
+    return mean_of_sum(sum, count);
   }
 };
 
