@@ -108,7 +108,7 @@ __device__ __forceinline__ void sweep_patch(const Patch& patch, float factor, in
 /// order  deterministic: sums by a fixed tree
 /// fast   5k 2.0 and 100k 4.7 us a sweep (H200); from L2 a sweep takes 5.8 (a probe)
 /// equals `sweep_jacobi` of the CPU backend, bit by bit
-__global__ void __launch_bounds__(kMostResidentThreads + kWarp, 1)
+static __global__ void __launch_bounds__(kMostResidentThreads + kWarp, 1)
     resident_kernel(Surroundings around, float factor, PatchSizes sizes, Vec3<float>* positions,
                     TaggedPosition* tagged, SweepBatch batch) {
   extern __shared__ __align__(16) unsigned char memory[];
