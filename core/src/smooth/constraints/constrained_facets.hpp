@@ -29,10 +29,10 @@ MESHSMOOTH_HD inline bool has_facet(const ElementView& element, const FacetKey& 
 /// Calls `visit(element, facet, between)` for the constrained facets whose lowest node is `node`:
 /// used by one element, or by two of different regions (then for the lower one). `fixed` marks
 /// all nodes of such facets.
-template <class Visit>
+template <class Visitor>
 MESHSMOOTH_HD void visit_constrained_facets(const Elements& elements, const Rows<ElementId>& balls,
                                             const Regions& regions, const std::uint8_t* fixed,
-                                            std::size_t node, const Visit& visit) {
+                                            std::size_t node, const Visitor& visit) {
   if (fixed[node] == 0) return;
   const ElementId* const end = balls.end(node);
   for (const ElementId* e = balls.begin(node); e != end; ++e) {

@@ -18,7 +18,7 @@ inline std::vector<ElementBlockView> block_views(const JobElements<CpuExecutor>&
     const Elements::Run& run = elements.view.runs[r];
     const std::size_t end =
         r + 1 < elements.view.run_count ? elements.view.runs[r + 1].first : elements.view.count;
-    const auto type = static_cast<ElementType>(run.shape - elements.shapes.data());
+    const auto type = static_cast<ElementType>(run.shape - element_table().data());
     blocks.push_back(
         {type, {run.nodes, (end - run.first) * static_cast<std::size_t>(run.shape->node_count)}});
   }

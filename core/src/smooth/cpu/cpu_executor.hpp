@@ -101,11 +101,11 @@ struct CpuAsynchronousPositions {
     Vec3<R>& p = data[node];
     return {load(p.x), load(p.y), load(p.z)};
   }
-  void store(std::size_t node, Vec3<R> place) const {
+  void store(std::size_t node, Vec3<R> position) const {
     Vec3<R>& p = data[node];
-    std::atomic_ref<R>(p.x).store(place.x, std::memory_order_relaxed);
-    std::atomic_ref<R>(p.y).store(place.y, std::memory_order_relaxed);
-    std::atomic_ref<R>(p.z).store(place.z, std::memory_order_relaxed);
+    std::atomic_ref<R>(p.x).store(position.x, std::memory_order_relaxed);
+    std::atomic_ref<R>(p.y).store(position.y, std::memory_order_relaxed);
+    std::atomic_ref<R>(p.z).store(position.z, std::memory_order_relaxed);
   }
 
  private:
@@ -123,7 +123,7 @@ class CpuExecutor {
   CpuExecutor(tbb::task_arena& arena, const Interrupt& interrupt)
       : arena_(arena), interrupt_(interrupt) {}
 
-  /// Host data as this executor sees it: in place.
+  /// Host data as this executor sees it: in position.
   template <class T>
   using HostArray = std::span<const T>;
   template <class T>

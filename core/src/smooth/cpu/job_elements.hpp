@@ -1,5 +1,9 @@
 #pragma once
 
+#include <algorithm>
+#include <iterator>
+#include <limits>
+#include <span>
 #include <vector>
 
 #include "meshsmooth/mesh.hpp"
@@ -9,7 +13,7 @@
 
 namespace meshsmooth::detail {
 
-/// Bytes of `JobElements` without the table, and what `renumber_elements` holds while it runs.
+/// Bytes of `JobElements`, and what `renumber_elements` holds while it runs.
 [[nodiscard]] inline std::int64_t element_bytes(const MeshCounts& mesh) {
   return mesh.entries * 4 + mesh.elements * 4;
 }
@@ -17,110 +21,83 @@ namespace meshsmooth::detail {
   return mesh.nodes * 4 + row_bytes(mesh.nodes, mesh.elements);
 }
 
-/// The caller's elements of one type: blocks in executor memory.
-struct SourceBlock {
-  const NodeId* nodes;
-  std::size_t first;         // among the elements of the type
-  std::size_t first_caller;  // the caller's id of its first element
-};
-
-/// The caller's elements of one type, wherever their blocks lie.
-struct SourceElements {
-  const SourceBlock* blocks;
-  std::size_t block_count;
-  int node_count;  // of an element
-
-  [[nodiscard]] const SourceBlock& block_of(std::size_t item) const {
-    std::size_t low = 0;
-    for (std::size_t high = block_count; high - low > 1;) {
-      const std::size_t middle = low + (high - low) / 2;
-      (blocks[middle].first <= item ? low : high) = middle;
+/// The caller's elements of one type, wherever their blocks are.
+class SourceElements {
+ public:
+  SourceElements(const TopologyView& topology, ElementType type)
+      : width_(static_cast<std::size_t>(element_shape(type).node_count)) {
+    std::size_t first_caller = 0;
+    for (const ElementBlockView& block : topology.blocks) {
+      const std::size_t elements = block.element_count();
+      if (block.type == type && elements > 0) {
+        blocks_.push_back({block.nodes.data(), count_, first_caller});
+        count_ += elements;
+      }
+      first_caller += elements;
     }
-    return blocks[low];
   }
-  [[nodiscard]] const NodeId* nodes(std::size_t item) const {
-    const SourceBlock& block = block_of(item);
-    return block.nodes + (item - block.first) * static_cast<std::size_t>(node_count);
+
+  [[nodiscard]] std::size_t size() const { return count_; }
+  [[nodiscard]] std::span<const NodeId> nodes(std::size_t item) const {
+    const Block& block = block_of(item);
+    return {block.nodes + (item - block.first) * width_, width_};
   }
   [[nodiscard]] ElementId caller_id(std::size_t item) const {
-    const SourceBlock& block = block_of(item);
+    const Block& block = block_of(item);
     return static_cast<ElementId>(block.first_caller + (item - block.first));
   }
-};
 
-/// Emits the lowest internal number among an element's nodes.
-struct VisitLowestNode {
-  SourceElements elements;
-  const NodeId* internal_of;
+ private:
+  struct Block {
+    const NodeId* nodes;
+    std::size_t first;         // among the elements of the type
+    std::size_t first_caller;  // the caller's id of its first element
+  };
 
-  template <class Emit>
-  void operator()(std::size_t item, const Emit& emit) const {
-    const NodeId* const nodes = elements.nodes(item);
-    NodeId lowest = internal_of[nodes[0]];
-    for (int n = 1; n < elements.node_count; ++n) {
-      if (internal_of[nodes[n]] < lowest) lowest = internal_of[nodes[n]];
-    }
-    emit(lowest);
+  [[nodiscard]] const Block& block_of(std::size_t item) const {
+    const auto after = std::ranges::upper_bound(blocks_, item, {}, &Block::first);
+    return *std::prev(after);
   }
+
+  std::size_t width_;
+  std::size_t count_ = 0;
+  std::vector<Block> blocks_;
 };
 
-/// cost   O(elements); 8 B an element and 8 B a node while it runs
+/// cost   O(elements); `renumbering_bytes` while it runs
 inline JobElements<CpuExecutor> renumber_elements(CpuExecutor& executor,
                                                   const TopologyView& topology,
                                                   const NodeId* internal_of) {
-  const std::size_t node_count = topology.node_count;
-  JobElements<CpuExecutor> result;
-  result.dimension = element_shape(topology.blocks.front().type).dimension;
-  result.shapes = executor.allocate<ElementShape>(kElementTypeCount);
-  executor.upload(element_table().data(), kElementTypeCount, result.shapes.data());
-
   std::size_t connectivity_size = 0;
   for (const ElementBlockView& block : topology.blocks) connectivity_size += block.nodes.size();
+  JobElements<CpuExecutor> result;
+  result.dimension = element_shape(topology.blocks.front().type).dimension;
   result.connectivity = executor.allocate<NodeId>(connectivity_size);
   result.caller_ids = executor.allocate<ElementId>(topology.element_count());
 
   NodeId* next_nodes = result.connectivity.data();
   for (const ElementType type : kElementTypes) {
-    std::vector<SourceBlock> blocks;
-    std::vector<CpuExecutor::HostArray<NodeId>> arrays;
-    std::size_t count = 0;
-    std::size_t first_caller = 0;
-    for (const ElementBlockView& block : topology.blocks) {
-      const std::size_t elements = block.element_count();
-      if (block.type == type && elements > 0) {
-        arrays.push_back(executor.in_executor_memory(block.nodes));
-        blocks.push_back({arrays.back().data(), count, first_caller});
-        count += elements;
-      }
-      first_caller += elements;
-    }
-    if (count == 0) continue;
-
-    auto block_buffer = executor.allocate<SourceBlock>(blocks.size());
-    executor.upload(blocks.data(), blocks.size(), block_buffer.data());
-    const ElementShape* const shape = &element_shape(type);
-    const SourceElements items{block_buffer.data(), blocks.size(), shape->node_count};
-    const auto by_lowest_node =
-        group_items(executor, node_count, count, VisitLowestNode{items, internal_of},
-                    [](ElementId item) { return item; });
-
-    const std::size_t first = result.view.count;
+    const SourceElements items(topology, type);
+    if (items.size() == 0) continue;
+    const auto visit_lowest_node = [&items, internal_of](std::size_t item, const auto& emit) {
+      NodeId lowest = std::numeric_limits<NodeId>::max();
+      for (const NodeId node : items.nodes(item)) lowest = std::min(lowest, internal_of[node]);
+      emit(lowest);
+    };
+    const auto by_lowest_node = group_items(executor, topology.node_count, items.size(),
+                                            visit_lowest_node, [](ElementId item) { return item; });
     const ElementId* const order = by_lowest_node.entries.data();
-    NodeId* const nodes_out = next_nodes;
-    ElementId* const caller_ids = result.caller_ids.data() + first;
-    executor.for_each(count, [=](std::size_t element) {
-      const ElementId item = order[element];
-      const NodeId* const nodes = items.nodes(item);
-      caller_ids[element] = items.caller_id(item);
-      const auto width = static_cast<std::size_t>(items.node_count);
-      for (std::size_t n = 0; n < width; ++n) {
-        nodes_out[element * width + n] = internal_of[nodes[n]];
-      }
+    ElementId* const caller_ids = result.caller_ids.data() + result.view.count;
+    const auto width = static_cast<std::size_t>(element_shape(type).node_count);
+    executor.for_each(items.size(), [&](std::size_t element) {
+      caller_ids[element] = items.caller_id(order[element]);
+      NodeId* to = next_nodes + element * width;
+      for (const NodeId node : items.nodes(order[element])) *to++ = internal_of[node];
     });
-    result.view.runs[result.view.run_count++] = {
-        result.shapes.data() + static_cast<std::size_t>(type), nodes_out, first};
-    result.view.count += count;
-    next_nodes += count * static_cast<std::size_t>(shape->node_count);
+    result.view.runs[result.view.run_count++] = {&element_shape(type), next_nodes,
+                                                 result.view.count};
+    result.view.count += items.size();
+    next_nodes += items.size() * width;
   }
   return result;
 }

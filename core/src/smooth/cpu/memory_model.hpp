@@ -13,9 +13,8 @@ namespace meshsmooth::detail {
 /// Bytes that the CPU backend keeps of a prepared topology; the steps know their parts.
 [[nodiscard]] inline std::int64_t prepared_bytes(const MeshSize& size) {
   const MeshCounts mesh = count_mesh(size);
-  const auto table = static_cast<std::int64_t>(kElementTypeCount * sizeof(ElementShape));
   const std::int64_t bytes = mesh.nodes * (4 + 1) +  // caller's ids, boundary marks
-                             element_bytes(mesh) + ball_bytes(mesh) + ring_bytes(mesh) + table;
+                             element_bytes(mesh) + ball_bytes(mesh) + ring_bytes(mesh);
   return bytes + bytes / 50;
 }
 

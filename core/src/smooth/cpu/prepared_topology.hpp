@@ -71,9 +71,9 @@ inline std::shared_ptr<CpuPreparedTopology> prepare_topology(CpuExecutor& execut
 
   // The buffers outlive the job that made them.
   const auto keep = [&](auto&... buffers) { (buffers.count_by(result->count), ...); };
-  keep(result->caller_ids, result->elements.shapes, result->elements.connectivity,
-       result->elements.caller_ids, result->balls.offsets, result->balls.entries,
-       result->rings.offsets, result->rings.entries, result->on_boundary);
+  keep(result->caller_ids, result->elements.connectivity, result->elements.caller_ids,
+       result->balls.offsets, result->balls.entries, result->rings.offsets, result->rings.entries,
+       result->on_boundary);
   return result;
 }
 
@@ -94,8 +94,7 @@ JobMesh<CpuExecutor, Real> prepare_job(CpuExecutor& executor, const CpuPreparedT
     job.caller_ids = prepared.caller_ids.borrow();
     job.places = positions_in_order(executor, positions.data(), job.caller_ids.data(), node_count);
     job.elements = {prepared.elements.view, prepared.elements.dimension,
-                    prepared.elements.shapes.borrow(), prepared.elements.connectivity.borrow(),
-                    prepared.elements.caller_ids.borrow()};
+                    prepared.elements.connectivity.borrow(), prepared.elements.caller_ids.borrow()};
     job.balls = {prepared.balls.offsets.borrow(), prepared.balls.entries.borrow()};
     job.rings = {prepared.rings.offsets.borrow(), prepared.rings.entries.borrow()};
   }

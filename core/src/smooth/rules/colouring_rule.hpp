@@ -15,9 +15,9 @@ MESHSMOOTH_HD inline std::uint32_t colour_priority(NodeId caller_id) {
 /// Calls `visit(other)` for the nodes that share an element with `node` until it
 /// returns false; returns whether it never did. In a mesh of simplices they are the
 /// ring; else some are visited more than once.
-template <class Visit>
+template <class Visitor>
 MESHSMOOTH_HD bool visit_adjacent(const Surroundings& around, std::size_t node,
-                                  const Visit& visit) {
+                                  const Visitor& visit) {
   if (around.elements.simplices()) {
     for (const NodeId* n = around.rings.begin(node); n != around.rings.end(node); ++n) {
       if (!visit(*n)) return false;
@@ -34,9 +34,9 @@ MESHSMOOTH_HD bool visit_adjacent(const Surroundings& around, std::size_t node,
 }
 
 /// `visit_adjacent` over the free nodes that choose before `node`.
-template <class Visit>
+template <class Visitor>
 MESHSMOOTH_HD bool visit_higher(const Surroundings& around, const NodeId* caller_ids,
-                                std::size_t node, const Visit& visit) {
+                                std::size_t node, const Visitor& visit) {
   const std::uint32_t own = colour_priority(caller_ids[node]);
   return visit_adjacent(around, node, [&](NodeId other) {
     return around.fixed[other] != 0 || colour_priority(caller_ids[other]) <= own || visit(other);

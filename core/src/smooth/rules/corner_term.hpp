@@ -118,10 +118,10 @@ MESHSMOOTH_HD inline int local_node(const ElementView& element, NodeId node) {
 /// Calls `visit(term)` for the corners that change when `node` moves, with the node at `place`: one
 /// stands for all of a simplex, whose corners are equal. A team's thread takes the elements
 /// `rank`, `rank + size`, …
-template <int kDimension, class Team, class P, class Visit>
+template <int kDimension, class Team, class P, class Visitor>
 MESHSMOOTH_HD void visit_terms(const Team& team, const Surroundings& around, const P& x,
                                std::size_t node, Vec3<typename P::Real> place, Vec3d normal,
-                               const Visit& visit) {
+                               const Visitor& visit) {
   const Vec3d own_place = vec3_cast<double>(place);
   const auto relative = [&](NodeId other) {
     return vec3_cast<double>(x[static_cast<std::size_t>(other)]) - own_place;
@@ -182,15 +182,15 @@ class BallTerms {
   [[nodiscard]] MESHSMOOTH_HD Vec3<Real> place() const { return place_; }
   [[nodiscard]] MESHSMOOTH_HD const P& positions() const { return x_; }
 
-  template <class Visit>
-  MESHSMOOTH_HD void for_each(const Visit& visit) const {
+  template <class Visitor>
+  MESHSMOOTH_HD void for_each(const Visitor& visit) const {
     if (count_ > kCapacity) return gather(visit);
     for (int n = 0; n < count_; ++n) visit(kept_[n]);
   }
 
  private:
-  template <class Visit>
-  MESHSMOOTH_HD void gather(const Visit& visit) const {
+  template <class Visitor>
+  MESHSMOOTH_HD void gather(const Visitor& visit) const {
     visit_terms<kDimension>(team_, around_, x_, node_, place_, normal_, visit);
   }
 

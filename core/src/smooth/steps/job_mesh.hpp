@@ -12,7 +12,6 @@ template <Executor E>
 struct JobElements {
   Elements view;
   int dimension = 3;
-  typename E::template Buffer<ElementShape> shapes;
   typename E::template Buffer<NodeId> connectivity;
   typename E::template Buffer<ElementId> caller_ids;  // internal element -> caller's
 };

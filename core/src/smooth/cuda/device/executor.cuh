@@ -82,7 +82,8 @@ class CudaExecutor : public StreamMarks {
   void upload(const T* host, std::size_t size, T* to) {
     copy_up(host, size, to, stream());
   }
-  /// In the stream of uploads, beside the kernels; `await_uploads` orders it. `host` must stay.
+  /// In the stream of uploads, concurrent with kernels; `await_uploads` orders it. `host` must
+  /// stay.
   template <class T>
   void upload_early(const T* host, std::size_t size, T* to) {
     copy_up(host, size, to, uploads());

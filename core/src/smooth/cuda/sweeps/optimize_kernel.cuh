@@ -122,8 +122,8 @@ __global__ void __launch_bounds__(kOptimizeThreads, 4)
   };
 
   ColouredLoop<kTeam, kOptimizeThreads, Ahead> loop(nodes, {team, around.opposite});
-  // In shared memory: registers limit the number of active warps (100k 160 us instead of 179 with
-  // what came beside, H200).
+  // In shared memory: registers limit the number of active warps (with fewer votes, 100k 179 to
+  // 160 us a sweep, H200).
   __shared__ alignas(
       OptimizeStats) unsigned char seen_bytes[kOptimizeThreads / kTeam * sizeof(OptimizeStats)];
   OptimizeStats& seen = reinterpret_cast<OptimizeStats*>(seen_bytes)[threadIdx.x / kTeam];

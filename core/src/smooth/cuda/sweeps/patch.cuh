@@ -10,9 +10,8 @@ struct FreeNode {
   std::uint32_t word;
 
   static constexpr std::uint32_t kShared = 1U << 31;
-  /// Its index in the patch.
+  /// Its index in the patch, and whether other patches read it.
   [[nodiscard]] __device__ int own() const { return static_cast<int>(word & 0xffffU); }
-  /// Whether other patches read it.
   [[nodiscard]] __device__ bool shared() const { return (word & kShared) != 0; }
 };
 
@@ -81,15 +80,14 @@ class Patch {
     for (int w = thread(); w < word_count_; w += threads()) halo_bits_[w] = 0;
     __syncthreads();
     find_halo(scratch);
-    if (!order_free_nodes(scratch)) return false;
-    if (!make_slices(scratch)) return false;
+    if (!order_free_nodes(scratch) || !make_slices(scratch)) return false;
     fill_slices();
     load_positions(positions);
     return true;
   }
 
  private:
-  static constexpr int kMostRows = 15;  // lengths that are told apart, in rows of four
+  static constexpr int kMostRows = 15;  // lengths that are distinguished, in rows of four
   static constexpr int kBins = kMostRows + 2;
   struct Scratch {
     int row_count;
@@ -145,8 +143,8 @@ class Patch {
     __syncthreads();
   }
 
-  /// Numbers the halo and sorts the free nodes by the lengths of their rings. False if the halo
-  /// does not fit.
+  /// Numbers the halo and sorts the free nodes by their rings' lengths. False: no room for the
+  /// halo.
   __device__ __forceinline__ bool order_free_nodes(Scratch& scratch) {
     if (thread() == 0) {
       int sum = 0;

@@ -13,7 +13,7 @@ struct Others {
 
 /// `BallTerms` of a ball of tetrahedra, for one thread of a team. The terms of its first `kHeld`
 /// tetrahedra are held in the block's shared memory, the others are gathered in every pass
-/// (optimizer at 100k 200 to 179 us a sweep with what came beside, H200). A second text of
+/// (optimizer at 100k 200 to 179 us a sweep, together with the prefetch, H200). A second text of
 /// `BallTerms` for that reason; the tests of the optimizer compare the outcomes.
 template <int kHeld, int kThreads, class Team, class R>
 class TeamTerms {

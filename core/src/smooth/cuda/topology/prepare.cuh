@@ -16,7 +16,7 @@ namespace meshsmooth::detail {
          (mesh.types > 1 ? mesh.elements * 4 : 0);
 }
 
-/// A job on its way up: what is needed beside the mesh until its rings are known.
+/// What a job needs in addition to its mesh until its rings are known.
 struct Preparation {
   DeviceBuffer<std::uint8_t> mask;  // the caller's fixed nodes
   std::vector<UploadedChunk> chunks;
