@@ -21,19 +21,19 @@ struct Prepared {
   JobElements<CpuExecutor> elements;
   RowBuffer<CpuExecutor, ElementId> balls;
   RowBuffer<CpuExecutor, NodeId> rings;
-  CpuBuffer<Vec3d> places;
+  CpuBuffer<Vec3d> ordered;
   CpuBuffer<std::uint8_t> fixed;
   Box box;
 
   Prepared(CpuExecutor& executor, const TopologyView& topology, std::span<const Vec3d> positions)
-      : places(executor.allocate<Vec3d>(positions.size())),
+      : ordered(executor.allocate<Vec3d>(positions.size())),
         fixed(executor.allocate<std::uint8_t>(positions.size())) {
     const std::size_t node_count = positions.size();
     box = find_box(executor, positions.data(), node_count);
     renumbering = renumber_nodes(executor, positions.data(), node_count, box);
     const NodeId* const caller_ids = renumbering.caller_ids.data();
     executor.for_each(node_count,
-                      [&](std::size_t n) { places.data()[n] = positions[caller_ids[n]]; });
+                      [&](std::size_t n) { ordered.data()[n] = positions[caller_ids[n]]; });
     elements = renumber_elements(executor, topology, renumbering.internal_of.data());
     balls = find_balls(executor, node_count, elements.view, elements.caller_ids.data());
     rings = find_rings(executor, node_count, elements.view, balls.view(), caller_ids);
@@ -43,7 +43,7 @@ struct Prepared {
   }
 
   [[nodiscard]] Surroundings around() const {
-    return {places.size(), elements.view, rings.view(), balls.view(), fixed.data(), nullptr, {}};
+    return {ordered.size(), elements.view, rings.view(), balls.view(), fixed.data(), nullptr, {}};
   }
 };
 
@@ -83,10 +83,10 @@ void sweep(benchmark::State& state, const Body& body) {
 
 void uniform_jacobi_sweep(benchmark::State& state) {
   sweep(state, [&](CpuExecutor& executor, Prepared& prepared) {
-    auto other = executor.allocate<Vec3d>(prepared.places.size());
-    Vec3d* before = prepared.places.data();
+    auto other = executor.allocate<Vec3d>(prepared.ordered.size());
+    Vec3d* before = prepared.ordered.data();
     Vec3d* after = other.data();
-    std::copy(before, before + prepared.places.size(), after);
+    std::copy(before, before + prepared.ordered.size(), after);
     for (auto _ : state) {
       benchmark::DoNotOptimize(sweep_jacobi(executor,
                                             SweepContext<CpuExecutor, double>{prepared.around()},
@@ -104,7 +104,7 @@ void smart_gauss_seidel_sweep(benchmark::State& state) {
         prepared.around(), &colouring, {.guard = true, .smart = true}};
     for (auto _ : state) {
       benchmark::DoNotOptimize(
-          sweep_gauss_seidel(executor, context, UniformMean{}, 1.0, prepared.places.data()));
+          sweep_gauss_seidel(executor, context, UniformMean{}, 1.0, prepared.ordered.data()));
     }
   });
 }
@@ -119,7 +119,7 @@ void colour(benchmark::State& state) {
   });
 }
 
-void judge(benchmark::State& state) {
+void evaluate(benchmark::State& state) {
   tbb::task_arena arena(static_cast<int>(state.range(0)));
   const MeshTopology topology(*mesh);
   arena.execute([&] {
@@ -147,7 +147,7 @@ int main(int argc, char** argv) {
            benchmark::RegisterBenchmark("uniform_jacobi_sweep", uniform_jacobi_sweep),
            benchmark::RegisterBenchmark("smart_gauss_seidel_sweep", smart_gauss_seidel_sweep),
            benchmark::RegisterBenchmark("colour", colour),
-           benchmark::RegisterBenchmark("judge", judge),
+           benchmark::RegisterBenchmark("evaluate", evaluate),
        }) {
     registered->ArgName("threads")->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
   }

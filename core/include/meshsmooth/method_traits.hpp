@@ -36,8 +36,10 @@ struct Range {
 /// A number of a method.
 template <class M>
 struct NumberField {
+  using Member = double M::*;  // nvcc's host code of the plain form draws a warning
+
   std::string_view name;  // in meshsmooth.v1
-  double M::*member;
+  Member member;
   Range range;
   std::string_view range_text;  // "above 0 and at most 1"
   std::string_view flag;        // of the command line
@@ -56,8 +58,10 @@ struct NumberField {
 /// from 1; 0 there is the default.
 template <class M, class Enum>
 struct ChoiceField {
+  using Member = Enum M::*;
+
   std::string_view name;  // in meshsmooth.v1
-  Enum M::*member;
+  Member member;
   std::span<const std::string_view> choices;  // as the command line writes them
   std::string_view flag;
   std::string_view help;

@@ -34,8 +34,8 @@ MESHSMOOTH_HD constexpr MetricRange metric_range(std::size_t metric) {
 /// The fine bin of a value; the outer ones include values outside.
 MESHSMOOTH_HD inline std::size_t metric_bin(std::size_t metric, double value) {
   const MetricRange range = metric_range(metric);
-  const double place = (value - range.lower) * (kBinCount / (range.upper - range.lower));
-  return place > 0 ? place < kBinCount - 1.0 ? static_cast<std::size_t>(place) : kBinCount - 1 : 0;
+  const double bin = (value - range.lower) * (kBinCount / (range.upper - range.lower));
+  return bin > 0 ? bin < kBinCount - 1.0 ? static_cast<std::size_t>(bin) : kBinCount - 1 : 0;
 }
 
 MESHSMOOTH_HD inline double degrees(double cosine) {

@@ -109,9 +109,9 @@ MESHSMOOTH_HD inline ElementMeasure measure_tetrahedron(const Vec3d* p) {
                c13 = -dot(n1, n3) * (i1 * i3), c23 = -dot(n2, n3) * (i2 * i3);
   const double greatest = higher(higher(higher(c01, c02), higher(c03, c12)), higher(c13, c23));
   const double least = lower(lower(lower(c01, c02), lower(c03, c12)), lower(c13, c23));
-  const bool judged = lower(lower(s0, s1), lower(s2, s3)) > 0 && !m.inverted;
-  m.min_angle_cos = judged ? lower(greatest, 1.0) : 1.0;
-  m.max_angle_cos = judged ? higher(least, -1.0) : -1.0;
+  const bool defined = lower(lower(s0, s1), lower(s2, s3)) > 0 && !m.inverted;
+  m.min_angle_cos = defined ? lower(greatest, 1.0) : 1.0;
+  m.max_angle_cos = defined ? higher(least, -1.0) : -1.0;
   return m;
 }
 

@@ -32,8 +32,8 @@ struct ElementRun {
   std::size_t width = static_cast<std::size_t>(element_shape(type).node_count);
 
   [[nodiscard]] std::int64_t id_of(std::size_t element) const {
-    const std::size_t place = first_id + element;
-    return names == nullptr ? static_cast<std::int64_t>(place) : names[place];
+    const std::size_t index = first_id + element;
+    return names == nullptr ? static_cast<std::int64_t>(index) : names[index];
   }
   [[nodiscard]] std::span<const NodeId> nodes_of(std::size_t element) const {
     return {nodes + element * width, width};

@@ -6,14 +6,14 @@ namespace meshsmooth::detail {
 
 /// The point of a facet, or of a crease, that is nearest to another.
 struct Closest {
-  Vec3d place;
+  Vec3d position;
   double squared;  // the distance's square
   int at = -1;     // -1: inside; k: on the facet's edge k; 4 + k: at its node k
 };
 
-MESHSMOOTH_HD inline Closest closest_at(Vec3d place, Vec3d to, int at) {
-  const Vec3d way = to - place;
-  return {place, dot(way, way), at};
+MESHSMOOTH_HD inline Closest closest_at(Vec3d position, Vec3d to, int at) {
+  const Vec3d way = to - position;
+  return {position, dot(way, way), at};
 }
 
 /// Of the segment a-b: at its edge 0, or at 4 or 5.
@@ -158,11 +158,11 @@ MESHSMOOTH_HD Closest closest_of_constraint(const SlidingConstraints& sliding, s
 /// The nearest position on the node's input crease or part. Always searched from the node's home,
 /// so that it depends on nothing else and roundings do not accumulate.
 MESHSMOOTH_HD inline Vec3d project(const SlidingConstraints& sliding, std::size_t node,
-                                   Vec3d place) {
+                                   Vec3d position) {
   const Vec3d home = sliding.home(static_cast<NodeId>(node));
-  return closest_of_constraint(sliding, node, home, place,
+  return closest_of_constraint(sliding, node, home, position,
                                [&](NodeId n) { return sliding.home(n); })
-      .place;
+      .position;
 }
 
 /// The direction of the node's crease, or the normal of its part, at the current positions; zero

@@ -84,18 +84,18 @@ MESHSMOOTH_HD Vec3d normal_of(const ConstrainedFacet& facet, const Get& get) {
 /// One coordinate of a position pulled back by `off`: where the direction is along an axis, a
 /// coordinate is either free or fixed, and the fixed one keeps its bits.
 MESHSMOOTH_HD inline double slid_coordinate(const NodeConstraint& constraint, double direction,
-                                            double home, double place, double off) {
+                                            double home, double position, double off) {
   const bool line = constraint.kind == NodeConstraint::line;
-  if (direction == 0) return line ? home : place;
-  if (std::abs(direction) == 1) return line ? place : home;
-  return place - off;
+  if (direction == 0) return line ? home : position;
+  if (std::abs(direction) == 1) return line ? position : home;
+  return position - off;
 }
 
 /// The nearest position on the node's plane or line, to the rounding of the coordinates.
 /// Computed from home every time, so that roundings do not accumulate.
 template <class Real>
-MESHSMOOTH_HD Vec3<Real> slide_to(const NodeConstraint& constraint, Vec3<Real> place) {
-  const Vec3d p = vec3_cast<double>(place);
+MESHSMOOTH_HD Vec3<Real> slide_to(const NodeConstraint& constraint, Vec3<Real> position) {
+  const Vec3d p = vec3_cast<double>(position);
   const Vec3d h = constraint.home;
   const Vec3d n = constraint.direction;
   const Vec3d way = p - h;
@@ -131,12 +131,12 @@ MESHSMOOTH_HD bool facet_is_right(const ConstrainedFacet& facet, bool curved, co
 /// Whether every facet at the node that keeps its orientation still does with the node moved.
 template <class Team, class P>
 MESHSMOOTH_HD bool keeps_facets(const Team& team, const SlidingConstraints& sliding, const P& x,
-                                std::size_t node, Vec3<typename P::Real> place) {
+                                std::size_t node, Vec3<typename P::Real> position) {
   if (sliding.constraint(node) == nullptr) return true;
   const auto slot = static_cast<std::size_t>(sliding.slots[node]);
   const auto lies = [&](NodeId n) { return vec3_cast<double>(x[static_cast<std::size_t>(n)]); };
   const auto would_lie = [&](NodeId n) {
-    return static_cast<std::size_t>(n) == node ? vec3_cast<double>(place) : lies(n);
+    return static_cast<std::size_t>(n) == node ? vec3_cast<double>(position) : lies(n);
   };
   bool right = true;
   const ElementId* const end = sliding.facets_of.end(slot);

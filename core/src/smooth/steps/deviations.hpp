@@ -34,16 +34,16 @@ OneSidedDeviations measure_deviations(E& executor, std::size_t node_count,
         if (constraint == nullptr || !constraint->curved()) return OneSidedDeviations{};
         const auto came = [&](NodeId n) { return sliding.home(n); };
         const auto lies = [&](NodeId n) { return vec3_cast<double>(positions[n]); };
-        const Vec3d place = lies(static_cast<NodeId>(node));
+        const Vec3d position = lies(static_cast<NodeId>(node));
         const Vec3d home = constraint->home;
-        double off = closest_of_constraint(sliding, node, home, place, came).squared;
+        double off = closest_of_constraint(sliding, node, home, position, came).squared;
         for (std::size_t f = 0; off > tolerance * tolerance && f < sliding.facet_count; ++f) {
-          const double found = closest_on_facet(sliding.facets[f], place, came).squared;
+          const double found = closest_on_facet(sliding.facets[f], position, came).squared;
           if (found < off) off = found;
         }
         return OneSidedDeviations{
             std::sqrt(off),
-            std::sqrt(closest_of_constraint(sliding, node, place, home, lies).squared)};
+            std::sqrt(closest_of_constraint(sliding, node, position, home, lies).squared)};
       },
       Plus{});
 }

@@ -78,7 +78,7 @@ void refuse_tangled(const QualityStats& quality, TangledPolicy policy, bool volu
         "MESH_TANGLED",
         std::to_string(quality.inverted_count) + " of " + std::to_string(quality.element_count) +
             " elements are inverted, the worst is element " + element +
-            "; allow repair, or mend the mesh first",
+            "; allow repair, or fix the mesh first",
         {{"inverted_element_count", std::to_string(quality.inverted_count)}, {"element", element}});
   }
 }

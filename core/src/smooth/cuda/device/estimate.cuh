@@ -23,7 +23,8 @@ namespace meshsmooth::detail {
     bytes += 2 * padded_bytes(mesh) - n * mesh.position_bytes;
     if (laplacian->weighting == Weighting::uniform && !patch) bytes += SellRings::bytes(mesh);
   }
-  if (optimizes || (form == Form::gauss_seidel && !std::holds_alternative<Taubin>(options.method))) {
+  if (optimizes ||
+      (form == Form::gauss_seidel && !std::holds_alternative<Taubin>(options.method))) {
     const std::int64_t visiting = padded_bytes(mesh) + BallRecords::bytes(n);
     // Freed before moves that broke valid elements are undone.
     const bool repairs = optimizes && options.tangled == TangledPolicy::repair;
@@ -65,9 +66,8 @@ namespace meshsmooth::detail {
   const std::int64_t regions =
       size.regions && options.boundary != BoundaryPolicy::free ? mesh.elements * 4 : 0;
   const std::int64_t mask = options.boundary == BoundaryPolicy::slide ? n : 0;
-  const std::int64_t finding = plan.slotted
-                                   ? counting + held - look_back
-                                   : std::max(counting + balls, balls + rings + look_back);
+  const std::int64_t finding = plan.slotted ? counting + held - look_back
+                                            : std::max(counting + balls, balls + rings + look_back);
   const std::int64_t peak =
       kept + std::max({order_bytes(n), finding, held + (colours ? colour_search_bytes(n) : 0),
                        held + constraining_bytes(mesh, options) + regions + mask, iterating});

@@ -15,6 +15,7 @@
 
 namespace meshsmooth::detail {
 
+/// body(i) for all i below `count`, by a grid-stride loop over blocks of kBlockSize.
 template <class Body>
 __global__ void __launch_bounds__(kBlockSize) for_each_kernel(std::size_t count, Body body) {
   const std::size_t step = std::size_t{gridDim.x} * kBlockSize;
@@ -82,7 +83,8 @@ class CudaExecutor : public StreamMarks {
   void upload(const T* host, std::size_t size, T* to) {
     copy_up(host, size, to, stream());
   }
-  /// In the stream of uploads, beside the kernels; `await_uploads` orders it. `host` must stay.
+  /// In the stream of uploads, concurrent with kernels; `await_uploads` orders it. `host` must
+  /// stay.
   template <class T>
   void upload_early(const T* host, std::size_t size, T* to) {
     copy_up(host, size, to, uploads());

@@ -10,9 +10,8 @@ struct FreeNode {
   std::uint32_t word;
 
   static constexpr std::uint32_t kShared = 1U << 31;
-  /// Its index in the patch.
+  /// Its index in the patch, and whether other patches read it.
   [[nodiscard]] __device__ int own() const { return static_cast<int>(word & 0xffffU); }
-  /// Whether other patches read it.
   [[nodiscard]] __device__ bool shared() const { return (word & kShared) != 0; }
 };
 
@@ -66,7 +65,7 @@ class Patch {
                                                   return Vec3<float>{p.x, p.y, p.z};
                                                 });
     const auto count = static_cast<float>(ring_sizes_[free_nodes_[index].own()]);
-    return {sum.x / count, sum.y / count, sum.z / count};
+    return mean_of_sum(sum, count);
   }
 
   /// Builds the patch; all threads call. False if something does not fit.
@@ -81,15 +80,14 @@ class Patch {
     for (int w = thread(); w < word_count_; w += threads()) halo_bits_[w] = 0;
     __syncthreads();
     find_halo(scratch);
-    if (!order_free_nodes(scratch)) return false;
-    if (!make_slices(scratch)) return false;
+    if (!order_free_nodes(scratch) || !make_slices(scratch)) return false;
     fill_slices();
     load_positions(positions);
     return true;
   }
 
  private:
-  static constexpr int kMostRows = 15;  // lengths that are told apart, in rows of four
+  static constexpr int kMostRows = 15;  // lengths that are distinguished, in rows of four
   static constexpr int kBins = kMostRows + 2;
   struct Scratch {
     int row_count;
@@ -145,8 +143,8 @@ class Patch {
     __syncthreads();
   }
 
-  /// Numbers the halo and sorts the free nodes by the lengths of their rings. False if the halo
-  /// does not fit.
+  /// Numbers the halo and sorts the free nodes by their rings' lengths. False: no room for the
+  /// halo.
   __device__ __forceinline__ bool order_free_nodes(Scratch& scratch) {
     if (thread() == 0) {
       int sum = 0;
@@ -188,10 +186,7 @@ class Patch {
   /// Allots rows to the slices. False if they do not fit.
   __device__ __forceinline__ bool make_slices(Scratch& scratch) {
     for (int at = thread(); at < rounded_up(free_count_); at += threads()) {
-      int longest = at < free_count_ ? ring_sizes_[free_nodes_[at].own()] : 0;
-      for (int step = kWarp / 2; step > 0; step /= 2) {
-        longest = max(longest, __shfl_xor_sync(kAllLanes, longest, step));
-      }
+      const int longest = max_of_warp(at < free_count_ ? ring_sizes_[free_nodes_[at].own()] : 0);
       if (at % kWarp != 0) continue;
       const int rows = (longest + 3) / 4;
       slices_[at / kWarp] = {atomicAdd(&scratch.row_count, rows), rows};

@@ -109,7 +109,7 @@ struct FoundBalls {
   DeviceBuffer<ElementId> slots;
   RowBuffer<CudaExecutor, ElementId> rows;  // with slots: offsets and room for `sort_balls`
 
-  /// While they are searched for, beside the rows; internal ids and the look-back included.
+  /// Of the search, without the rows; with internal ids and the words of the look-back.
   static std::int64_t bytes(const MeshCounts& mesh, const BallPlan& plan) {
     return mesh.nodes * 8 + mesh.nodes / 4 +
            (plan.slotted ? mesh.nodes * 4 * BallPlan::kSlots : mesh.entries);
