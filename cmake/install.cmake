@@ -6,8 +6,7 @@ include(GNUInstallDirs)
 # All public headers are C++20.
 target_compile_features(meshsmooth_mesh INTERFACE cxx_std_20)
 
-# messages and stubs are what wire and client stand on.
-foreach(library mesh smooth messages stubs wire client)
+foreach(library mesh smooth wire client)
   if(NOT TARGET meshsmooth_${library})
     continue()
   endif()

@@ -11,7 +11,9 @@ if(place EQUAL -1)
 endif()
 
 file(READ ${ROOT}/docs/protocol.md protocol)
-file(GLOB_RECURSE sources ${ROOT}/core/*.[ch]pp ${ROOT}/proto/*.[ch]pp ${ROOT}/server/*.[ch]pp)
+file(GLOB_RECURSE sources ${ROOT}/core/*.[ch]pp ${ROOT}/proto/*.[ch]pp ${ROOT}/server/*.[ch]pp
+  ${ROOT}/client/*.[ch]pp)
+list(FILTER sources EXCLUDE REGEX "error_reason\\.[ch]pp$") # the table itself
 set(reasons "")
 foreach(source IN LISTS sources)
   file(READ ${source} text)
@@ -19,7 +21,7 @@ foreach(source IN LISTS sources)
   list(APPEND reasons ${found})
 endforeach()
 list(REMOVE_DUPLICATES reasons)
-list(FILTER reasons EXCLUDE REGEX "MESHSMOOTH_")  # environment variables
+list(FILTER reasons EXCLUDE REGEX "MESHSMOOTH_|RST_STREAM|NOT_SERVING")  # environment; gRPC
 list(LENGTH reasons reason_count)
 if(reason_count LESS 20)
   message(SEND_ERROR "only ${reason_count} reasons found in the sources: has their form changed?")
@@ -33,7 +35,7 @@ foreach(reason IN LISTS reasons)
 endforeach()
 
 string(REGEX MATCHALL "`[A-Z]+(_[A-Z]+)+`" listed "${protocol}")
-list(FILTER listed EXCLUDE REGEX "COORDINATES|ELEMENT_TAGS|FIXED_MASK")  # arrays
+list(FILTER listed EXCLUDE REGEX "COORDINATES|ELEMENT_REGIONS|FIXED_MASK")  # arrays
 foreach(quoted IN LISTS listed)
   string(REPLACE "`" "\"" reason ${quoted})
   if(NOT reason IN_LIST reasons)

@@ -16,8 +16,8 @@ struct CancelCommand {
 };
 
 ExitCode run(const CancelCommand& command) {
-  const std::string name = command.job.starts_with("jobs/") ? command.job : "jobs/" + command.job;
-  const client::JobInfo job = command.server.connect().cancel_job(name, command.keep_result);
+  const client::JobInfo job =
+      command.server.connect().cancel_job(full_job_name(command.job), command.keep_result);
   std::cout << job.name << " is " << client::job_state_name(job.state) << std::endl;
   return ExitCode::done;
 }
@@ -26,11 +26,11 @@ ExitCode run(const CancelCommand& command) {
 
 void add_cancel_command(CLI::App& app, Action& action) {
   auto command = std::make_shared<CancelCommand>();
-  CLI::App* sub = app.add_subcommand("cancel", "Stop a job of a server");
-  sub->add_option("JOB", command->job, "Its name, as `meshsmooth jobs` prints it")->required();
+  CLI::App* sub = app.add_subcommand("cancel", "Cancel a job of a server");
+  sub->add_option("JOB", command->job, "Job name, as `meshsmooth jobs` prints it")->required();
   add_server_flags(*sub, command->server);
   sub->add_flag("--keep-result", command->keep_result,
-                "Its caller gets the positions reached so far instead of an error");
+                "Positions reached so far for the waiting caller, instead of an error");
   sub->callback([&action, command] { action = [command] { return run(*command); }; });
 }
 

@@ -2,6 +2,7 @@
 
 #include <CLI/App.hpp>
 #include <functional>
+#include <string>
 
 #include "exit_code.hpp"
 
@@ -18,6 +19,10 @@ void add_info_command(CLI::App& app, Action& action);
 void add_jobs_command(CLI::App& app, Action& action);
 void add_cancel_command(CLI::App& app, Action& action);
 void add_health_command(CLI::App& app, Action& action);
+void add_attach_command(CLI::App& app, Action& action);
 void add_bench_command(CLI::App& app, Action& action);
+
+/// "jobs/ID" of "jobs/ID" or "ID".
+[[nodiscard]] std::string full_job_name(const std::string& name);
 
 }  // namespace meshsmooth::cli

@@ -11,21 +11,23 @@ namespace meshsmooth::cli {
 void add_server_flags(CLI::App& app, ServerAddress& server, bool required) {
   CLI::Option* address = app.add_option(
       "--server", server.address,
-      std::string("HOST:PORT, unix:PATH or, for several servers in turn, dns:///NAME:PORT") +
-          (required ? "" : " [a server inside]"));
+      std::string("Server address: HOST:PORT, unix:PATH or, for several servers in turn, "
+                  "dns:///NAME:PORT") +
+          (required ? "" : " [an embedded server]"));
   if (required) address->required();
   client::Credentials& credentials = server.credentials;
   const std::vector<CLI::Option*> options = {
-      app.add_flag("--tls", credentials.tls, "Speak TLS, as the next four do"),
+      app.add_flag("--tls", credentials.tls, "TLS; implied by the next four flags"),
       app.add_option("--tls-ca", credentials.tls_ca,
-                     "PEM file: who may have signed the server's certificate [the system's]"),
+                     "PEM file of the authorities that may sign the server's certificate [the "
+                     "system's]"),
       app.add_option("--tls-cert", credentials.tls_cert,
-                     "PEM file: our certificate, for servers that ask for one"),
-      app.add_option("--tls-key", credentials.tls_key, "PEM file: its key"),
+                     "PEM file of the client certificate, for servers that require one"),
+      app.add_option("--tls-key", credentials.tls_key, "PEM file of the key of --tls-cert"),
       app.add_option("--tls-server-name", credentials.tls_server_name,
-                     "The name in the server's certificate [the host of --server]"),
+                     "Name in the server's certificate [the host of --server]"),
       app.add_option("--token-file", credentials.token_file,
-                     "File with the bearer token that says who we are")};
+                     "File with the caller's bearer token")};
   for (CLI::Option* option : options) option->needs(address)->group("Security");
 }
 

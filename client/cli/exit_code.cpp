@@ -1,7 +1,7 @@
 #include "exit_code.hpp"
 
 #include <algorithm>
-#include <array>
+#include <cctype>
 #include <string_view>
 
 #include "meshsmooth/client.hpp"
@@ -11,34 +11,6 @@ namespace {
 
 using client::ServiceError;
 using client::StatusCode;
-
-template <std::size_t N>
-bool contains(const std::array<std::string_view, N>& names, std::string_view name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
-}
-
-/// Reasons that have their exit code wherever they were found: here or on the
-/// server.
-bool is_about_the_mesh(std::string_view reason) {
-  static constexpr std::array<std::string_view, 12> kReasons = {
-      "MESH_EMPTY",    "ARRAY_SIZE_MISMATCH",   "MIXED_DIMENSIONS", "INDEX_OUT_OF_RANGE",
-      "REPEATED_NODE", "NON_FINITE_COORDINATE", "FACET_OVERUSED",   "ALL_ELEMENTS_INVERTED",
-      "MESH_TANGLED",  "ELEMENT_NOT_SUPPORTED", "FORMAT_ERROR",     "FILE_TRUNCATED"};
-  return contains(kReasons, reason);
-}
-
-bool is_about_availability(std::string_view reason) {
-  static constexpr std::array<std::string_view, 2> kReasons = {"OPTION_NOT_SUPPORTED",
-                                                               "BACKEND_NOT_AVAILABLE"};
-  return contains(kReasons, reason);
-}
-
-bool is_about_usage(std::string_view reason) {
-  static constexpr std::array<std::string_view, 5> kReasons = {
-      "OPTION_OUT_OF_RANGE", "OPTION_MISPLACED", "FIXED_NODES_INVALID", "FORMAT_UNKNOWN",
-      "CREDENTIALS_UNUSABLE"};
-  return contains(kReasons, reason);
-}
 
 ExitCode exit_code_of_status(StatusCode code) {
   switch (code) {
@@ -58,14 +30,26 @@ ExitCode exit_code_of_status(StatusCode code) {
   }
 }
 
+/// The library names its own fields; the flag of a field differs in its dashes alone.
+std::string with_flags(std::string text) {
+  constexpr std::string_view kField = "Credentials::";
+  for (std::size_t at = text.find(kField); at != std::string::npos; at = text.find(kField, at)) {
+    text.replace(at, kField.size(), "--");
+    for (at += 2; at < text.size() &&
+                  (std::islower(static_cast<unsigned char>(text[at])) != 0 || text[at] == '_');
+         ++at) {
+      if (text[at] == '_') text[at] = '-';
+    }
+  }
+  return text;
+}
+
 }  // namespace
 
 ExitCode exit_code_of(const std::exception& error) {
   const auto* ours = dynamic_cast<const Error*>(&error);
   if (ours == nullptr) return ExitCode::failed;
-  if (is_about_the_mesh(ours->reason())) return ExitCode::bad_mesh;
-  if (is_about_availability(ours->reason())) return ExitCode::refused;
-  if (is_about_usage(ours->reason())) return ExitCode::usage;
+  if (const ErrorReason* reason = find_error_reason(ours->reason())) return reason->exit_code;
   if (const auto* service = dynamic_cast<const ServiceError*>(ours)) {
     return exit_code_of_status(service->code());
   }
@@ -83,7 +67,7 @@ std::string error_line(const std::exception& error) {
   }
   if (const auto* service = dynamic_cast<const ServiceError*>(&error);
       service && !service->hint().empty()) {
-    line += "; " + service->hint();
+    line += "; " + with_flags(service->hint());
   }
   std::replace_if(
       line.begin(), line.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');

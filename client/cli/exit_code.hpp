@@ -3,12 +3,14 @@
 #include <exception>
 #include <string>
 
+#include "meshsmooth/error_reason.hpp"
+
 namespace meshsmooth::cli {
 
-/// What the shell is told.
-enum class ExitCode { done = 0, failed = 1, usage = 2, bad_mesh = 3, refused = 4, stopped = 5 };
+using meshsmooth::ExitCode;
 
-/// The exit code an error ends the program with.
+/// The exit code that an error ends the program with: its reason's, else that of its status or
+/// type.
 [[nodiscard]] ExitCode exit_code_of(const std::exception& error);
 
 /// The error in one line: what and where, the reason's name, what to do.

@@ -10,7 +10,7 @@ namespace meshsmooth::cli {
 
 void add_health_command(CLI::App& app, Action& action) {
   auto server = std::make_shared<ServerAddress>();
-  CLI::App* sub = app.add_subcommand("health", "Does a server serve? Exit code 0 yes, 4 no");
+  CLI::App* sub = app.add_subcommand("health", "Check that a server serves: exit code 0 yes, 4 no");
   add_server_flags(*sub, *server);
   sub->callback([&action, server] {
     action = [server] {

@@ -35,9 +35,9 @@ ExitCode run(const InfoCommand& command) {
 
 void add_info_command(CLI::App& app, Action& action) {
   auto command = std::make_shared<InfoCommand>();
-  CLI::App* sub = app.add_subcommand("info", "What a server is and can");
+  CLI::App* sub = app.add_subcommand("info", "Describe a server");
   add_server_flags(*sub, command->server);
-  sub->add_flag("--json", command->json, "All of it, with limits and defaults");
+  sub->add_flag("--json", command->json, "Output with limits and defaults, in proto3 JSON");
   sub->callback([&action, command] { action = [command] { return run(*command); }; });
 }
 

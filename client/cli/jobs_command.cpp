@@ -61,9 +61,9 @@ ExitCode run(const JobsCommand& command) {
 
 void add_jobs_command(CLI::App& app, Action& action) {
   auto command = std::make_shared<JobsCommand>();
-  CLI::App* sub = app.add_subcommand("jobs", "The jobs of a server, running and ended");
+  CLI::App* sub = app.add_subcommand("jobs", "List the jobs of a server, running and ended");
   add_server_flags(*sub, command->server);
-  sub->add_flag("--json", command->json, "As a list of meshsmooth.v1.Job in proto3 JSON");
+  sub->add_flag("--json", command->json, "Output as a list of meshsmooth.v1.Job in proto3 JSON");
   sub->callback([&action, command] { action = [command] { return run(*command); }; });
 }
 

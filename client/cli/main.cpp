@@ -31,6 +31,7 @@ int main(int argc, char** argv) {
   add_generate_command(app, action);
   add_info_command(app, action);
   add_jobs_command(app, action);
+  add_attach_command(app, action);
   add_cancel_command(app, action);
   add_health_command(app, action);
   add_bench_command(app, action);

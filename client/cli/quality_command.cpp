@@ -44,9 +44,9 @@ ExitCode run(const QualityCommand& command) {
 
 void add_quality_command(CLI::App& app, Action& action) {
   auto command = std::make_shared<QualityCommand>();
-  CLI::App* sub = app.add_subcommand("quality", "Judge a mesh file");
-  sub->add_option("IN", command->input, "Mesh: " + formats::readable_extensions())->required();
-  sub->add_flag("--json", command->json, "As meshsmooth.v1.QualityStats in proto3 JSON");
+  CLI::App* sub = app.add_subcommand("quality", "Evaluate the quality of a mesh file");
+  sub->add_option("IN", command->input, "Mesh file: " + formats::readable_extensions())->required();
+  sub->add_flag("--json", command->json, "Output as meshsmooth.v1.QualityStats in proto3 JSON");
   sub->callback([&action, command] { action = [command] { return run(*command); }; });
 }
 

@@ -2,10 +2,13 @@
 
 #include <CLI/Option.hpp>
 #include <CLI/Validators.hpp>
+#include <algorithm>
 #include <charconv>
 #include <map>
 #include <sstream>
+#include <string_view>
 #include <system_error>
+#include <type_traits>
 #include <vector>
 
 #include "meshsmooth/error.hpp"
@@ -13,15 +16,9 @@
 namespace meshsmooth::cli {
 namespace {
 
-const std::map<std::string, Weighting> kWeightings = {
-    {"uniform", Weighting::uniform},
-    {"inverse-edge-length", Weighting::inverse_edge_length},
-    {"edge-length", Weighting::edge_length},
-    {"ball-volume", Weighting::ball_volume}};
-const std::map<std::string, Goal> kGoals = {
-    {"average", Goal::average}, {"balanced", Goal::balanced}, {"worst", Goal::worst}};
-const std::map<std::string, Form> kForms = {
-    {"jacobi", Form::jacobi}, {"gauss-seidel", Form::gauss_seidel}, {"racing", Form::asynchronous}};
+const std::map<std::string, Form> kForms = {{"jacobi", Form::jacobi},
+                                            {"gauss-seidel", Form::gauss_seidel},
+                                            {"asynchronous", Form::asynchronous}};
 
 const std::map<std::string, BoundaryPolicy> kBoundaries = {{"fixed", BoundaryPolicy::fixed},
                                                            {"slide", BoundaryPolicy::slide},
@@ -34,68 +31,144 @@ std::vector<std::string> names(const std::map<std::string, Value>& values) {
   return result;
 }
 
-/// Refuses flags and forms that the chosen method does not have.
-void check_belonging(const SmoothFlags& flags) {
-  const bool weighted = flags.method == "laplacian" || flags.method == "weighted-laplacian" ||
-                        flags.method == "smart-laplacian";
-  struct Belonging {
-    bool given;
-    bool allowed;
-    const char* flag;
-    const char* methods;
-  };
-  const bool taubin = flags.method == "taubin";
-  const bool hc = flags.method == "hc-laplacian";
-  const bool optimize = flags.method == "optimize";
-  const bool jacobi = flags.form == "jacobi", racing = flags.form == "racing";
-  const Belonging belongings[] = {
-      {flags.weighting.has_value(), weighted, "--weighting",
-       "laplacian, weighted-laplacian, smart-laplacian"},
-      {flags.relaxation.has_value(), weighted, "--relaxation",
-       "laplacian, weighted-laplacian, smart-laplacian"},
-      {flags.lambda.has_value(), taubin, "--lambda", "taubin"},
-      {flags.mu.has_value(), taubin, "--mu", "taubin"},
-      {flags.alpha.has_value(), hc, "--alpha", "hc-laplacian"},
-      {flags.beta.has_value(), hc, "--beta", "hc-laplacian"},
-      {flags.goal.has_value(), optimize, "--goal", "optimize"},
-      {flags.target_quality.has_value(), optimize, "--target-quality", "optimize"},
-      {jacobi, !optimize, "--form jacobi", "every method but optimize"},
-      {racing, !optimize && !hc, "--form racing", "every method but optimize, hc-laplacian"},
-      {flags.form == "gauss-seidel", !hc, "--form gauss-seidel", "every method but hc-laplacian"}};
-  for (const Belonging& belonging : belongings) {
-    if (!belonging.given || belonging.allowed) continue;
-    throw InvalidOption("OPTION_MISPLACED",
-                        std::string(belonging.flag) + " means nothing to --method " + flags.method +
-                            "; it belongs to: " + belonging.methods,
-                        {{"field", belonging.flag}});
+/// "smart-laplacian" of "smart_laplacian".
+std::string to_word(std::string_view name) {
+  std::string word(name);
+  std::ranges::replace(word, '_', '-');
+  return word;
+}
+
+/// A name of the command line for a method: its own, or one that presets some fields.
+struct MethodWord {
+  std::string word;
+  Method method;
+};
+
+std::vector<MethodWord> method_words() {
+  std::vector<MethodWord> words;
+  for_each_method([&](const auto& method) {
+    words.push_back({to_word(method_name(method)), method});
+  });
+  words.push_back({"weighted-laplacian", Laplacian{.weighting = Weighting::inverse_edge_length}});
+  // The default first.
+  std::ranges::stable_partition(
+      words, [](const MethodWord& w) { return w.word == default_method_word(); });
+  return words;
+}
+
+/// The methods that `belongs` holds of, for an error text.
+template <class Belongs>
+std::string words_where(const Belongs& belongs) {
+  std::string text;
+  for (const auto& [word, method] : method_words()) {
+    if (belongs(method)) text += (text.empty() ? "" : ", ") + word;
   }
+  return text;
+}
+
+bool has_flag(const Method& method, std::string_view flag) {
+  bool found = false;
+  std::visit(
+      [&]<class M>(const M&) {
+        for_each_field<M>([&](const auto& field) { found = found || field.flag == flag; });
+      },
+      method);
+  return found;
+}
+
+bool has_form(const Method& method, Form form) {
+  return std::ranges::find(forms_of(method), form) != forms_of(method).end();
+}
+
+[[noreturn]] void throw_misplaced(const SmoothFlags& flags, const std::string& flag,
+                                  const std::string& methods) {
+  throw InvalidOption(
+      "OPTION_MISPLACED",
+      flag + " means nothing to --method " + flags.method + "; it belongs to: " + methods,
+      {{"field", flag}});
+}
+
+/// Refuses flags and forms that the chosen method does not have.
+void check_belonging(const SmoothFlags& flags, const Method& method) {
+  const auto check = [&](const auto& given) {
+    for (const auto& [flag, value] : given) {
+      if (has_flag(method, flag)) continue;
+      throw_misplaced(flags, flag, words_where([&, &name = flag](const Method& m) {
+                        return has_flag(m, name);
+                      }));
+    }
+  };
+  check(flags.numbers);
+  check(flags.choices);
+  if (!flags.form || has_form(method, kForms.at(*flags.form))) return;
+  throw_misplaced(flags, "--form " + *flags.form, words_where([&](const Method& m) {
+                    return has_form(m, kForms.at(*flags.form));
+                  }));
 }
 
 Method to_method(const SmoothFlags& flags) {
-  const auto weighted = [&](auto method, const char* default_weighting) {
-    method.weighting = kWeightings.at(flags.weighting.value_or(default_weighting));
-    method.relaxation = flags.relaxation.value_or(method.relaxation);
-    return method;
-  };
-  if (flags.method == "laplacian") return weighted(Laplacian{}, "uniform");
-  if (flags.method == "weighted-laplacian") return weighted(Laplacian{}, "inverse-edge-length");
-  if (flags.method == "smart-laplacian") return weighted(SmartLaplacian{}, "uniform");
-  if (flags.method == "taubin") {
-    Taubin method;
-    method.lambda = flags.lambda.value_or(method.lambda);
-    method.mu = flags.mu.value_or(method.mu);
-    return method;
-  }
-  if (flags.method == "hc-laplacian") {
-    HcLaplacian method;
-    method.alpha = flags.alpha.value_or(method.alpha);
-    method.beta = flags.beta.value_or(method.beta);
-    return method;
-  }
-  Optimize method;
-  if (flags.goal) method.goal = kGoals.at(*flags.goal);
-  method.target_quality = flags.target_quality.value_or(method.target_quality);
+  const std::vector<MethodWord> words = method_words();
+  Method method = std::ranges::find(words, flags.method, &MethodWord::word)->method;
+  check_belonging(flags, method);
+  std::visit(
+      [&]<class M>(M& m) {
+        for_each_field<M>([&]<class Field>(const Field& field) {
+          const std::string flag(field.flag);
+          if constexpr (std::is_same_v<Field, NumberField<M>>) {
+            if (const auto given = flags.numbers.find(flag); given != flags.numbers.end()) {
+              m.*field.member = given->second;
+            }
+          } else if (const auto given = flags.choices.find(flag); given != flags.choices.end()) {
+            const auto place = std::ranges::find(field.choices, given->second);
+            using Enum = std::remove_reference_t<decltype(m.*field.member)>;
+            m.*field.member = static_cast<Enum>(place - field.choices.begin());
+          }
+        });
+      },
+      method);
   return method;
+}
+
+/// "0.6307", as short as it can be read back.
+std::string number_text(double value) {
+  char text[32];
+  const auto [end, error] = std::to_chars(text, text + sizeof text, value);
+  return error == std::errc() ? std::string(text, end) : std::string();
+}
+
+/// One flag for each field of a method; what several methods share, once.
+void add_method_flags(CLI::App& command, SmoothFlags& flags) {
+  for_each_method([&]<class M>(const M& method) {
+    for_each_field<M>([&]<class Field>(const Field& field) {
+      const std::string flag(field.flag);
+      if (command.get_option_no_throw(flag) != nullptr) return;
+      const std::string owners = words_where([&](const Method& m) { return has_flag(m, flag); });
+      const std::string help = owners + ": " + std::string(field.help);
+      if constexpr (std::is_same_v<Field, NumberField<M>>) {
+        command.add_option_function<double>(
+            flag, [&flags, flag](const double& value) { flags.numbers[flag] = value; },
+            help + " [" + number_text(method.*field.member) + "]");
+      } else {
+        const auto chosen = static_cast<std::size_t>(method.*field.member);
+        command
+            .add_option_function<std::string>(
+                flag, [&flags, flag](const std::string& value) { flags.choices[flag] = value; },
+                help + " [" + std::string(field.choices[chosen]) + "]")
+            ->check(CLI::IsMember(
+                std::vector<std::string>(field.choices.begin(), field.choices.end())));
+      }
+    });
+  });
+}
+
+/// "taubin 20, hc-laplacian 10, others 1000".
+std::string iterations_text() {
+  std::string text;
+  for_each_method([&](const auto& method) {
+    if (default_iterations(method) == kAmpleIterations) return;
+    text += to_word(method_name(method)) + " " + std::to_string(default_iterations(method)) + ", ";
+  });
+  return text + "others " + std::to_string(kAmpleIterations);
 }
 
 /// Of "0.5", a length in the mesh's unit, or "2%" of the bounding box's diagonal.
@@ -115,6 +188,8 @@ MovementLimit to_movement_limit(const std::string& text) {
 
 }  // namespace
 
+std::string default_method_word() { return to_word(method_name(SmoothOptions{}.method)); }
+
 std::chrono::nanoseconds to_duration(const std::string& flag, double seconds) {
   if (!(seconds > 0)) {
     std::ostringstream message;
@@ -128,73 +203,55 @@ std::chrono::nanoseconds to_duration(const std::string& flag, double seconds) {
 }
 
 void add_smooth_flags(CLI::App& command, SmoothFlags& flags) {
-  command
-      .add_option("--method", flags.method,
-                  "optimize | smart-laplacian | laplacian | weighted-laplacian | taubin | "
-                  "hc-laplacian")
-      ->check(CLI::IsMember({"laplacian", "weighted-laplacian", "smart-laplacian", "taubin",
-                             "hc-laplacian", "optimize"}))
+  std::vector<std::string> words;
+  for (const MethodWord& method : method_words()) words.push_back(method.word);
+  command.add_option("--method", flags.method, "Smoothing method")
+      ->check(CLI::IsMember(words))
       ->capture_default_str();
-  command
-      .add_option("--weighting", flags.weighting,
-                  "How a node weighs its neighbours (laplacian family)")
-      ->check(CLI::IsMember(names(kWeightings)));
-  command.add_option("--relaxation", flags.relaxation, "Share of the way to go, (0, 1]");
-  command.add_option("--lambda", flags.lambda, "taubin: shrinking step, (0, 1]");
-  command.add_option("--mu", flags.mu, "taubin: growing step, below minus lambda");
-  command.add_option("--alpha", flags.alpha, "hc-laplacian: weight of the original place, [0, 1]");
-  command.add_option("--beta", flags.beta, "hc-laplacian: share of the own push, [0, 1]");
-  command
-      .add_option("--goal", flags.goal,
-                  "optimize: improve the average, the worst elements, or both [balanced]")
-      ->check(CLI::IsMember(names(kGoals)));
-  command.add_option(
-      "--target-quality", flags.target_quality,
-      "optimize: done when the worst mean ratio that can change is this good, [0, 1)");
-  command.add_option("--form", flags.form, "Order of the moves of a sweep [the method's best]")
+  add_method_flags(command, flags);
+  command.add_option("--form", flags.form, "Order of the moves in a sweep [the method's first]")
       ->check(CLI::IsMember(names(kForms)));
   command
       .add_option("--guard", flags.guard,
-                  "off: a valid element may come back inverted (plain averaging)")
+                  "Guard of valid elements; off: they may come back inverted")
       ->check(CLI::IsMember({"on", "off"}))
       ->capture_default_str();
-  command
-      .add_option("--tangled", flags.tangled, "What to do with a mesh that has inverted elements")
+  command.add_option("--tangled", flags.tangled, "Treatment of a mesh with inverted elements")
       ->check(CLI::IsMember({"repair", "refuse"}))
       ->capture_default_str();
   command
       .add_option(
           "--boundary", flags.boundary,
-          "slide: boundary nodes move in their plane, on their curved part or along their crease, "
-          "corners stay; "
-          "free: they move like all others. In both, the file's lower-dimensional elements "
-          "move with their nodes")
+          "Boundary nodes. slide: they move in their plane, on their curved part or along their "
+          "crease, corners stay; free: they move like all others. In both, the file's "
+          "lower-dimensional cells move with their nodes")
       ->check(CLI::IsMember(names(kBoundaries)))
       ->capture_default_str();
   command.add_option("--feature-angle", flags.feature_angle,
-                     "--boundary slide: planes that meet at less are one curved part; "
-                     "degrees, 1 to 90 [30]");
-  command.add_option("--iterations", flags.iterations, "Sweeps at most; 0 only judges the mesh")
-      ->capture_default_str();
+                     "Largest angle between planes of one curved part, with --boundary slide, "
+                     "in degrees, 1 to 90 [30]");
+  command.add_option("--iterations", flags.iterations,
+                     "Iteration limit; 0 only evaluates the mesh [" + iterations_text() + "]");
   CLI::Option* relative = command.add_option(
       "--tolerance", flags.tolerance,
-      "Done when no node moves by more than this share of the bounding box's diagonal; "
-      "optimize: when a sweep lowers the energies by less than this share [1e-4]");
+      "Largest move that ends the run, as a share of the bounding box's diagonal; "
+      "optimize: smallest decrease of the energies in a sweep, as a share [1e-4]");
   command
       .add_option("--absolute-tolerance", flags.absolute_tolerance,
-                  "Done when no node moves by more than this, in the mesh's unit")
+                  "Largest move that ends the run, in the mesh's unit")
       ->excludes(relative);
-  command.add_option("--movement-limit", flags.movement_limit,
-                     "How far a node may end from where it began: in the mesh's unit, or with % "
-                     "as a share of the bounding box's diagonal");
+  command.add_option(
+      "--movement-limit", flags.movement_limit,
+      "Largest distance of a node from its original position, in the mesh's unit or, "
+      "with %, as a share of the bounding box's diagonal [none]");
   command.add_option("--compute-budget", flags.compute_budget_seconds,
-                     "Seconds of computing, after which the best result reached is returned");
+                     "Computing time after which the best result so far is returned, in seconds "
+                     "[none]");
   command.add_flag("--history", flags.history,
-                   "Each sweep's moves, energy and worst mean ratio in the report");
+                   "Moves, energy and worst mean ratio of each sweep in the report");
 }
 
 SmoothOptions to_smooth_options(const SmoothFlags& flags) {
-  check_belonging(flags);
   SmoothOptions options;
   options.method = to_method(flags);
   if (flags.form) options.form = kForms.at(*flags.form);

@@ -2,6 +2,7 @@
 
 #include <CLI/App.hpp>
 #include <chrono>
+#include <map>
 #include <optional>
 #include <string>
 
@@ -9,23 +10,20 @@
 
 namespace meshsmooth::cli {
 
+/// `SmoothOptions{}.method` as the command line writes it.
+[[nodiscard]] std::string default_method_word();
+
 /// The flags of `smooth` that say how to smooth, as text and numbers.
 struct SmoothFlags {
-  std::string method = "optimize";
-  std::optional<std::string> weighting;
-  std::optional<double> relaxation;
-  std::optional<double> lambda;
-  std::optional<double> mu;
-  std::optional<double> alpha;
-  std::optional<double> beta;
-  std::optional<std::string> goal;
-  std::optional<double> target_quality;
+  std::string method = default_method_word();
+  std::map<std::string, double> numbers;       // of the method's fields, by flag
+  std::map<std::string, std::string> choices;  // of them too
   std::optional<std::string> form;
   std::string tangled = "repair";
   std::string guard = "on";
   std::string boundary = "fixed";
   std::optional<double> feature_angle;
-  int iterations = SmoothOptions{}.max_iterations;
+  std::optional<int> iterations;
   std::optional<double> tolerance;
   std::optional<double> absolute_tolerance;
   std::optional<std::string> movement_limit;  // "0.5", "2%"
@@ -36,7 +34,7 @@ struct SmoothFlags {
 /// Adds the flags to a command; `flags` must outlive it.
 void add_smooth_flags(CLI::App& command, SmoothFlags& flags);
 
-/// Of the seconds that a flag says. Throws `InvalidOption` (OPTION_OUT_OF_RANGE) unless they
+/// The seconds given by a flag. Throws `InvalidOption` (OPTION_OUT_OF_RANGE) unless they
 /// are above 0; more than 292 years are cut.
 [[nodiscard]] std::chrono::nanoseconds to_duration(const std::string& flag, double seconds);
 

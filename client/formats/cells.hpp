@@ -23,7 +23,7 @@ struct CellKind {
 
 /// Null for a type that cannot travel (higher order, polyhedra …).
 [[nodiscard]] const CellKind* find_vtk_cell(int vtk_type, std::size_t node_count);
-/// Of a cell that may be a passenger or part of a mesh; none: it may be neither.
+/// Of a cell that may be a lower-dimensional cell or part of a mesh; none: it may be neither.
 [[nodiscard]] std::optional<int> cell_dimension(int vtk_type, std::size_t node_count);
 [[nodiscard]] const CellKind* find_gmsh_cell(int gmsh_type);
 [[nodiscard]] const CellKind& cell_kind(ElementType type);

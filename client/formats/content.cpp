@@ -23,9 +23,9 @@ int dimension_of(const std::filesystem::path& path, const Dataset& dataset, cons
 }
 
 /// The cells that are not of the mesh's dimension.
-class Passengers {
+class LowerDimensionalCells {
  public:
-  explicit Passengers(std::size_t node_count) : used_(node_count, 0) {}
+  explicit LowerDimensionalCells(std::size_t node_count) : used_(node_count, 0) {}
   void add(const Cell& cell) {
     ++count_;
     for (const std::int64_t id : cell.nodes) {
@@ -34,9 +34,9 @@ class Passengers {
     }
   }
   void store(FileContent& content) const {
-    content.passenger_count = count_;
+    content.lower_dimensional_cell_count = count_;
     for (std::size_t node = 0; node < used_.size(); ++node) {
-      if (used_[node] != 0) content.passenger_nodes.push_back(static_cast<NodeId>(node));
+      if (used_[node] != 0) content.lower_dimensional_nodes.push_back(static_cast<NodeId>(node));
     }
   }
 
@@ -124,11 +124,11 @@ MeshFile make_mesh_file(const std::filesystem::path& path, FileContent content) 
 
   Mesh mesh;
   Blocks blocks;
-  Passengers passengers(static_cast<std::size_t>(node_count));
+  LowerDimensionalCells lower_dimensional(static_cast<std::size_t>(node_count));
   for (std::int64_t id = 0; id < cell_count; ++id) {
     dataset.get_cell(id, cell);
     if (dimensions[static_cast<std::size_t>(id)] < *highest) {
-      passengers.add(cell);
+      lower_dimensional.add(cell);
     } else {
       const CellKind* kind = find_vtk_cell(cell.type, cell.nodes.size());
       blocks.add(*kind->element, cell, id);
@@ -136,7 +136,7 @@ MeshFile make_mesh_file(const std::filesystem::path& path, FileContent content) 
   }
   mesh.positions = dataset.positions();
   blocks.store(mesh, content);
-  passengers.store(content);
+  lower_dimensional.store(content);
   if (!content.node_ids.empty()) {
     auto& order = content.nodes_by_id;
     order.resize(content.node_ids.size());

@@ -46,14 +46,14 @@ class FileContent {
   std::vector<std::int32_t> group_sets;
   std::vector<std::int64_t> element_cells;  // the cells of the mesh's elements
   std::vector<NodeId> nodes_by_id;          // nodes in ascending order of their ids; or empty
-  std::vector<NodeId> passenger_nodes;
-  std::int64_t passenger_count = 0;
+  std::vector<NodeId> lower_dimensional_nodes;
+  std::int64_t lower_dimensional_cell_count = 0;
   std::string text;            // the file, or empty
   CoordinateFields fields;     // in the text; one per node
   std::string companion_text;  // of the .ele file beside a .node file
 };
 
-/// Sorts the cells of `content.dataset` into mesh and passengers. Throws
+/// Sorts the cells of `content.dataset` into mesh and lower-dimensional cells. Throws
 /// MESH_EMPTY, ELEMENT_NOT_SUPPORTED, FORMAT_ERROR.
 [[nodiscard]] MeshFile make_mesh_file(const std::filesystem::path& path, FileContent content);
 

@@ -20,7 +20,7 @@ namespace meshsmooth::formats {
 namespace {
 
 using std::filesystem::path;
-using Places = std::unordered_map<std::int64_t, vtkIdType>;  // of ids in their list
+using IndexOfId = std::unordered_map<std::int64_t, vtkIdType>;
 
 /// One element as Gmsh tells of it; its node tags start at `first`.
 struct Row {
@@ -37,11 +37,11 @@ struct Elements {
   std::vector<std::size_t> node_tags;
 };
 
-Places places_of(const std::vector<std::int64_t>& ids) {
-  Places places;
-  places.reserve(ids.size());
-  for (const std::int64_t id : ids) places.emplace(id, static_cast<vtkIdType>(places.size()));
-  return places;
+IndexOfId index_of(const std::vector<std::int64_t>& ids) {
+  IndexOfId indices;
+  indices.reserve(ids.size());
+  for (const std::int64_t id : ids) indices.emplace(id, static_cast<vtkIdType>(indices.size()));
+  return indices;
 }
 
 const CellKind& kind_of(const path& file, int gmsh_type, std::size_t first_tag) {
@@ -51,8 +51,8 @@ const CellKind& kind_of(const path& file, int gmsh_type, std::size_t first_tag) 
   int order = 0;
   int node_count = 0;
   int corner_count = 0;
-  std::vector<double> places;
-  gmsh::model::mesh::getElementProperties(gmsh_type, name, dimension, order, node_count, places,
+  std::vector<double> positions;
+  gmsh::model::mesh::getElementProperties(gmsh_type, name, dimension, order, node_count, positions,
                                           corner_count);
   fail("ELEMENT_NOT_SUPPORTED", file,
        "element " + std::to_string(first_tag) + " is a \"" + name + "\" of order " +
@@ -94,7 +94,7 @@ Elements get_elements(const path& file) {
   return found;
 }
 
-void add_cells(const path& file, const Elements& elements, const Places& nodes,
+void add_cells(const path& file, const Elements& elements, const IndexOfId& nodes,
                vtkUnstructuredGrid& grid) {
   for (const Row& row : elements.rows) {
     std::array<vtkIdType, 8> cell{};
@@ -151,7 +151,7 @@ void add_groups(const Elements& elements, vtkUnstructuredGrid& grid, FileContent
 }
 
 /// The first step of every view of values on nodes or elements.
-void add_views(const Places& nodes, const Places& elements, vtkUnstructuredGrid& grid) {
+void add_views(const IndexOfId& nodes, const IndexOfId& elements, vtkUnstructuredGrid& grid) {
   std::vector<int> views;
   gmsh::view::getTags(views);
   for (std::size_t index = 0; index < views.size(); ++index) {
@@ -163,19 +163,19 @@ void add_views(const Places& nodes, const Places& elements, vtkUnstructuredGrid&
     gmsh::view::getModelData(views[index], 0, kind, tags, values, time, components);
     if ((kind != "NodeData" && kind != "ElementData") || components < 1) continue;
     const bool on_nodes = kind == "NodeData";
-    const Places& places = on_nodes ? nodes : elements;
+    const IndexOfId& indices = on_nodes ? nodes : elements;
     std::string name;
     gmsh::option::getString("View[" + std::to_string(index) + "].Name", name);
     const vtkNew<vtkDoubleArray> array;
     array->SetName(name.c_str());
     array->SetNumberOfComponents(components);
-    array->SetNumberOfTuples(static_cast<vtkIdType>(places.size()));
+    array->SetNumberOfTuples(static_cast<vtkIdType>(indices.size()));
     array->Fill(std::numeric_limits<double>::quiet_NaN());
     for (std::size_t row = 0; row < tags.size(); ++row) {
-      const auto place = places.find(static_cast<std::int64_t>(tags[row]));
-      if (place == places.end() || values[row].size() < static_cast<std::size_t>(components))
+      const auto index = indices.find(static_cast<std::int64_t>(tags[row]));
+      if (index == indices.end() || values[row].size() < static_cast<std::size_t>(components))
         continue;
-      array->SetTuple(place->second, values[row].data());
+      array->SetTuple(index->second, values[row].data());
     }
     (on_nodes ? static_cast<vtkFieldData*>(grid.GetPointData()) : grid.GetCellData())
         ->AddArray(array);
@@ -209,7 +209,7 @@ MeshFile read_gmsh(const path& file) {
   GmshSession session;
   session.run("FORMAT_ERROR", file, [&] { gmsh::merge(file.string()); });
   const Elements elements = get_elements(file);
-  const Places nodes = places_of(content.fields.node_ids);
+  const IndexOfId nodes = index_of(content.fields.node_ids);
   if (nodes.size() != content.fields.node_ids.size()) {
     fail("FORMAT_ERROR", file, "two nodes have the same number");
   }
@@ -221,7 +221,7 @@ MeshFile read_gmsh(const path& file) {
 
   content.cell_ids.reserve(elements.rows.size());
   for (const Row& row : elements.rows) content.cell_ids.push_back(row.tag);
-  add_views(nodes, places_of(content.cell_ids), *grid);
+  add_views(nodes, index_of(content.cell_ids), *grid);
   content.dataset = std::make_shared<VtkDataset>(grid);
   return make_mesh_file(file, std::move(content));
 }

@@ -144,16 +144,16 @@ class ModelBuilder {
 
   void add_nodes() const {
     Tags tags;
-    std::vector<double> places;
+    std::vector<double> positions;
     for (std::size_t node = 0; node < node_tags_.size(); ++node) {
       if (node_tags_[node] == 0) continue;
-      std::array<double, 3> place{};
-      grid_.GetPoint(static_cast<vtkIdType>(node), place.data());
+      std::array<double, 3> position{};
+      grid_.GetPoint(static_cast<vtkIdType>(node), position.data());
       tags.push_back(node_tags_[node]);
-      places.insert(places.end(), place.begin(), place.end());
+      positions.insert(positions.end(), position.begin(), position.end());
     }
     const auto& [key, entity] = *entities_.rbegin();  // of the highest dimension
-    gmsh::model::mesh::addNodes(std::get<0>(key), entity, tags, places);
+    gmsh::model::mesh::addNodes(std::get<0>(key), entity, tags, positions);
   }
 
   void add_physical_groups() const {
@@ -209,16 +209,16 @@ void restore_digits(const path& file, vtkUnstructuredGrid& grid, const Tags& nod
   CoordinateFields fields = find_coordinates(file, text);
   constexpr double kOther = std::numeric_limits<double>::quiet_NaN();
   for (Vec3d& read : fields.positions) read = {kOther, kOther, kOther};  // write all anew
-  std::unordered_map<std::int64_t, vtkIdType> places;
+  std::unordered_map<std::int64_t, vtkIdType> index_of;
   for (std::size_t node = 0; node < node_tags.size(); ++node) {
-    places.emplace(static_cast<std::int64_t>(node_tags[node]), static_cast<vtkIdType>(node));
+    index_of.emplace(static_cast<std::int64_t>(node_tags[node]), static_cast<vtkIdType>(node));
   }
   std::vector<Vec3d> positions;
   positions.reserve(fields.node_ids.size());
   for (const std::int64_t id : fields.node_ids) {
-    std::array<double, 3> place{};
-    grid.GetPoint(places.at(id), place.data());
-    positions.push_back({place[0], place[1], place[2]});
+    std::array<double, 3> position{};
+    grid.GetPoint(index_of.at(id), position.data());
+    positions.push_back({position[0], position[1], position[2]});
   }
   write_bytes(file, replace_coordinates(text, fields, std::span<const Vec3d>(positions)));
 }

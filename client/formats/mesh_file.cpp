@@ -146,12 +146,14 @@ std::optional<NodeId> MeshFile::find_node(std::int64_t file_id) const {
   return *found;
 }
 
-const std::vector<NodeId>& MeshFile::passenger_nodes() const {
+const std::vector<NodeId>& MeshFile::lower_dimensional_nodes() const {
   static const std::vector<NodeId> none;
-  return content_ ? content_->passenger_nodes : none;
+  return content_ ? content_->lower_dimensional_nodes : none;
 }
 
-std::int64_t MeshFile::passenger_count() const { return content_ ? content_->passenger_count : 0; }
+std::int64_t MeshFile::lower_dimensional_cell_count() const {
+  return content_ ? content_->lower_dimensional_cell_count : 0;
+}
 
 std::string readable_extensions() {
   return extensions([](const Format& format) { return format.read != nullptr; });

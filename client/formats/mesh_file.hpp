@@ -21,7 +21,7 @@ class FileContent;
 /// The mesh holds the elements of the file's highest dimension, one block per
 /// type; the file's elements keep their order inside a block. Elements of a
 /// lower dimension (points, edges, surface elements of a volume mesh) are
-/// passengers: they are written again, following their nodes. Nodes are in the
+/// lower-dimensional cells: they are written again, following their nodes. Nodes are in the
 /// file's order. Coordinates keep the file's precision.
 ///
 /// Change `mesh.positions` and `mesh.fixed` as you like (also the precision);
@@ -44,9 +44,9 @@ class MeshFile {
   /// The node that the file calls so. O(log nodes).
   [[nodiscard]] std::optional<NodeId> find_node(std::int64_t file_id) const;
 
-  /// The nodes of all passengers, each once, ascending.
-  [[nodiscard]] const std::vector<NodeId>& passenger_nodes() const;
-  [[nodiscard]] std::int64_t passenger_count() const;
+  /// The nodes of all lower-dimensional cells, each once, ascending.
+  [[nodiscard]] const std::vector<NodeId>& lower_dimensional_nodes() const;
+  [[nodiscard]] std::int64_t lower_dimensional_cell_count() const;
 
   /// For the writers; null for a mesh that comes from no file.
   [[nodiscard]] const std::shared_ptr<const FileContent>& content() const { return content_; }
@@ -58,7 +58,7 @@ class MeshFile {
 /// The format follows from the extension, in any letter case:
 ///
 ///   extension    library  precision  carries besides the mesh
-///   .vtu         VTK      f32, f64   point, cell and field data, passengers
+///   .vtu         VTK      f32, f64   point, cell and field data, lower-dimensional cells
 ///   .vtk         VTK      f32, f64   the same; binary is written
 ///   .vtp         VTK      f32, f64   the same, surfaces only
 ///   .ply         own      f32, f64   all other bytes; surfaces only
@@ -74,7 +74,7 @@ class MeshFile {
 /// "All other bytes": written to the format it was read from, the file changes
 /// in its coordinates alone. Writing to another format converts what that
 /// format can carry: data arrays, ids, physical groups (VTK and MSH both ways),
-/// passengers; an element type it cannot carry is an error. Not thread-safe:
+/// lower-dimensional cells; an element type it cannot carry is an error. Not thread-safe:
 /// the Gmsh library has one global state.
 ///
 /// A wedge's first triangle looks outward, as VTK's documentation says and

@@ -26,8 +26,8 @@
 namespace meshsmooth::formats {
 namespace {
 
-/// While it lives, VTK's complaints come here instead of on the terminal. VTK
-/// readers complain and carry on; we take the first complaint as the error.
+/// While it lives, it captures VTK's error messages, which otherwise go to the terminal. VTK's
+/// readers report an error and carry on; the first one counts.
 class ComplaintWindow : public vtkOutputWindow {
  public:
   static ComplaintWindow* New();
@@ -53,18 +53,18 @@ class ComplaintWindow : public vtkOutputWindow {
 };
 vtkStandardNewMacro(ComplaintWindow);
 
-class Complaints {
+class CapturedErrors {
  public:
-  Complaints() : before_(vtkOutputWindow::GetInstance()) {
+  CapturedErrors() : before_(vtkOutputWindow::GetInstance()) {
     vtkOutputWindow::SetInstance(window_);
     vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF);
   }
-  ~Complaints() {
+  ~CapturedErrors() {
     vtkLogger::SetStderrVerbosity(verbosity_before_);
     vtkOutputWindow::SetInstance(before_);
   }
-  Complaints(const Complaints&) = delete;
-  Complaints& operator=(const Complaints&) = delete;
+  CapturedErrors(const CapturedErrors&) = delete;
+  CapturedErrors& operator=(const CapturedErrors&) = delete;
 
   /// The first one in one line, without VTK's source file and address; or "".
   [[nodiscard]] std::string first() const {
@@ -258,9 +258,9 @@ MeshFile read_vtk(const std::filesystem::path& path) {
   check_signature(path);
   vtkSmartPointer<vtkPointSet> dataset;
   {
-    const Complaints complaints;
+    const CapturedErrors errors;
     const auto data = run_reader_of(path);
-    if (const std::string what = complaints.first(); !what.empty()) {
+    if (const std::string what = errors.first(); !what.empty()) {
       fail("FORMAT_ERROR", path, "VTK cannot read it: " + what);
     }
     if (!data) fail("FORMAT_ERROR", path, "VTK finds no data set in it");
@@ -284,9 +284,9 @@ MeshFile read_vtk(const std::filesystem::path& path) {
 }
 
 void write_vtk(const std::filesystem::path& path, const MeshFile& file) {
-  const Complaints complaints;
+  const CapturedErrors errors;
   if (!write_by_extension(path, file)) {
-    const std::string what = complaints.first();
+    const std::string what = errors.first();
     fail("FILE_NOT_WRITABLE", path, what.empty() ? "VTK could not write it" : what);
   }
 }

@@ -17,11 +17,10 @@ AttachCall::AttachCall(v1::SmoothingService::StubInterface& stub, std::string se
       job_name_(std::move(job_name)),
       mesh_(mesh),
       request_(request),
-      timeout_(request.timeout.value_or(default_timeout(mesh, SmoothOptions()))),
       result_(mesh) {}
 
 SmoothReport AttachCall::run() {
-  Retry retry(request_, timeout_);
+  Retry retry(request_);
   for (bool done = false; !done;) {
     const std::size_t before = result_.received_bytes();
     try {
@@ -57,10 +56,10 @@ void AttachCall::attempt(std::chrono::nanoseconds timeout) {
   }
   const grpc::Status status = stream->Finish();
   if (status.ok()) return;
-  throw to_service_error(status,
-                         {.server = server_,
-                          .cancelled_by_caller = request_.stop.stop_requested(),
-                          .timeout_seconds = std::chrono::duration<double>(timeout_).count()});
+  throw to_service_error(
+      status, {.server = server_,
+               .cancelled_by_caller = request_.stop.stop_requested(),
+               .timeout_seconds = std::chrono::duration<double>(*request_.timeout).count()});
 }
 
 void AttachCall::handle(const v1::AttachJobResponse& response) {

@@ -9,9 +9,10 @@
 
 namespace meshsmooth::client {
 
-/// Takes the result of a job by AttachJob calls, each from where the one before ended.
+/// Receives the result of a job by AttachJob calls, each from where the one before ended.
 class AttachCall {
  public:
+  /// `request` is `completed`.
   AttachCall(v1::SmoothingService::StubInterface& stub, std::string server, std::string job_name,
              Mesh& mesh, const RequestOptions& request);
 
@@ -27,7 +28,6 @@ class AttachCall {
   const std::string job_name_;
   Mesh& mesh_;
   const RequestOptions& request_;
-  const std::chrono::nanoseconds timeout_;
   ResultAssembler result_;
   std::optional<v1::Summary> summary_;
 };

@@ -4,37 +4,21 @@
 #include <google/protobuf/wrappers.pb.h>
 #include <grpcpp/generic/generic_stub.h>
 
-#include <algorithm>
-#include <array>
-#include <atomic>
 #include <future>
 #include <utility>
 
 #include "attach_call.hpp"
 #include "channel.hpp"
 #include "client_access.hpp"
-#include "meshsmooth/v1/smoothing.grpc.pb.h"
-#include "request_id.hpp"
-#include "retry.hpp"
-#include "service_error.hpp"
-#include "smooth_call.hpp"
-#include "spare_memory.hpp"
+#include "client_impl.hpp"
 #include "wire/codec.hpp"
-#include "wire/topology_name.hpp"
 
 namespace meshsmooth::client {
 namespace {
 
-/// For calls that only ask or tell.
-constexpr std::chrono::seconds kShortTimeout{30};
-
-constexpr std::array<std::string_view, 9> kJobStateNames = {"unspecified", "receiving", "queued",
-                                                            "running",     "sending",   "succeeded",
-                                                            "failed",      "cancelled", "expired"};
-
 std::string json_of(const google::protobuf::Message& answer) {
   if (!wire::has_json(answer)) {
-    throw broken_answer("the server's answer has a duration or a time that is none");
+    throw broken_answer("cannot decode the server's answer: invalid duration or timestamp");
   }
   return wire::to_json(answer);
 }
@@ -45,8 +29,7 @@ JobInfo decode_job(const v1::Job& job) {
   info.request_id = job.request_id();
   info.progress = decode_progress(job.last_progress());
   info.progress.queue_position = job.queue_position();
-  info.state =
-      v1::State_IsValid(job.state()) ? static_cast<JobState>(job.state()) : JobState::unspecified;
+  info.state = wire::decode_state(job.state());
   info.node_count = job.node_count();
   info.element_count = job.element_count();
   if (job.has_error()) info.error = job.error().reason() + ": " + job.error().message();
@@ -55,129 +38,6 @@ JobInfo decode_job(const v1::Job& job) {
 }
 
 }  // namespace
-
-struct Client::Impl {
-  Impl(std::shared_ptr<grpc::Channel> its_channel, std::string its_name)
-      : channel(std::move(its_channel)),
-        stub(v1::SmoothingService::NewStub(channel)),
-        name(std::move(its_name)) {}
-
-  /// Runs one of the stub's unary calls.
-  template <class Response, class Request>
-  Response call(grpc::Status (v1::SmoothingService::Stub::*method)(grpc::ClientContext*,
-                                                                   const Request&, Response*),
-                const Request& request) {
-    grpc::ClientContext context;
-    context.set_deadline(std::chrono::system_clock::now() + kShortTimeout);
-    Response response;
-    const grpc::Status status = (stub.get()->*method)(&context, request, &response);
-    if (!status.ok()) throw error(status, kShortTimeout);
-    return response;
-  }
-
-  [[nodiscard]] ServiceError error(const grpc::Status& status,
-                                   std::chrono::duration<double> timeout) const {
-    return to_service_error(
-        status, {.server = name, .cancelled_by_caller = false, .timeout_seconds = timeout.count()});
-  }
-
-  /// A job, as often as it takes.
-  SmoothReport smooth(Mesh& mesh, const SmoothOptions& options, const RequestOptions& request,
-                      TopologyUse topology) {
-    RequestOptions attempt = request;
-    if (attempt.request_id.empty()) attempt.request_id = make_request_id();
-    Retry retry(attempt, request.timeout.value_or(default_timeout(mesh, options)));
-    std::size_t early_bytes = last_was_accepted ? kManyEarlyBytes : kFewEarlyBytes;
-    BorrowedMemory memory(spare, mesh);
-    for (;;) {
-      SmoothCall call(channel, name, mesh, options, attempt, retry.left(), early_bytes, topology,
-                      memory.places);
-      try {
-        SmoothReport report = call.run();
-        last_was_accepted = true;
-        return report;
-      } catch (const ServiceError& error) {
-        last_was_accepted = false;
-        // The server said itself that it cannot: a proxy may take another.
-        if (!error.reason().empty()) topology.route.clear();
-        // Cut off with much under way: what a proxy may have said is heard with less.
-        const bool unheard =
-            std::exchange(early_bytes, kFewEarlyBytes) == kManyEarlyBytes && !call.answered();
-        if (!unheard || !error.reason().empty() || retry.left().count() <= 0) retry.wait(error);
-      }
-    }
-  }
-
-  std::shared_ptr<grpc::Channel> channel;
-  std::unique_ptr<v1::SmoothingService::Stub> stub;
-  std::string name;
-  /// Whether the last job succeeded: a server is behind the channel, and takes jobs.
-  std::atomic<bool> last_was_accepted = false;
-  SpareMemory spare;
-};
-
-struct Session::Impl {
-  Impl(Client::Impl& its_client, const Mesh& its_mesh)
-      : client(its_client),
-        mesh(its_mesh),
-        node_count(mesh.node_count()),
-        topology_name(wire::topology_name(MeshTopology(mesh).view())),
-        route(topology_name.substr(topology_name.rfind('-') + 1)) {}
-
-  template <class Real>
-  SmoothReport smooth(std::span<Vec3<Real>> positions, const SmoothOptions& options,
-                      const RequestOptions& request) {
-    if (positions.size() != node_count) {
-      throw ServiceError(StatusCode::invalid_argument, "ARRAY_SIZE_MISMATCH",
-                         std::to_string(positions.size()) + " positions for a mesh of " +
-                             std::to_string(node_count) + " nodes",
-                         {}, {});
-    }
-    using Own = std::vector<Vec3<Real>>;
-    if (!std::holds_alternative<Own>(mesh.positions)) mesh.positions.emplace<Own>();
-    auto& own = std::get<Own>(mesh.positions);
-    own.assign(positions.begin(), positions.end());
-    SmoothReport report;
-    const auto begin = std::chrono::steady_clock::now();
-    try {
-      report = client.smooth(mesh, options, request, {topology_name, false, route});
-    } catch (const ServiceError& error) {
-      if (error.reason() != "TOPOLOGY_NOT_FOUND") throw;
-      RequestOptions rest = request;
-      if (rest.timeout) *rest.timeout -= std::chrono::steady_clock::now() - begin;
-      report = client.smooth(mesh, options, rest, {{}, true, route});
-    }
-    std::copy(own.begin(), own.end(), positions.begin());
-    return report;
-  }
-
-  Client::Impl& client;
-  Mesh mesh;  // its positions are those of the last job
-  const std::size_t node_count;
-  std::string topology_name;
-  std::string route;
-};
-
-Session::Session(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-Session::~Session() = default;
-Session::Session(Session&&) noexcept = default;
-Session& Session::operator=(Session&&) noexcept = default;
-
-const std::string& Session::topology_name() const { return impl_->topology_name; }
-
-SmoothReport Session::smooth(std::span<Vec3d> positions, const SmoothOptions& options,
-                             const RequestOptions& request) {
-  return impl_->smooth(positions, options, request);
-}
-
-SmoothReport Session::smooth(std::span<Vec3f> positions, const SmoothOptions& options,
-                             const RequestOptions& request) {
-  return impl_->smooth(positions, options, request);
-}
-
-std::string_view job_state_name(JobState state) {
-  return kJobStateNames[static_cast<std::size_t>(state)];
-}
 
 Client ClientAccess::make(std::shared_ptr<grpc::Channel> channel, const std::string& name) {
   return Client(std::make_unique<Client::Impl>(std::move(channel), name));
@@ -195,13 +55,10 @@ SmoothReport Client::smooth(Mesh& mesh, const SmoothOptions& options,
   return impl_->smooth(mesh, options, request, {});
 }
 
-Session Client::open(const Mesh& mesh) {
-  return Session(std::make_unique<Session::Impl>(*impl_, mesh));
-}
-
 SmoothReport Client::attach(const std::string& job_name, Mesh& mesh,
                             const RequestOptions& request) {
-  return AttachCall(*impl_->stub, impl_->name, job_name, mesh, request).run();
+  const RequestOptions complete = completed(request, mesh, SmoothOptions());
+  return AttachCall(*impl_->stub, impl_->name, job_name, mesh, complete).run();
 }
 
 ServerInfo Client::server_info() {
@@ -237,6 +94,28 @@ JobInfo Client::cancel_job(const std::string& name, bool keep_result) {
   request.set_name(name);
   request.set_result_kept(keep_result);
   return decode_job(impl_->call(&v1::SmoothingService::Stub::CancelJob, request).job());
+}
+
+TopologyInfo Client::get_topology(const std::string& name) {
+  v1::GetTopologyRequest request;
+  request.set_name(name);
+  const v1::Topology topology =
+      impl_->call(&v1::SmoothingService::Stub::GetTopology, request).topology();
+  TopologyInfo info{.name = topology.name(),
+                    .node_count = topology.spec().node_count(),
+                    .element_count = 0,
+                    .boundary_node_count = topology.boundary_node_count(),
+                    .resident_bytes = topology.resident_bytes()};
+  for (const v1::ElementBlock& block : topology.spec().element_blocks()) {
+    info.element_count += block.element_count();
+  }
+  return info;
+}
+
+void Client::delete_topology(const std::string& name) {
+  v1::DeleteTopologyRequest request;
+  request.set_name(name);
+  impl_->call(&v1::SmoothingService::Stub::DeleteTopology, request);
 }
 
 void Client::delete_job(const std::string& name) {

@@ -41,11 +41,11 @@ void ResultAssembler::begin(const v1::ResultHeader& header, Positions memory) {
   positions_ = std::move(memory);
   std::visit(
       [this](const auto& input) {
-        using Places = std::remove_cvref_t<decltype(input)>;
-        auto* positions = std::get_if<Places>(&positions_);
-        if (positions == nullptr) positions = &positions_.emplace<Places>();
+        using Own = std::remove_cvref_t<decltype(input)>;
+        auto* positions = std::get_if<Own>(&positions_);
+        if (positions == nullptr) positions = &positions_.emplace<Own>();
         const bool is_new = positions->capacity() < input.size();
-        if (is_new) *positions = Places();  // {} would keep what is then copied
+        if (is_new) *positions = Own();  // {} would keep what is then copied
         positions->reserve(input.size());
         positions->resize(std::min(positions->size(), input.size()));
         size_bytes_ = input.size() * sizeof(input[0]);
@@ -75,10 +75,11 @@ void ResultAssembler::add(const wire::ChunkView& chunk) {
   }
   std::visit(
       [&](auto& positions) {
-        // Only now: places that are made for all at once leave the caches before they are filled.
-        constexpr std::size_t kPlaceBytes = sizeof(positions[0]);
+        // Grown chunk by chunk: positions zeroed all at once would leave the caches before they are
+        // filled.
+        constexpr std::size_t kPositionBytes = sizeof(positions[0]);
         const std::size_t end = received_bytes_ + chunk.size_bytes;
-        positions.resize(std::max(positions.size(), (end + kPlaceBytes - 1) / kPlaceBytes));
+        positions.resize(std::max(positions.size(), (end + kPositionBytes - 1) / kPositionBytes));
         chunk.copy_to(std::as_writable_bytes(std::span(positions)).data() + received_bytes_);
       },
       positions_);

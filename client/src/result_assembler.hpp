@@ -2,8 +2,8 @@
 
 #include <cstddef>
 
+#include "buffer_cache.hpp"
 #include "meshsmooth/v1/smoothing.pb.h"
-#include "spare_memory.hpp"
 #include "wire/raw_message.hpp"
 
 namespace meshsmooth::client {

@@ -17,8 +17,9 @@ template <class Clock>
 /// The attempts at one request: as many, and as long, as it allows.
 class Retry {
  public:
-  Retry(const RequestOptions& request, std::chrono::nanoseconds timeout)
-      : request_(request), deadline_(time_after<Clock>(timeout)) {}
+  /// `request` has a timeout and outlives this.
+  explicit Retry(const RequestOptions& request)
+      : request_(request), deadline_(time_after<Clock>(*request.timeout)) {}
 
   [[nodiscard]] std::chrono::nanoseconds left() const { return deadline_ - Clock::now(); }
 

@@ -57,22 +57,27 @@ std::optional<std::chrono::nanoseconds> foreign_retry_delay(const grpc::Status& 
 /// are those of gRPC 1.51 with OpenSSL 3.
 std::string tls_hint(std::string_view message, const std::string& server) {
   if (contains_any(message, {"certificate verify failed"})) {
-    return "nobody whom this client trusts has signed the certificate of " + server +
-           ", or it has expired; name the authority by --tls-ca";
+    return "the certificate of " + server +
+           " is expired or not signed by an authority that this client trusts; set "
+           "Credentials::tls_ca";
   }
   if (contains_any(message, {"is not in peer certificate"})) {
-    return "the certificate is another's; if that is whom you mean, say --tls-server-name";
+    return "the certificate is for another name; if that is the intended server, set "
+           "Credentials::tls_server_name";
   }
   if (contains_any(message, {"wrong version number"})) {
-    return "the server at " + server + " speaks without TLS; leave out --tls and its like";
+    return "the server at " + server +
+           " does not use TLS; leave Credentials::tls and its siblings unset";
   }
   if (never_connected(message) && contains_any(message, {"Socket closed", "onnection reset"})) {
-    return "the server closed the connection before the call: it may ask for TLS (--tls, --tls-ca) "
-           "or for a certificate that it trusts and that has not expired (--tls-cert, --tls-key)";
+    return "the server closed the connection before the call: it may require TLS "
+           "(Credentials::tls, "
+           "Credentials::tls_ca) or a valid client certificate that it trusts "
+           "(Credentials::tls_cert, Credentials::tls_key)";
   }
   if (contains_any(message, {"empty address list"})) {
-    return "the files of --tls-cert and --tls-key cannot be used: are they PEM, and do they belong "
-           "together?";
+    return "the files of Credentials::tls_cert and Credentials::tls_key cannot be used: check that "
+           "they are PEM and belong together";
   }
   return {};
 }
@@ -82,12 +87,12 @@ std::string unavailable_hint(std::string_view message, const std::string& server
   if (was_reset(message, 7) ||
       contains_any(message, {"http2 header with status: 50", "no server behind this proxy"})) {
     return "a proxy answers at " + server +
-           ", but no server behind it does, or the two do not speak HTTP/2 with each other";
+           ", but no server behind it does, or the two do not speak HTTP/2 to each other";
   }
   if (contains_any(message, {"http1.x server"})) {
-    return "what answers at " + server +
-           " does not speak HTTP/2: is it a proxy that needs to be told (nginx: listen … http2; "
-           "HAProxy: proto h2, or alpn h2 with TLS)?";
+    return "the peer at " + server +
+           " does not speak HTTP/2; if it is a proxy, enable HTTP/2 (nginx: listen … http2; "
+           "HAProxy: proto h2, or alpn h2 with TLS)";
   }
   if (std::string hint = tls_hint(message, server); !hint.empty()) return hint;
   if (never_connected(message)) {
@@ -101,7 +106,7 @@ std::string unavailable_hint(std::string_view message, const std::string& server
 }
 
 std::string proxy_ended_hint() {
-  return "neither side asked for this: a proxy or the server ended the call (HAProxy: timeout "
+  return "neither side cancelled: a proxy or the server ended the call (HAProxy: timeout "
          "client, timeout server, or the server behind it is gone)" +
          std::string(kUnchanged);
 }
@@ -115,7 +120,7 @@ std::string foreign_hint(const grpc::Status& status, const CallFacts& facts) {
       return unavailable_hint(message, facts.server);
     case grpc::StatusCode::DEADLINE_EXCEEDED:
       if (!facts.answered) {
-        return "not a word came from the server; a proxy in between may keep the request to itself "
+        return "no response received; a proxy may be buffering the request "
                "(nginx: grpc_pass, not proxy_pass)" +
                std::string(kUnchanged);
       }
@@ -143,7 +148,7 @@ std::string foreign_hint(const grpc::Status& status, const CallFacts& facts) {
       return "something between here and the server failed" + std::string(kUnchanged);
     case grpc::StatusCode::UNIMPLEMENTED:
       return "what answers at " + facts.server +
-             " is no meshsmooth server, or one too old for this";
+             " is not a meshsmooth server, or is too old for this call";
     default:
       return {};
   }
@@ -178,7 +183,7 @@ ServiceError to_service_error(const grpc::Status& status, const CallFacts& facts
     hint = delay > 0 ? "try again in " + seconds_text(delay) : "try again at once, or elsewhere";
   }
   if (code == StatusCode::unauthenticated) {
-    hint = "say who you are by --token-file (in C++ Credentials::token_file)";
+    hint = "set Credentials::token_file";
   }
   return {code,
           details->reason,
@@ -193,7 +198,7 @@ ServiceError broken_answer(const std::string& what) {
           {},
           what,
           {},
-          "server and client do not understand each other, or something between them cuts answers" +
+          "server and client are incompatible, or a proxy between them truncates responses" +
               std::string(kUnchanged)};
 }
 

@@ -34,31 +34,36 @@ std::size_t size_bytes(const Mesh& mesh) {
 }
 
 v1::BackendKind encode_backend(const std::string& backend) {
-  if (backend == "auto") return v1::BACKEND_KIND_UNSPECIFIED;
-  if (backend == "cpu") return v1::BACKEND_KIND_CPU;
-  if (backend == "cuda") return v1::BACKEND_KIND_CUDA;
+  const auto name = parse_backend_name(backend);
+  if (name && !name->device) return wire::encode_backend_kind(name->kind);
   throw ServiceError(StatusCode::invalid_argument, "OPTION_OUT_OF_RANGE",
-                     "backend \"" + backend + "\" is none of auto, cpu, cuda",
+                     "backend \"" + backend + "\" is not one of auto, cpu, cuda",
                      {{"field", "backend_kind"}}, {});
 }
 
-}  // namespace
-
+/// See RequestOptions::timeout.
 std::chrono::nanoseconds default_timeout(const Mesh& mesh, const SmoothOptions& options) {
   constexpr double kSecondsPerByte = 1e-6;
   constexpr double kSecondsPerElementAndSweep = 10e-6;
   constexpr double kWeek = 7 * 24 * 3600.0;
   const double seconds = 600 + kSecondsPerByte * static_cast<double>(size_bytes(mesh)) +
                          kSecondsPerElementAndSweep * static_cast<double>(mesh.element_count()) *
-                             std::max(options.max_iterations, 0);
+                             std::max(iteration_limit(options), 0);
   return std::chrono::duration_cast<std::chrono::nanoseconds>(
       std::chrono::duration<double>(std::min(seconds, kWeek)));
 }
 
+}  // namespace
+
+RequestOptions completed(RequestOptions request, const Mesh& mesh, const SmoothOptions& options) {
+  if (request.request_id.empty()) request.request_id = make_request_id();
+  if (!request.timeout) request.timeout = default_timeout(mesh, options);
+  return request;
+}
+
 JobProgress decode_progress(const v1::Progress& message) {
   JobProgress progress;
-  progress.state = v1::State_IsValid(message.state()) ? static_cast<JobState>(message.state())
-                                                      : JobState::unspecified;
+  progress.state = wire::decode_state(message.state());
   progress.queue_position = message.queue_position();
   if (message.stage() != v1::STAGE_UNSPECIFIED && v1::Stage_IsValid(message.stage())) {
     progress.stage = v1::Stage_Name(message.stage()).substr(std::string("STAGE_").size());
@@ -71,20 +76,17 @@ JobProgress decode_progress(const v1::Progress& message) {
   return progress;
 }
 
-SmoothCall::SmoothCall(const std::shared_ptr<grpc::Channel>& channel, std::string server,
-                       Mesh& mesh, const SmoothOptions& options, const RequestOptions& request,
-                       std::chrono::nanoseconds left, std::size_t early_bytes, TopologyUse topology,
-                       Positions& memory)
-    : server_(std::move(server)),
+SmoothCall::SmoothCall(const CallTarget& target, Mesh& mesh, const SmoothOptions& options,
+                       const RequestOptions& request, Attempt attempt, Positions& memory)
+    : server_(target.server),
       mesh_(mesh),
       options_(options),
       request_(request),
-      topology_(std::move(topology)),
-      request_id_(request.request_id.empty() ? make_request_id() : request.request_id),
-      left_(left),
-      stub_(channel),
+      topology_(std::move(attempt.topology)),
+      left_(attempt.left),
+      stub_(target.channel),
       to_send_(parts_to_send()),
-      early_bytes_(early_bytes),
+      early_bytes_(attempt.early_bytes),
       result_(mesh),
       memory_(memory) {}
 
@@ -96,22 +98,21 @@ SmoothReport SmoothCall::run() {
   const std::stop_callback cancel_on_stop(request_.stop, [this] { context_.TryCancel(); });
   const grpc::Status status = converse(first);
   if (!status.ok()) {
-    const auto timeout = request_.timeout.value_or(default_timeout(mesh_, options_));
-    const double seconds = std::chrono::duration<double>(timeout).count();
+    const double seconds = std::chrono::duration<double>(*request_.timeout).count();
     throw to_service_error(status, {.server = server_,
                                     .cancelled_by_caller = request_.stop.stop_requested(),
                                     .timeout_seconds = seconds,
                                     .answered = !job_name_.empty()});
   }
   if (!summary_) throw broken_answer("the server ended the call without a summary");
-  SmoothReport report = decode_report(std::move(*summary_), job_name_, request_id_);
+  SmoothReport report = decode_report(std::move(*summary_), job_name_, request_.request_id);
   memory_ = std::exchange(mesh_.positions, result_.take());
   return report;
 }
 
 v1::JobSpec SmoothCall::make_spec() const {
   v1::JobSpec spec;
-  spec.set_request_id(request_id_);
+  spec.set_request_id(request_.request_id);
   if (topology_.name.empty()) {
     *spec.mutable_inline_topology() = wire::encode_topology_spec(MeshTopology(mesh_).view());
     spec.set_topology_kept(topology_.kept);
@@ -181,7 +182,7 @@ void SmoothCall::handle(grpc::ByteBuffer& response) {
   }
   v1::SmoothResponse message;
   if (!wire::parse(response, message)) {
-    throw broken_answer("the server sent bytes that are no answer");
+    throw broken_answer("cannot parse the server's SmoothResponse");
   }
   handle(message);
 }
@@ -272,7 +273,7 @@ SmoothReport decode_report(v1::Summary summary_message, const std::string& job_n
   report.message = std::make_shared<const v1::Summary>(std::move(summary_message));
   const v1::Summary& summary = *report.message;
   if (!wire::has_json(summary)) {
-    throw broken_answer("the summary cannot be understood: a duration in it is none");
+    throw broken_answer("cannot decode the summary: invalid duration");
   }
   try {
     report.summary = wire::decode_summary(summary);
@@ -280,7 +281,7 @@ SmoothReport decode_report(v1::Summary summary_message, const std::string& job_n
     report.receive_seconds = wire::decode_seconds(summary.timings().receive());
     report.send_seconds = wire::decode_seconds(summary.timings().send());
   } catch (const Error& error) {
-    throw broken_answer("the summary cannot be understood: " + std::string(error.what()));
+    throw broken_answer("cannot decode the summary: " + std::string(error.what()));
   }
   report.job_name = job_name;
   report.request_id = request_id;

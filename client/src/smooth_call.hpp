@@ -25,11 +25,17 @@ namespace meshsmooth::client {
 [[nodiscard]] SmoothReport decode_report(v1::Summary summary, const std::string& job_name,
                                          const std::string& request_id);
 
-/// See RequestOptions::timeout.
-[[nodiscard]] std::chrono::nanoseconds default_timeout(const Mesh& mesh,
-                                                       const SmoothOptions& options);
+/// The request with its request id and timeout filled in where they are unset.
+[[nodiscard]] RequestOptions completed(RequestOptions request, const Mesh& mesh,
+                                       const SmoothOptions& options);
 
-/// How a call tells the server its mesh's topology.
+/// The server of a call.
+struct CallTarget {
+  std::shared_ptr<grpc::Channel> channel;
+  std::string server;  // as the user named it
+};
+
+/// How a call names or sends its mesh's topology.
 struct TopologyUse {
   std::string name;   // not empty: by this name alone
   bool kept = false;  // inline, and kept under its name
@@ -46,17 +52,22 @@ inline constexpr std::size_t kFewEarlyBytes = 64 << 10;
 /// The same where the last job was accepted: a mesh of this size does not wait for the answer.
 inline constexpr std::size_t kManyEarlyBytes = 2 << 20;
 
+/// What differs between the attempts at one job.
+struct Attempt {
+  std::chrono::nanoseconds left;  // of the request's timeout
+  std::size_t early_bytes = kFewEarlyBytes;
+  TopologyUse topology = {};
+};
+
 /// One Smooth call from spec to status. All on the caller's thread: one read and one write are
 /// under way at a time, so that progress, StopSending and early failures are seen while data is
 /// still going out.
 class SmoothCall {
  public:
-  /// `left` of the request's timeout is for this attempt. `memory` is for the result; when that is
-  /// there, it has what the mesh had before.
-  SmoothCall(const std::shared_ptr<grpc::Channel>& channel, std::string server, Mesh& mesh,
-             const SmoothOptions& options, const RequestOptions& request,
-             std::chrono::nanoseconds left, std::size_t early_bytes, TopologyUse topology,
-             Positions& memory);
+  /// `request` is `completed`. `memory` is for the result; afterwards it holds the mesh's former
+  /// positions.
+  SmoothCall(const CallTarget& target, Mesh& mesh, const SmoothOptions& options,
+             const RequestOptions& request, Attempt attempt, Positions& memory);
 
   /// Needs to be called once. Throws `ServiceError`, and what on_progress throws.
   SmoothReport run();
@@ -85,7 +96,6 @@ class SmoothCall {
   const SmoothOptions& options_;
   const RequestOptions& request_;
   const TopologyUse topology_;
-  const std::string request_id_;
   const std::chrono::nanoseconds left_;
 
   grpc::GenericStub stub_;

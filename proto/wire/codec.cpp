@@ -1,26 +1,25 @@
 #include "wire/codec.hpp"
 
+#include <google/protobuf/descriptor.h>
 #include <google/protobuf/unknown_field_set.h>
-#include <google/protobuf/util/json_util.h>
-#include <google/protobuf/util/time_util.h>
 
-#include <cmath>
-#include <limits>
+#include <string_view>
+#include <type_traits>
 #include <utility>
-#include <vector>
 
 #include "meshsmooth/error.hpp"
 
 namespace meshsmooth::wire {
 namespace {
 
-using google::protobuf::util::TimeUtil;
+using google::protobuf::FieldDescriptor;
+using google::protobuf::Message;
 
 [[noreturn]] void throw_not_supported(const std::string& field, const std::string& what) {
   throw NotSupported("OPTION_NOT_SUPPORTED", field + ": " + what, {{"field", field}});
 }
 
-void refuse_unknown_fields(const google::protobuf::Message& message, const std::string& where) {
+void refuse_unknown_fields(const Message& message, const std::string& where) {
   const auto& unknown = message.GetReflection()->GetUnknownFields(message);
   if (unknown.empty()) return;
   const std::string number = std::to_string(unknown.field(0).number());
@@ -28,128 +27,92 @@ void refuse_unknown_fields(const google::protobuf::Message& message, const std::
                       "this server does not know field number " + number + "; it may be too old");
 }
 
-Weighting decode_weighting(v1::Weighting weighting, const std::string& field) {
-  switch (weighting) {
-    case v1::WEIGHTING_UNSPECIFIED:
-    case v1::WEIGHTING_UNIFORM:
-      return Weighting::uniform;
-    case v1::WEIGHTING_INVERSE_EDGE_LENGTH:
-      return Weighting::inverse_edge_length;
-    case v1::WEIGHTING_EDGE_LENGTH:
-      return Weighting::edge_length;
-    case v1::WEIGHTING_BALL_VOLUME:
-      return Weighting::ball_volume;
-    default:
-      throw_not_supported(field, "unknown weighting " + std::to_string(weighting));
-  }
+const FieldDescriptor& field_of(const Message& message, std::string_view name) {
+  return *message.GetDescriptor()->FindFieldByName(std::string(name));
 }
 
-v1::Weighting encode_weighting(Weighting weighting) {
-  switch (weighting) {
-    case Weighting::uniform:
-      return v1::WEIGHTING_UNIFORM;
-    case Weighting::inverse_edge_length:
-      return v1::WEIGHTING_INVERSE_EDGE_LENGTH;
-    case Weighting::edge_length:
-      return v1::WEIGHTING_EDGE_LENGTH;
-    case Weighting::ball_volume:
-      return v1::WEIGHTING_BALL_VOLUME;
-  }
-  __builtin_unreachable();
+// Where a field of a method stands: in the options themselves or in the method's message.
+template <class M, class Field>
+constexpr bool stands_in_options(const Field&) {
+  return false;
+}
+template <class M>
+constexpr bool stands_in_options(const NumberField<M>& field) {
+  return field.in_options;
 }
 
-template <class Averaging, class Message>
-Averaging decode_averaging(const Message& message, const std::string& name) {
-  refuse_unknown_fields(message, name);
-  Averaging method;
-  method.weighting = decode_weighting(message.weighting(), name + ".weighting");
-  if (message.has_relaxation_factor()) method.relaxation = message.relaxation_factor();
+// "taubin.mu", "target_quality".
+template <class M, class Field>
+std::string path_of(const Field& field) {
+  const std::string name(field.name);
+  return stands_in_options<M>(field) ? name : std::string(MethodTraits<M>::name) + "." + name;
+}
+
+template <class M>
+void encode_method(const M& method, v1::SmoothingOptions& options) {
+  Message& own =
+      *options.GetReflection()->MutableMessage(&options, &field_of(options, MethodTraits<M>::name));
+  for_each_field<M>([&]<class Field>(const Field& field) {
+    Message& target = stands_in_options<M>(field) ? options : own;
+    const FieldDescriptor& wire_field = field_of(target, field.name);
+    if constexpr (std::is_same_v<Field, NumberField<M>>) {
+      target.GetReflection()->SetDouble(&target, &wire_field, method.*field.member);
+    } else {
+      target.GetReflection()->SetEnumValue(&target, &wire_field,
+                                           static_cast<int>(method.*field.member) + 1);
+    }
+  });
+}
+
+template <class M>
+void decode_field(const NumberField<M>& field, const Message& message, M& method) {
+  const FieldDescriptor& wire_field = field_of(message, field.name);
+  if (!message.GetReflection()->HasField(message, &wire_field)) return;
+  method.*field.member = message.GetReflection()->GetDouble(message, &wire_field);
+}
+
+template <class M, class Enum>
+void decode_field(const ChoiceField<M, Enum>& field, const Message& message, M& method) {
+  const int value = message.GetReflection()->GetEnumValue(message, &field_of(message, field.name));
+  if (value == 0) return;
+  if (value < 0 || value > static_cast<int>(field.choices.size())) {
+    throw_not_supported(path_of<M>(field),
+                        "unknown " + std::string(field.name) + " " + std::to_string(value));
+  }
+  method.*field.member = static_cast<Enum>(value - 1);
+}
+
+template <class M>
+M decode_method(const v1::SmoothingOptions& options) {
+  const Message& own =
+      options.GetReflection()->GetMessage(options, &field_of(options, MethodTraits<M>::name));
+  refuse_unknown_fields(own, std::string(MethodTraits<M>::name));
+  M method;
+  for_each_field<M>([&](const auto& field) {
+    decode_field(field, stands_in_options<M>(field) ? options : own, method);
+  });
   return method;
 }
 
-Goal decode_goal(v1::Goal goal) {
-  switch (goal) {
-    case v1::GOAL_AVERAGE:
-      return Goal::average;
-    case v1::GOAL_UNSPECIFIED:
-    case v1::GOAL_BALANCED:
-      return Goal::balanced;
-    case v1::GOAL_WORST:
-      return Goal::worst;
-    default:
-      throw_not_supported("optimize.goal", "unknown goal " + std::to_string(goal));
-  }
-}
-
-Method decode_method(const v1::SmoothingOptions& message, const Method& fallback) {
-  switch (message.method_case()) {
-    case v1::SmoothingOptions::METHOD_NOT_SET:
-      return fallback;
-    case v1::SmoothingOptions::kLaplacian:
-      return decode_averaging<Laplacian>(message.laplacian(), "laplacian");
-    case v1::SmoothingOptions::kSmartLaplacian:
-      return decode_averaging<SmartLaplacian>(message.smart_laplacian(), "smart_laplacian");
-    case v1::SmoothingOptions::kTaubin: {
-      refuse_unknown_fields(message.taubin(), "taubin");
-      Taubin method;
-      if (message.taubin().has_lambda()) method.lambda = message.taubin().lambda();
-      if (message.taubin().has_mu()) method.mu = message.taubin().mu();
-      return method;
+// Of the method that the options name; unset: the default.
+Method decode_method(const v1::SmoothingOptions& options) {
+  Method method = SmoothOptions{}.method;
+  for_each_method([&]<class M>(const M&) {
+    const FieldDescriptor& own = field_of(options, MethodTraits<M>::name);
+    if (options.GetReflection()->HasField(options, &own)) {
+      method = decode_method<M>(options);
+      return;
     }
-    case v1::SmoothingOptions::kHcLaplacian: {
-      refuse_unknown_fields(message.hc_laplacian(), "hc_laplacian");
-      HcLaplacian method;
-      if (message.hc_laplacian().has_alpha()) method.alpha = message.hc_laplacian().alpha();
-      if (message.hc_laplacian().has_beta()) method.beta = message.hc_laplacian().beta();
-      return method;
-    }
-    case v1::SmoothingOptions::kOptimize: {
-      refuse_unknown_fields(message.optimize(), "optimize");
-      Optimize method;
-      method.goal = decode_goal(message.optimize().goal());
-      if (message.has_target_quality()) method.target_quality = message.target_quality();
-      return method;
-    }
-  }
-  __builtin_unreachable();
+    for_each_field<M>([&](const auto& field) {
+      if (!stands_in_options<M>(field)) return;
+      if (options.GetReflection()->HasField(options, &field_of(options, field.name))) {
+        throw_not_supported(std::string(field.name),
+                            "only " + std::string(MethodTraits<M>::name) + " has it");
+      }
+    });
+  });
+  return method;
 }
-
-v1::Goal encode_goal(Goal goal) {
-  switch (goal) {
-    case Goal::average:
-      return v1::GOAL_AVERAGE;
-    case Goal::balanced:
-      return v1::GOAL_BALANCED;
-    case Goal::worst:
-      return v1::GOAL_WORST;
-  }
-  __builtin_unreachable();
-}
-
-struct EncodeMethod {
-  v1::SmoothingOptions& message;
-
-  void operator()(const Laplacian& method) const {
-    message.mutable_laplacian()->set_weighting(encode_weighting(method.weighting));
-    message.mutable_laplacian()->set_relaxation_factor(method.relaxation);
-  }
-  void operator()(const SmartLaplacian& method) const {
-    message.mutable_smart_laplacian()->set_weighting(encode_weighting(method.weighting));
-    message.mutable_smart_laplacian()->set_relaxation_factor(method.relaxation);
-  }
-  void operator()(const Taubin& method) const {
-    message.mutable_taubin()->set_lambda(method.lambda);
-    message.mutable_taubin()->set_mu(method.mu);
-  }
-  void operator()(const HcLaplacian& method) const {
-    message.mutable_hc_laplacian()->set_alpha(method.alpha);
-    message.mutable_hc_laplacian()->set_beta(method.beta);
-  }
-  void operator()(const Optimize& method) const {
-    message.mutable_optimize()->set_goal(encode_goal(method.goal));
-    message.set_target_quality(method.target_quality);
-  }
-};
 
 Form decode_form(v1::Form form) {
   switch (form) {
@@ -218,21 +181,13 @@ TangledPolicy decode_tangled(v1::TangledPolicy policy) {
   }
 }
 
-constexpr std::int32_t kMaxNanos = 999'999'999;
-
-bool is_timestamp(const google::protobuf::Timestamp& message) {
-  return message.seconds() >= TimeUtil::kTimestampMinSeconds &&
-         message.seconds() <= TimeUtil::kTimestampMaxSeconds && message.nanos() >= 0 &&
-         message.nanos() <= kMaxNanos;
-}
-
 }  // namespace
 
 v1::SmoothingOptions encode_options(const SmoothOptions& options) {
   v1::SmoothingOptions message;
-  std::visit(EncodeMethod{message}, options.method);
+  std::visit([&](const auto& method) { encode_method(method, message); }, options.method);
   message.set_form(encode_form(options.form));
-  message.set_max_iteration_count(options.max_iterations);
+  message.set_max_iteration_count(iteration_limit(options));
   if (options.tolerance.relative) {
     message.set_convergence_tolerance(options.tolerance.value);
   } else {
@@ -262,13 +217,10 @@ SmoothOptions decode_options(const v1::SmoothingOptions& message) {
   refuse_unknown_fields(message, "options");
   if (message.has_feature_angle_degrees() &&
       message.boundary_policy() != v1::BOUNDARY_POLICY_SLIDE) {
-    throw_not_supported("feature_angle_degrees", "only a boundary that sliding has it");
-  }
-  if (message.has_target_quality() && !message.has_optimize()) {
-    throw_not_supported("target_quality", "only optimize stops at a quality");
+    throw_not_supported("feature_angle_degrees", "only a sliding boundary has it");
   }
   SmoothOptions options;
-  options.method = decode_method(message, options.method);
+  options.method = decode_method(message);
   options.form = decode_form(message.form());
   if (message.has_max_iteration_count()) options.max_iterations = message.max_iteration_count();
   if (message.has_absolute_tolerance()) {
@@ -320,81 +272,28 @@ v1::Stage encode_stage(Stage stage) {
   __builtin_unreachable();
 }
 
-std::chrono::nanoseconds decode_duration(const google::protobuf::Duration& message,
-                                         const std::string& field) {
-  constexpr std::int64_t kNanosPerSecond = 1'000'000'000;
-  if (message.seconds() < 0 || message.nanos() < 0 || message.nanos() >= kNanosPerSecond) {
-    throw InvalidOption("OPTION_OUT_OF_RANGE", field + ": not a duration of 0 or more",
-                        {{"field", field}});
-  }
-  if (message.seconds() >= std::numeric_limits<std::int64_t>::max() / kNanosPerSecond) {
-    return std::chrono::nanoseconds::max();
-  }
-  return std::chrono::nanoseconds(message.seconds() * kNanosPerSecond + message.nanos());
+v1::State encode_state(JobState state) { return static_cast<v1::State>(state); }
+
+JobState decode_state(v1::State state) {
+  return v1::State_IsValid(state) ? static_cast<JobState>(state) : JobState::unspecified;
 }
 
-google::protobuf::Duration encode_duration(std::chrono::nanoseconds duration) {
-  return TimeUtil::NanosecondsToDuration(duration.count());
-}
+static_assert(static_cast<int>(JobState::unspecified) == v1::STATE_UNSPECIFIED &&
+              static_cast<int>(JobState::receiving) == v1::STATE_RECEIVING &&
+              static_cast<int>(JobState::queued) == v1::STATE_QUEUED &&
+              static_cast<int>(JobState::running) == v1::STATE_RUNNING &&
+              static_cast<int>(JobState::sending) == v1::STATE_SENDING &&
+              static_cast<int>(JobState::succeeded) == v1::STATE_SUCCEEDED &&
+              static_cast<int>(JobState::failed) == v1::STATE_FAILED &&
+              static_cast<int>(JobState::cancelled) == v1::STATE_CANCELLED &&
+              static_cast<int>(JobState::expired) == v1::STATE_EXPIRED &&
+              kJobStateNames.size() == v1::State_ARRAYSIZE);
 
-google::protobuf::Duration encode_seconds(double seconds) {
-  return TimeUtil::NanosecondsToDuration(std::llround(seconds * 1e9));
-}
+v1::BackendKind encode_backend_kind(BackendKind kind) { return static_cast<v1::BackendKind>(kind); }
 
-bool is_duration(const google::protobuf::Duration& message) {
-  const bool one_sign = message.seconds() == 0 || message.nanos() == 0 ||
-                        (message.seconds() < 0) == (message.nanos() < 0);
-  return message.seconds() >= TimeUtil::kDurationMinSeconds &&
-         message.seconds() <= TimeUtil::kDurationMaxSeconds && message.nanos() >= -kMaxNanos &&
-         message.nanos() <= kMaxNanos && one_sign;
-}
-
-double decode_seconds(const google::protobuf::Duration& message) {
-  if (!is_duration(message)) {
-    throw InvalidOption("OPTION_OUT_OF_RANGE", "a number of seconds that is no duration");
-  }
-  return static_cast<double>(message.seconds()) + message.nanos() * 1e-9;
-}
-
-std::string to_json(const google::protobuf::Message& message) {
-  google::protobuf::util::JsonPrintOptions options;
-  options.add_whitespace = true;
-  options.always_print_primitive_fields = true;
-  options.preserve_proto_field_names = true;
-  std::string text;
-  const auto status = google::protobuf::util::MessageToJsonString(message, &text, options);
-  if (!status.ok()) throw Error("INTERNAL", "cannot write JSON: " + status.ToString());
-  return text;
-}
-
-// By reflection, so that a field that is added is not forgotten.
-bool has_json(const google::protobuf::Message& message) {
-  if (const auto* duration = dynamic_cast<const google::protobuf::Duration*>(&message)) {
-    return is_duration(*duration);
-  }
-  if (const auto* time = dynamic_cast<const google::protobuf::Timestamp*>(&message)) {
-    return is_timestamp(*time);
-  }
-  using Field = google::protobuf::FieldDescriptor;
-  const google::protobuf::Reflection& reflection = *message.GetReflection();
-  std::vector<const Field*> fields;
-  reflection.ListFields(message, &fields);
-  for (const Field* field : fields) {
-    if (field->cpp_type() != Field::CPPTYPE_MESSAGE) continue;
-    // Asked for its entries, a map makes them all.
-    if (field->is_map() &&
-        field->message_type()->map_value()->cpp_type() != Field::CPPTYPE_MESSAGE) {
-      continue;
-    }
-    if (!field->is_repeated()) {
-      if (!has_json(reflection.GetMessage(message, field))) return false;
-      continue;
-    }
-    for (int i = 0; i < reflection.FieldSize(message, field); ++i) {
-      if (!has_json(reflection.GetRepeatedMessage(message, field, i))) return false;
-    }
-  }
-  return true;
-}
+static_assert(static_cast<int>(BackendKind::automatic) == v1::BACKEND_KIND_UNSPECIFIED &&
+              static_cast<int>(BackendKind::cpu) == v1::BACKEND_KIND_CPU &&
+              static_cast<int>(BackendKind::cuda) == v1::BACKEND_KIND_CUDA &&
+              kBackendKindNames.size() == v1::BackendKind_ARRAYSIZE);
 
 }  // namespace meshsmooth::wire

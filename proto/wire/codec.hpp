@@ -4,6 +4,8 @@
 #include <optional>
 #include <string>
 
+#include "meshsmooth/backend_name.hpp"
+#include "meshsmooth/job_state.hpp"
 #include "meshsmooth/options.hpp"
 #include "meshsmooth/smoother.hpp"
 #include "meshsmooth/summary.hpp"
@@ -38,6 +40,13 @@ namespace meshsmooth::wire {
 [[nodiscard]] ElementType decode_element_type(v1::ElementType type, const std::string& field);
 
 [[nodiscard]] v1::Stage encode_stage(Stage stage);
+
+[[nodiscard]] v1::State encode_state(JobState state);
+/// `unspecified` for a state that this build does not know.
+[[nodiscard]] JobState decode_state(v1::State state);
+
+/// `BackendKind::automatic` is BACKEND_KIND_UNSPECIFIED.
+[[nodiscard]] v1::BackendKind encode_backend_kind(BackendKind kind);
 
 /// A negative or malformed duration throws; more than 292 years are cut.
 [[nodiscard]] std::chrono::nanoseconds decode_duration(const google::protobuf::Duration& message,

@@ -57,8 +57,10 @@ MeshLayout MeshLayout::coordinates_only(bool as_float64) const {
 }
 
 MeshSize MeshLayout::size() const {
-  MeshSize size{
-      .node_count = node_count, .element_counts = {}, .float64 = float64, .regions = tagged};
+  MeshSize size{.node_count = node_count,
+                .element_counts = {},
+                .float64 = float64,
+                .regions = regions_present};
   for (const Block& block : blocks) {
     size.element_counts[static_cast<std::size_t>(block.type)] += block.element_count;
   }
@@ -107,8 +109,8 @@ MeshLayout decode_layout(const v1::TopologySpec& topology, v1::ScalarType coordi
   need_at_most(element_count, limits.max_element_count, "elements");
 
   layout.fixed_mask_bytes = topology.fixed_mask_present() ? layout.node_count : 0;
-  layout.tagged = topology.element_regions_present();
-  if (layout.tagged) {
+  layout.regions_present = topology.element_regions_present();
+  if (layout.regions_present) {
     layout.element_regions_bytes = saturating_multiply(element_count, sizeof(std::int32_t));
   }
   layout.coordinates_bytes =
@@ -129,7 +131,7 @@ v1::TopologySpec encode_topology_spec(const TopologyView& topology) {
     message->set_element_count(static_cast<std::int64_t>(block.element_count()));
   }
   spec.set_fixed_mask_present(!topology.fixed.empty());
-  spec.set_element_tags_present(!topology.regions.empty());
+  spec.set_element_regions_present(!topology.regions.empty());
   return spec;
 }
 

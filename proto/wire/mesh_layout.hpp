@@ -26,10 +26,10 @@ struct MeshLayout {
   std::int64_t node_count = 0;
   std::vector<Block> blocks;
   bool float64 = true;
-  bool tagged = false;  // the elements have tags, which come or are here already
+  bool regions_present = false;  // elements have regions, which come or are here already
   std::int64_t elements_bytes = 0;
   std::int64_t fixed_mask_bytes = 0;       // 0: no mask follows
-  std::int64_t element_regions_bytes = 0;  // 0: no tags follow
+  std::int64_t element_regions_bytes = 0;  // 0: no regions follow
   std::int64_t coordinates_bytes = 0;
 
   [[nodiscard]] std::int64_t total_bytes() const {

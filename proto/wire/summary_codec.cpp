@@ -162,43 +162,38 @@ Convergence decode_convergence(const v1::ConvergenceStats& message) {
 }
 
 void encode_times(const StageTimes& times, v1::Timings* message) {
-  *message->mutable_host_to_device() = encode_seconds(times.upload_seconds);
+  *message->mutable_upload() = encode_seconds(times.upload_seconds);
   *message->mutable_find_neighbours() = encode_seconds(times.find_neighbours_seconds);
   *message->mutable_find_boundary() = encode_seconds(times.find_boundary_seconds);
   *message->mutable_iterate() = encode_seconds(times.iterate_seconds);
   *message->mutable_evaluate() = encode_seconds(times.evaluate_seconds);
-  *message->mutable_device_to_host() = encode_seconds(times.download_seconds);
+  *message->mutable_download() = encode_seconds(times.download_seconds);
 }
 
 StageTimes decode_times(const v1::Timings& message) {
-  return {.upload_seconds = decode_seconds(message.host_to_device()),
+  return {.upload_seconds = decode_seconds(message.upload()),
           .find_neighbours_seconds = decode_seconds(message.find_neighbours()),
           .find_boundary_seconds = decode_seconds(message.find_boundary()),
           .iterate_seconds = decode_seconds(message.iterate()),
           .evaluate_seconds = decode_seconds(message.evaluate()),
-          .download_seconds = decode_seconds(message.device_to_host())};
+          .download_seconds = decode_seconds(message.download())};
 }
 
-// "cpu", "cuda:1".
 void encode_backend(const std::string& backend, v1::Execution* message) {
-  if (backend.starts_with("cpu")) {
-    message->set_backend_kind(v1::BACKEND_KIND_CPU);
-  } else if (backend.starts_with("cuda")) {
-    message->set_backend_kind(v1::BACKEND_KIND_CUDA);
-  }
-  const std::size_t colon = backend.find(':');
-  if (colon != std::string::npos) message->set_device_index(std::stoi(backend.substr(colon + 1)));
+  const auto name = parse_backend_name(backend);
+  if (!name) return;
+  message->set_backend_kind(encode_backend_kind(name->kind));
+  if (name->device) message->set_device_index(*name->device);
 }
 
 std::string decode_backend(const v1::Execution& message) {
-  switch (message.backend_kind()) {
-    case v1::BACKEND_KIND_CPU:
-      return "cpu";
-    case v1::BACKEND_KIND_CUDA:
-      return "cuda:" + std::to_string(message.device_index());
-    default:
-      return "";
+  if (message.backend_kind() == v1::BACKEND_KIND_UNSPECIFIED ||
+      !v1::BackendKind_IsValid(message.backend_kind())) {
+    return "";
   }
+  BackendName name{.kind = static_cast<BackendKind>(message.backend_kind())};
+  if (has_devices(name.kind)) name.device = message.device_index();
+  return to_string(name);
 }
 
 }  // namespace
@@ -223,7 +218,7 @@ v1::Summary encode_summary(const SmoothSummary& summary) {
   nodes->set_fixed(summary.nodes.fixed);
   nodes->set_isolated(summary.nodes.isolated);
   nodes->set_moved(summary.nodes.moved);
-  nodes->set_between_tags(summary.nodes.between_regions);
+  nodes->set_between_regions(summary.nodes.between_regions);
   nodes->set_sliding_in_plane(summary.nodes.sliding_in_plane);
   nodes->set_sliding_on_line(summary.nodes.sliding_on_line);
   nodes->set_curved(summary.nodes.curved);
@@ -233,8 +228,8 @@ v1::Summary encode_summary(const SmoothSummary& summary) {
   if (summary.deviation.tolerance > 0) {
     v1::BoundaryDeviation* deviation = message.mutable_boundary_deviation();
     deviation->set_tolerance(summary.deviation.tolerance);
-    deviation->set_strayed(summary.deviation.strayed);
-    deviation->set_cut_off(summary.deviation.cut_off);
+    deviation->set_result_to_input(summary.deviation.result_to_input);
+    deviation->set_input_to_result(summary.deviation.input_to_result);
   }
 
   encode_times(summary.times, message.mutable_timings());
@@ -246,9 +241,6 @@ v1::Summary encode_summary(const SmoothSummary& summary) {
   execution->set_device_peak_bytes(summary.device_peak_bytes);
   execution->set_thread_count(summary.thread_count);
   execution->set_colour_count(summary.colour_count);
-
-  message.mutable_volume()->set_sum_absolute(summary.quality_after.sum_absolute_volume);
-  message.mutable_volume()->set_enclosed(summary.quality_after.enclosed_volume);
   return message;
 }
 
@@ -276,8 +268,8 @@ SmoothSummary decode_summary(const v1::Summary& message) {
                    .sliding_on_surface = message.nodes().sliding_on_surface(),
                    .sliding_on_curve = message.nodes().sliding_on_curve()};
   summary.deviation = {.tolerance = message.boundary_deviation().tolerance(),
-                       .strayed = message.boundary_deviation().strayed(),
-                       .cut_off = message.boundary_deviation().cut_off()};
+                       .result_to_input = message.boundary_deviation().result_to_input(),
+                       .input_to_result = message.boundary_deviation().input_to_result()};
   summary.times = decode_times(message.timings());
   const v1::Execution& execution = message.execution();
   summary.backend = decode_backend(execution);

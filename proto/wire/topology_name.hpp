@@ -16,7 +16,7 @@ class TopologyNamer {
  public:
   explicit TopologyNamer(const MeshLayout& layout);
 
-  /// Elements, fixed mask, element tags: in this order, in pieces of any size.
+  /// Elements, fixed mask, element regions: in this order, in pieces of any size.
   void add(std::span<const std::byte> bytes) { hash_.add(bytes); }
   /// Once.
   [[nodiscard]] std::string finish() { return "topologies/sha256-" + hash_.finish(); }

@@ -14,6 +14,7 @@
 #include <string_view>
 #include <type_traits>
 
+#include "meshsmooth/backend_name.hpp"
 #include "meshsmooth/error.hpp"
 
 namespace meshsmooth::server {
@@ -61,10 +62,7 @@ bool is_listen_address(std::string_view text) {
 
 bool is_admin_address(std::string_view text) { return text.empty() || is_address(text); }
 
-bool is_backend(std::string_view text) {
-  return text == "auto" || text == "cpu" || text == "cuda" ||
-         (text.starts_with("cuda:") && is_number(text.substr(5)));
-}
+bool is_backend(std::string_view text) { return parse_backend_name(text).has_value(); }
 
 bool is_device_list(std::string_view text) {
   if (text == "all") return true;

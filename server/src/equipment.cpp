@@ -6,6 +6,7 @@
 
 #include "host_memory.hpp"
 #include "machine_limits.hpp"
+#include "meshsmooth/backend_name.hpp"
 #include "meshsmooth/error.hpp"
 #include "process_stats.hpp"
 
@@ -19,7 +20,10 @@ constexpr std::string_view kAllDevices = "all";
 // So that one lane computes while others copy.
 constexpr int kCudaLanes = 4;
 
-bool is_cuda(std::string_view backend) { return backend.starts_with("cuda"); }
+bool is_cuda(std::string_view backend) {
+  const auto name = parse_backend_name(backend);
+  return name && name->kind == BackendKind::cuda;
+}
 
 // On the CPU: a job alone has all cores, and what it leaves idle, between its sweeps and where it
 // is serial, a second one uses. Small meshes do not fill many cores.

@@ -26,33 +26,6 @@ JobRequest without_topology(const JobRequest& request) {
 
 }  // namespace
 
-bool has_ended(JobState state) {
-  return state == JobState::succeeded || state == JobState::failed ||
-         state == JobState::cancelled || state == JobState::expired;
-}
-
-const char* state_name(JobState state) {
-  switch (state) {
-    case JobState::receiving:
-      return "receiving";
-    case JobState::queued:
-      return "queued";
-    case JobState::running:
-      return "running";
-    case JobState::sending:
-      return "sending";
-    case JobState::succeeded:
-      return "succeeded";
-    case JobState::failed:
-      return "failed";
-    case JobState::cancelled:
-      return "cancelled";
-    case JobState::expired:
-      return "expired";
-  }
-  __builtin_unreachable();
-}
-
 Job::Job(std::string name, std::int64_t sequence, JobRequest request, Reservation reservation,
          std::int64_t result_bytes, QueuePlace place, std::pmr::memory_resource* memory,
          EndObserver end_observer)

@@ -17,6 +17,7 @@
 #include "caller.hpp"
 #include "job_queue.hpp"
 #include "ledger.hpp"
+#include "meshsmooth/job_state.hpp"
 #include "meshsmooth/options.hpp"
 #include "meshsmooth/smoother.hpp"
 #include "meshsmooth/summary.hpp"
@@ -24,20 +25,6 @@
 #include "wire/mesh_assembler.hpp"
 
 namespace meshsmooth::server {
-
-enum class JobState {
-  receiving,
-  queued,
-  running,
-  sending,
-  succeeded,
-  failed,
-  cancelled,
-  expired,  // it succeeded, and its result was kept; it is no more
-};
-
-[[nodiscard]] bool has_ended(JobState state);
-[[nodiscard]] const char* state_name(JobState state);
 
 using Clock = std::chrono::steady_clock;
 

@@ -77,7 +77,7 @@ void log_job_end(const Job& job) {
   LogFields fields = {{"event", "job_end"},
                       {"job", job.name()},
                       {"identity", request.identity},
-                      {"outcome", state_name(now.state)}};
+                      {"outcome", std::string(job_state_name(now.state))}};
   const ErrorText error = error_text(now.error);
   if (now.error) add_error(fields, error);
   fields.insert(fields.end(), {{"request_id", request.request_id},

@@ -77,7 +77,7 @@ void read_process(std::vector<MetricFamily>& families) {
 }
 
 void read_jobs(const Engine& engine, std::vector<MetricFamily>& families) {
-  std::array<int, 4> in_state{};  // receiving to sending
+  std::array<int, kJobStateNames.size()> in_state{};
   std::array<int, 3> waiting{};
   double oldest = 0;
   for (const auto& job : engine.store().living()) {
@@ -90,8 +90,10 @@ void read_jobs(const Engine& engine, std::vector<MetricFamily>& families) {
   }
 
   Reading living("meshsmooth_jobs", "Jobs that have not ended, by state");
-  for (std::size_t i = 0; i < in_state.size(); ++i) {
-    living.add(in_state[i], {{"state", state_name(static_cast<JobState>(i))}});
+  for (const JobState state :
+       {JobState::receiving, JobState::queued, JobState::running, JobState::sending}) {
+    living.add(in_state[static_cast<std::size_t>(state)],
+               {{"state", std::string(job_state_name(state))}});
   }
   families.push_back(living.take());
   constexpr std::array kPriorities = {"batch", "normal", "interactive"};
@@ -198,7 +200,8 @@ struct Metrics::Impl {
                                   .Register(registry);
 
   Impl() {
-    count(state_name(JobState::succeeded), "");  // so that the first is an increase from 0
+    count(std::string(job_state_name(JobState::succeeded)),
+          "");  // so that the first is an increase from 0
   }
 
   Counter& add_counter(const std::string& name, const std::string& help) {
@@ -237,7 +240,7 @@ void Metrics::job_ended(const Job& job) {
     impl_->job_seconds.Observe(
         std::chrono::duration<double>(*now.times.ended - now.times.admitted).count());
   }
-  impl_->count(state_name(now.state), error_text(now.error).reason).Increment();
+  impl_->count(std::string(job_state_name(now.state)), error_text(now.error).reason).Increment();
 }
 
 void Metrics::refused(const std::exception_ptr& error) {

@@ -43,6 +43,9 @@ TEST(ErrorLine, IsOneLineOfWhatReasonAndHint) {
   EXPECT_EQ(error_line(ServiceError(StatusCode::unavailable, "DRAINING", "leaving\nsoon", {},
                                     "try again at once, or elsewhere")),
             "leaving soon (DRAINING); try again at once, or elsewhere");
+  EXPECT_EQ(error_line(ServiceError(StatusCode::unavailable, "", "no", {},
+                                    "set Credentials::tls_ca or Credentials::tls_server_name.")),
+            "no; set --tls-ca or --tls-server-name.");
   EXPECT_EQ(error_line(std::runtime_error("bad")), "bad");
 }
 

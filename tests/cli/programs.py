@@ -122,7 +122,7 @@ class CliTest(unittest.TestCase):
         return sorted(file.name for file in self.folder.iterdir())
 
     def start_long_job(self, mesh, output, *arguments):
-        """A job of 20,000 nodes or more that has come to iterating."""
+        """A job of 20,000 nodes or more that is iterating."""
         job = Program(CLI, "smooth", mesh, "-o", output, *LONG, *arguments)
         self.addCleanup(job.kill)
         job.wait_for("iterate")

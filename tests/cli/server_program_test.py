@@ -107,7 +107,7 @@ class Metrics(CliTest):
     """R18: a scrape equals what the callers counted."""
 
     def run_jobs(self, server, succeeding=5, failing=3):
-        """Jobs of one after another; what they should come to on the server."""
+        """Jobs of one after another; what the server should count of them."""
         mesh = self.generate("mesh.vtu", nodes=1000)
         flat = self.folder / "flat.vtk"  # three tetrahedra on one triangle
         flat.write_text(vtk_text([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, -1), (0, 0, 2)],

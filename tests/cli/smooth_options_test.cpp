@@ -46,6 +46,29 @@ TEST(SmoothOptions, OptimizeByCoresDefaultsWithoutFlags) {
   EXPECT_FALSE(options.compute_budget);
 }
 
+TEST(SmoothOptions, LeaveTheIterationLimitToTheMethod) {
+  EXPECT_EQ(iteration_limit(parse({"--method", "taubin"})), 20);
+  EXPECT_EQ(iteration_limit(parse({"--method", "hc-laplacian"})), 10);
+  EXPECT_EQ(iteration_limit(parse({"--method", "laplacian"})), 1000);
+  EXPECT_EQ(iteration_limit(parse({"--method", "taubin", "--iterations", "7"})), 7);
+}
+
+// Whatever core declares of a method can be asked for here, with the default in the help.
+TEST(SmoothOptions, HaveAFlagForEveryFieldOfEveryMethod) {
+  CLI::App app;
+  SmoothFlags flags;
+  add_smooth_flags(app, flags);
+  const std::string help = app.help();
+  for_each_method([&]<class M>(const M&) {
+    for_each_field<M>([&](const auto& field) {
+      EXPECT_NE(app.get_option_no_throw(std::string(field.flag)), nullptr) << field.flag;
+    });
+  });
+  EXPECT_THAT(help, ::testing::HasSubstr("below minus lambda [-0.6732]"));
+  EXPECT_THAT(help, ::testing::HasSubstr("[balanced]"));
+  EXPECT_THAT(help, ::testing::HasSubstr("[taubin 20, hc-laplacian 10, others 1000]"));
+}
+
 TEST(SmoothOptions, TakeEveryFlag) {
   const SmoothOptions options = parse({"--method",
                                        "laplacian",
@@ -113,7 +136,7 @@ TEST(SmoothOptions, RefuseWhatTheMethodDoesNotHave) {
   EXPECT_EQ(exit_code({"--method", "smart-laplacian", "--goal", "worst"}), ExitCode::usage);
   EXPECT_EQ(exit_code({"--method", "laplacian", "--target-quality", "0.3"}), ExitCode::usage);
   EXPECT_EQ(exit_code({"--form", "jacobi"}), ExitCode::usage);
-  EXPECT_EQ(exit_code({"--form", "racing"}), ExitCode::usage);
+  EXPECT_EQ(exit_code({"--form", "asynchronous"}), ExitCode::usage);
   EXPECT_EQ(exit_code({"--form", "gauss-seidel"}), ExitCode::done);
   EXPECT_EQ(exit_code({"--method", "hc-laplacian", "--form", "gauss-seidel"}), ExitCode::usage);
   EXPECT_EQ(exit_code({"--method", "smart-laplacian", "--form", "jacobi"}), ExitCode::done);
@@ -121,10 +144,10 @@ TEST(SmoothOptions, RefuseWhatTheMethodDoesNotHave) {
 
 TEST(SmoothOptions, NameTheFlagThatDoesNotBelong) {
   try {
-    parse({"--form", "racing"});
+    parse({"--form", "asynchronous"});
     FAIL();
   } catch (const Error& error) {
-    EXPECT_THAT(error.what(), ::testing::HasSubstr("--form racing means nothing to --method "
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("--form asynchronous means nothing to --method "
                                                    "optimize"));
   }
 }

@@ -53,7 +53,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "failed to connect to all addresses; last error: refused", "--listen host:1"},
         Foreign{"Died", grpc::StatusCode::UNAVAILABLE, "Socket closed", "send it again"},
         Foreign{"NoService", grpc::StatusCode::UNIMPLEMENTED, "unknown method",
-                "no meshsmooth server"}),
+                "not a meshsmooth server"}),
     [](const auto& test) { return std::string(test.param.name); });
 
 TEST(ServiceError, HasNoHintWhenTheCallerCancelled) {

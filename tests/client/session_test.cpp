@@ -39,6 +39,33 @@ TEST(Session, SmoothsPositionsThroughTheRealServer) {
   EXPECT_EQ(in_float32[6].x, 1);
 }
 
+TEST(Topologies, AreDescribedAndDeletedByName) {
+  InProcessServer server;
+  server.keeps_something();
+  Client client = connect(server);
+  Mesh mesh = test::tet_ball();
+  Session session = client.open(mesh);
+  std::vector<Vec3d> positions = test::points(mesh);
+  session.smooth(positions, {});
+
+  const TopologyInfo info = client.get_topology(session.topology_name());
+  EXPECT_EQ(info.name, session.topology_name());
+  EXPECT_EQ(info.node_count, static_cast<std::int64_t>(mesh.node_count()));
+  EXPECT_EQ(info.element_count, static_cast<std::int64_t>(mesh.element_count()));
+  EXPECT_GT(info.resident_bytes, 0);
+
+  client.delete_topology(session.topology_name());
+  try {
+    (void)client.get_topology(session.topology_name());
+    FAIL() << "it is still there";
+  } catch (const ServiceError& error) {
+    EXPECT_EQ(error.reason(), "TOPOLOGY_NOT_FOUND");
+    EXPECT_EQ(error.code(), StatusCode::not_found);
+  }
+  // The next step sends it once more.
+  EXPECT_FALSE(session.smooth(positions, {}).topology_reused);
+}
+
 TEST(Session, RefusesAnotherNumberOfPositions) {
   InProcessServer server;
   Client client = connect(server);
@@ -163,6 +190,7 @@ TEST(Session, HasTheSameBitsWhateverTheServerHas) {
   Client client = ClientAccess::make(server.in_process_channel());
   const Mesh mesh = test::noisy(test::lattice(ElementType::tetrahedron, 8), 0.1, 1);
   SmoothOptions options;
+  options.method = SmartLaplacian{};
   options.max_iterations = 30;
   options.history = true;
 

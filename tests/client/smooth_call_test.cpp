@@ -453,7 +453,7 @@ TEST(SmoothCall, SaysWhenTheServerIsNoMeshsmooth) {
     FAIL();
   } catch (const ServiceError& error) {
     EXPECT_EQ(error.code(), StatusCode::unimplemented);
-    EXPECT_THAT(error.hint(), HasSubstr("no meshsmooth server"));
+    EXPECT_THAT(error.hint(), HasSubstr("not a meshsmooth server"));
   }
 }
 
@@ -509,12 +509,12 @@ INSTANTIATE_TEST_SUITE_P(
         BrokenAnswer{"NoDuration", with_summary([](v1::Summary& summary) {
                        summary.mutable_timings()->mutable_send()->set_seconds(INT64_MAX);
                      }),
-                     "the summary cannot be understood"},
+                     "cannot decode the summary"},
         BrokenAnswer{"NoDurationInTheOptions", with_summary([](v1::Summary& summary) {
                        summary.mutable_options()->mutable_compute_budget()->set_nanos(
                            1'000'000'000);
                      }),
-                     "the summary cannot be understood"},
+                     "cannot decode the summary"},
         BrokenAnswer{"NoSummary", [](ServerStream& stream, const Upload&) { good_result(stream); },
                      "without a summary"},
         BrokenAnswer{"Gap",

@@ -102,13 +102,13 @@ TEST_F(Tls, WelcomesWhoTrustsTheServer) {
 TEST_F(Tls, HintsAtAnAuthorityThatTheClientDoesNotTrust) {
   start();
   files_.write("ca.pem", CertificateAuthority("another").certificate());
-  EXPECT_THAT(expect_closed(credentials()), HasSubstr("--tls-ca"));
+  EXPECT_THAT(expect_closed(credentials()), HasSubstr("Credentials::tls_ca"));
 }
 
 TEST_F(Tls, HintsAtAServerCertificateOfAnotherName) {
   give_server(authority_.issue("server", "DNS:elsewhere.example"));
   start();
-  EXPECT_THAT(expect_closed(credentials()), HasSubstr("--tls-server-name"));
+  EXPECT_THAT(expect_closed(credentials()), HasSubstr("Credentials::tls_server_name"));
 
   Credentials named = credentials();
   named.tls_server_name = "elsewhere.example";
@@ -117,7 +117,7 @@ TEST_F(Tls, HintsAtAServerCertificateOfAnotherName) {
 
 TEST_F(Tls, HintsAtTlsToAClientWithout) {
   start();
-  EXPECT_THAT(expect_closed({}), HasSubstr("--tls"));
+  EXPECT_THAT(expect_closed({}), HasSubstr("Credentials::tls"));
 }
 
 TEST_F(Tls, HintsAtAServerWithoutTls) {
@@ -135,7 +135,7 @@ TEST_F(Tls, WelcomesAClientWithTheRightCertificate) {
 TEST_F(Tls, IsClosedToAClientWithoutCertificate) {
   ask_for_certificates(client_authority_);
   start();
-  EXPECT_THAT(expect_closed(credentials()), HasSubstr("--tls-cert"));
+  EXPECT_THAT(expect_closed(credentials()), HasSubstr("Credentials::tls_cert"));
 }
 
 TEST_F(Tls, IsClosedToACertificateOfAnotherAuthority) {
@@ -315,14 +315,14 @@ TEST(Token, OfTheClientIsReadAnewForEveryCall) {
   } catch (const ServiceError& error) {
     EXPECT_EQ(error.code(), client::StatusCode::unauthenticated);
     EXPECT_EQ(error.reason(), "TOKEN_UNKNOWN");
-    EXPECT_THAT(error.hint(), HasSubstr("--token-file"));
+    EXPECT_THAT(error.hint(), HasSubstr("Credentials::token_file"));
   }
   try {
     (void)Client(address).list_jobs();
     FAIL();
   } catch (const ServiceError& error) {
     EXPECT_EQ(error.reason(), "TOKEN_MISSING");
-    EXPECT_THAT(error.hint(), HasSubstr("--token-file"));
+    EXPECT_THAT(error.hint(), HasSubstr("Credentials::token_file"));
   }
   EXPECT_TRUE(Client(address).healthy());  // probes have no token
 }

@@ -2,7 +2,10 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <limits>
+#include <string>
+#include <type_traits>
 
 #include "meshsmooth/error.hpp"
 
@@ -134,6 +137,44 @@ TEST(ValidateOptions, SaysWhichMethodsHaveOnlyOneForm) {
   }
   EXPECT_NO_THROW(validate({.method = HcLaplacian{}, .form = Form::jacobi}));
   EXPECT_NO_THROW(validate({.method = Optimize{}, .form = Form::gauss_seidel}));
+}
+
+TEST(DefaultMethod, IsOptimize) { EXPECT_EQ(method_name(SmoothOptions{}.method), "optimize"); }
+
+TEST(IterationLimit, IsTheMethodsOwnUnlessSet) {
+  EXPECT_EQ(iteration_limit({}), 1000);
+  EXPECT_EQ(iteration_limit({.method = Laplacian{}}), 1000);
+  EXPECT_EQ(iteration_limit({.method = SmartLaplacian{}}), 1000);
+  EXPECT_EQ(iteration_limit({.method = Taubin{}}), 20);
+  EXPECT_EQ(iteration_limit({.method = HcLaplacian{}}), 10);
+  EXPECT_EQ(iteration_limit({.method = Taubin{}, .max_iterations = 0}), 0);
+  EXPECT_EQ(iteration_limit({.method = HcLaplacian{}, .max_iterations = 500}), 500);
+}
+
+// Each form is either accepted or has a reason why not.
+TEST(MethodTraits, AgreeWithValidate) {
+  for_each_method([]<class M>(const M& method) {
+    const auto has = [](Form form) {
+      return std::ranges::find(MethodTraits<M>::forms, form) != MethodTraits<M>::forms.end();
+    };
+    for (const Form form : {Form::jacobi, Form::gauss_seidel, Form::asynchronous}) {
+      if (has(form)) {
+        EXPECT_NO_THROW(validate({.method = method, .form = form}));
+      } else {
+        EXPECT_THROW(validate({.method = method, .form = form}), NotSupported);
+        EXPECT_NE(MethodTraits<M>::form_reason, "");
+      }
+    }
+    for_each_field<M>([&]<class Field>(const Field& field) {
+      if constexpr (std::is_same_v<Field, NumberField<M>>) {
+        M wrong = method;
+        wrong.*field.member = kNan;
+        EXPECT_EQ(rejected_field({.method = wrong}),
+                  (field.in_options ? "" : std::string(MethodTraits<M>::name) + ".") +
+                      std::string(field.name));
+      }
+    });
+  });
 }
 
 TEST(MethodName, IsTheNameInTheProtocol) {

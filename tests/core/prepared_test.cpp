@@ -104,7 +104,8 @@ TEST(Prepared, TakesFloat32AndFloat64) {
   const MeshTopology topology(mesh);
   const auto prepared = make_smoother("cpu", 2)->prepare(topology.view());
   const Mesh now = test::as_float32(moved(mesh, 3));
-  EXPECT_TRUE(test::same_bits(run(*prepared, now, {}).mesh, test::smooth(now, {}).mesh));
+  EXPECT_TRUE(test::same_bits(run(*prepared, now, {.method = SmartLaplacian{}}).mesh,
+                              test::smooth(now, {.method = SmartLaplacian{}}).mesh));
 }
 
 TEST(Prepared, RefusesABadTopologyAtOnce) {
@@ -122,9 +123,12 @@ TEST(Prepared, RefusesBadPositions) {
   const MeshTopology topology(mesh);
   const auto prepared = make_smoother("cpu")->prepare(topology.view());
   std::vector<Vec3d> few(3);
-  EXPECT_THROW((void)make_smoother("cpu")->smooth(*prepared, std::span(few), {}, {}), InvalidMesh);
+  EXPECT_THROW((void)make_smoother("cpu")->smooth(*prepared, std::span(few),
+                                                  {.method = SmartLaplacian{}}, {}),
+               InvalidMesh);
   test::points(mesh)[2].y = NAN;
-  EXPECT_THROW((void)make_smoother("cpu")->smooth(*prepared, mesh.positions_span(), {}, {}),
+  EXPECT_THROW((void)make_smoother("cpu")->smooth(*prepared, mesh.positions_span(),
+                                                  {.method = SmartLaplacian{}}, {}),
                InvalidMesh);
 }
 

@@ -127,7 +127,7 @@ TEST(RandomMeshes, NeverBecomeInvalidByAnyMethod) {
       if (policy == 0) continue;
       const NodeCounts& nodes = job.summary.nodes;
       slid += nodes.sliding_in_plane + nodes.sliding_on_line;
-      EXPECT_LE(job.summary.deviation.strayed, job.summary.deviation.tolerance) << seed;
+      EXPECT_LE(job.summary.deviation.result_to_input, job.summary.deviation.tolerance) << seed;
       if (nodes.sliding_on_surface + nodes.sliding_on_curve > 0) continue;
       const double rounding = mesh.positions.index() == 0 ? 1e-5 : 1e-11;
       const std::map<int, double> volumes = region_volumes(job.mesh);
@@ -183,7 +183,7 @@ TEST(RandomMeshes, KeepNodesOfCurvedPartsOnTheInputsFacets) {
       }
       const NodeCounts& nodes = job.summary.nodes;
       const BoundaryDeviation& deviation = job.summary.deviation;
-      EXPECT_LE(deviation.strayed, deviation.tolerance) << seed << " " << way.name;
+      EXPECT_LE(deviation.result_to_input, deviation.tolerance) << seed << " " << way.name;
       if (surface || nodes.sliding_on_surface + nodes.sliding_on_curve == 0) continue;
       slid += nodes.sliding_on_surface + nodes.sliding_on_curve;
       const test::InputSurface facets(mesh);

@@ -522,7 +522,8 @@ TEST(SmartLaplacian, NeverMakesTheWorstElementWorse) {
 
 TEST(SmartLaplacian, ImprovesANoisyMesh) {
   for (const ElementType type : kElementTypes) {
-    const Job job = test::smooth(test::noisy(test::lattice(type, 6), 0.2, 8), {});
+    const Job job =
+        test::smooth(test::noisy(test::lattice(type, 6), 0.2, 8), {.method = SmartLaplacian{}});
 
     EXPECT_GT(job.summary.quality_after.metrics[0].mean,
               job.summary.quality_before.metrics[0].mean + 0.01)
@@ -546,9 +547,9 @@ TEST(SmartLaplacian, StagnatesWhenNoMoveIsTaken) {
       mesh.blocks[0].nodes.push_back(node);
     }
   }
-  const Job settled = test::smooth(mesh, {.tolerance = {0}});
+  const Job settled = test::smooth(mesh, {.method = SmartLaplacian{}, .tolerance = {0}});
 
-  const Job again = test::smooth(settled.mesh, {.tolerance = {0}});
+  const Job again = test::smooth(settled.mesh, {.method = SmartLaplacian{}, .tolerance = {0}});
 
   EXPECT_EQ(again.summary.stop_reason, StopReason::stagnated);
   EXPECT_EQ(again.summary.convergence.held_node_count, 1);
@@ -571,7 +572,7 @@ TEST(Locked, NamesTheWorstElementThatCannotBeMended) {
   double worst = HUGE_VAL;
   std::int64_t count = 0, worst_id = -1, id = 0;
 
-  const Job job = test::smooth(mesh, {});
+  const Job job = test::smooth(mesh, {.method = SmartLaplacian{}});
 
   const Points x = to_points(job.mesh);
   for (const test::oracle::Element& e : test::oracle::elements(mesh)) {
@@ -595,7 +596,7 @@ TEST(Locked, NamesTheWorstElementThatCannotBeMended) {
 TEST(Summary, NamesTheLowestOfEquallyBadElements) {
   const Mesh mesh = test::lattice(ElementType::hexahedron, 4);
 
-  const Job job = test::smooth(mesh, {});
+  const Job job = test::smooth(mesh, {.method = SmartLaplacian{}});
 
   std::vector<std::int64_t> ids;
   for (const ElementQuality& worst : job.summary.quality_before.worst) ids.push_back(worst.element);
@@ -608,8 +609,8 @@ TEST(BadInput, AWhollyInvertedMeshIsToldItsNodeOrder) {
   for (const ElementType type : {ElementType::tetrahedron, ElementType::pyramid, ElementType::wedge,
                                  ElementType::hexahedron}) {
     for (const TangledPolicy policy : {TangledPolicy::repair, TangledPolicy::refuse}) {
-      const auto error =
-          error_of<InvalidMesh>(test::inverted(noisy_lattice(type)), {.tangled = policy});
+      const auto error = error_of<InvalidMesh>(test::inverted(noisy_lattice(type)),
+                                               {.method = SmartLaplacian{}, .tangled = policy});
 
       EXPECT_EQ(error.reason(), "ALL_ELEMENTS_INVERTED");
       EXPECT_THAT(error.what(), HasSubstr("node order"));
@@ -622,8 +623,10 @@ TEST(BadInput, ATangledMeshIsRefusedWhenTheCallerSaysSo) {
   const QualityStats stats = measure_quality(mesh);
   ASSERT_GT(stats.inverted_count, 0);
 
-  const auto error = error_of<InvalidMesh>(mesh, {.tangled = TangledPolicy::refuse});
-  const Job repaired = test::smooth(mesh, {.tangled = TangledPolicy::repair});
+  const auto error =
+      error_of<InvalidMesh>(mesh, {.method = SmartLaplacian{}, .tangled = TangledPolicy::refuse});
+  const Job repaired =
+      test::smooth(mesh, {.method = SmartLaplacian{}, .tangled = TangledPolicy::repair});
 
   EXPECT_EQ(error.reason(), "MESH_TANGLED");
   EXPECT_THAT(error.what(), HasSubstr("element " + std::to_string(stats.worst[0].element)));
@@ -659,7 +662,7 @@ TEST(BadInput, ADegenerateElementIsNoReasonToFail) {
   Mesh mesh = test::tet_ball();
   test::points(mesh)[6] = test::points(mesh)[0];  // the free node on a fixed one
 
-  const Job job = test::smooth(mesh, {});
+  const Job job = test::smooth(mesh, {.method = SmartLaplacian{}});
 
   EXPECT_GT(job.summary.quality_before.degenerate_count, 0);
   EXPECT_EQ(job.summary.quality_after.degenerate_count, 0);

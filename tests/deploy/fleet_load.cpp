@@ -38,6 +38,7 @@ Positions step_of(const Mesh& mesh, int step) {
 
 SmoothOptions options() {
   SmoothOptions options;
+  options.method = SmartLaplacian{};
   options.max_iterations = 50;
   return options;
 }

@@ -78,14 +78,14 @@ void write_sample(const std::filesystem::path& path) {
 class VtkFormats : public ::testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(Convert, VtkFormats, ::testing::Values("out.vtu", "out.vtk"));
 
-TEST_P(VtkFormats, KeepDataPassengersAndElementOrder) {
+TEST_P(VtkFormats, KeepDataLowerDimensionalCellsAndElementOrder) {
   const Scratch scratch;
   write_sample(scratch.path("in.vtu"));
   MeshFile file = read_mesh_file(scratch.path("in.vtu"));
   EXPECT_EQ(file.mesh.element_count(), 2u);
   EXPECT_EQ(file.file_element_id(1), 3);
-  EXPECT_EQ(file.passenger_count(), 2);
-  EXPECT_THAT(file.passenger_nodes(), ElementsAre(1, 2, 3));
+  EXPECT_EQ(file.lower_dimensional_cell_count(), 2);
+  EXPECT_THAT(file.lower_dimensional_nodes(), ElementsAre(1, 2, 3));
   move_nodes(file.mesh);
   write_mesh_file(scratch.path(GetParam()), file);
   // Through the format under test and on to one that this test can look into.
@@ -136,7 +136,7 @@ TEST(Convert, CarriesGroupsIdsAndDataFromMshToVtuAndBack) {
   test::expect_same_connectivity(after.mesh, before.mesh);
   EXPECT_EQ(after.file_element_id(1), 207);
   EXPECT_EQ(after.file_node_id(5), 99);
-  EXPECT_THAT(after.passenger_nodes(), ElementsAre(0, 1, 2));
+  EXPECT_THAT(after.lower_dimensional_nodes(), ElementsAre(0, 1, 2));
 }
 
 // MEDIT numbers nodes by their order and has no place for unused ones.

@@ -63,8 +63,8 @@ TEST_P(KeptText, KeepsMovedNodesBitIdenticalAndTheRest) {
     EXPECT_TRUE(after.mesh.positions == moved.mesh.positions);
   }
   expect_same_connectivity(before.mesh, after.mesh);
-  EXPECT_EQ(before.passenger_nodes(), after.passenger_nodes());
-  EXPECT_EQ(before.passenger_count(), after.passenger_count());
+  EXPECT_EQ(before.lower_dimensional_nodes(), after.lower_dimensional_nodes());
+  EXPECT_EQ(before.lower_dimensional_cell_count(), after.lower_dimensional_cell_count());
   for (std::size_t node = 0; node < before.mesh.node_count(); ++node) {
     const auto id = static_cast<std::int64_t>(node);
     EXPECT_EQ(before.file_node_id(id), after.file_node_id(id));
@@ -141,8 +141,8 @@ TEST(Gmsh, GivesNodesInTheFilesOrderWithIdsAndIsolatedOnes) {
   EXPECT_EQ(file.find_node(51), std::nullopt);
   EXPECT_EQ(file.file_element_id(0), 205);
   EXPECT_EQ(file.file_element_id(1), 207);
-  EXPECT_EQ(file.passenger_count(), 1);
-  EXPECT_THAT(file.passenger_nodes(), ElementsAre(0, 1, 2));
+  EXPECT_EQ(file.lower_dimensional_cell_count(), 1);
+  EXPECT_THAT(file.lower_dimensional_nodes(), ElementsAre(0, 1, 2));
   EXPECT_THAT(file.mesh.blocks[0].nodes, ElementsAre(0, 1, 2, 3, 1, 4, 2, 3));
 }
 
@@ -182,7 +182,7 @@ TEST(Obj, SharesNodesAcrossTextureSeamsAndCountsBack) {
   EXPECT_EQ(file.mesh.node_count(), 6u);
   EXPECT_THAT(file.mesh.blocks[0].nodes, ElementsAre(0, 1, 2, 3));
   EXPECT_THAT(file.mesh.blocks[1].nodes, ElementsAre(1, 4, 5, 1, 5, 2));
-  EXPECT_THAT(file.passenger_nodes(), ElementsAre(0, 3));
+  EXPECT_THAT(file.lower_dimensional_nodes(), ElementsAre(0, 3));
 }
 
 // --- generated meshes through every format that can carry them ----------------

@@ -1,4 +1,4 @@
-// VTK's Verdict as the judge of our quality measures.
+// Our quality measures against VTK's Verdict.
 
 #include <gtest/gtest.h>
 #include <vtkCellType.h>

@@ -42,7 +42,7 @@ v1::TopologySpec make_spec(Choices& choices) {
     block->set_element_count(choices.number());
   }
   spec.set_fixed_mask_present(choices.flag());
-  spec.set_element_tags_present(choices.flag());
+  spec.set_element_regions_present(choices.flag());
   return spec;
 }
 

@@ -40,8 +40,9 @@ inline void check_mesh(const formats::MeshFile& file) {
     }
   }
   require(element == mesh.element_count(), "all elements");
-  for (const NodeId node : file.passenger_nodes()) {
-    require(static_cast<std::size_t>(node) < mesh.node_count(), "passengers sit on nodes");
+  for (const NodeId node : file.lower_dimensional_nodes()) {
+    require(static_cast<std::size_t>(node) < mesh.node_count(),
+            "lower-dimensional cells sit on nodes");
   }
   std::set<std::int64_t> ids;
   for (std::size_t node = 0; node < mesh.node_count(); ++node) {

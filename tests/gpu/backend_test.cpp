@@ -55,7 +55,8 @@ TEST_F(CudaDevice, IsWhatAutoMeans) {
 TEST_F(CudaDevice, StandsInTheSummary) {
   Mesh mesh = test::tet_ball();
 
-  const SmoothSummary summary = make_smoother("cuda")->smooth(mesh, SmoothOptions{});
+  const SmoothSummary summary =
+      make_smoother("cuda")->smooth(mesh, SmoothOptions{.method = SmartLaplacian{}});
 
   EXPECT_EQ(summary.backend, "cuda:0");
   EXPECT_EQ(summary.device_name, list_backends().front().device_name);
@@ -68,7 +69,7 @@ TEST_F(CudaDevice, StandsInTheSummary) {
 struct BadJob {
   std::string name;
   Mesh mesh;
-  SmoothOptions options = {};
+  SmoothOptions options = {.method = SmartLaplacian{}};
 };
 
 template <class Change>
@@ -101,7 +102,7 @@ std::vector<BadJob> bad_jobs() {
       {"all_inverted", test::inverted(lattice)},
       {"tangled",
        test::noisy(test::lattice(ElementType::tetrahedron, 5), 0.5, 2),
-       {.tangled = TangledPolicy::refuse}},
+       {.method = SmartLaplacian{}, .tangled = TangledPolicy::refuse}},
       {"empty", Mesh{}},
       {"half_an_element", changed(lattice, [](Mesh& mesh) { mesh.blocks[0].nodes.pop_back(); })},
       {"mask_too_short", changed(lattice, [](Mesh& mesh) { mesh.fixed.assign(3, 1); })},

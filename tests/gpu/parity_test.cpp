@@ -108,8 +108,8 @@ void expect_equal(const SmoothSummary& told, const SmoothSummary& truth) {
   EXPECT_EQ(told.nodes.sliding_on_surface, truth.nodes.sliding_on_surface);
   EXPECT_EQ(told.nodes.sliding_on_curve, truth.nodes.sliding_on_curve);
   EXPECT_EQ(told.nodes.curved, truth.nodes.curved);
-  EXPECT_LE(told.deviation.strayed, truth.deviation.tolerance);
-  expect_close(told.deviation.cut_off, truth.deviation.cut_off);
+  EXPECT_LE(told.deviation.result_to_input, truth.deviation.tolerance);
+  expect_close(told.deviation.input_to_result, truth.deviation.input_to_result);
   EXPECT_EQ(told.colour_count, truth.colour_count);
 }
 

@@ -118,6 +118,7 @@ v1::JobSpec too_large_spec() {
   topology->add_element_blocks()->set_element_type(v1::ELEMENT_TYPE_TETRAHEDRON);
   topology->mutable_element_blocks(0)->set_element_count(1'000'000'000);
   spec.set_coordinate_type(v1::SCALAR_TYPE_FLOAT64);
+  spec.mutable_options()->mutable_smart_laplacian();
   return spec;
 }
 
@@ -357,7 +358,7 @@ TEST_P(CudaServicePromptly, EndsAJobInMidIterationAndTakesTheNext) {
   client::Client client = server.client();
   const Mesh next = test::noisy(test::lattice(ElementType::tetrahedron, 9), 0.15, 1);
   Mesh expected = next;
-  make_smoother("cuda")->smooth(expected, SmoothOptions{});
+  make_smoother("cuda")->smooth(expected, SmoothOptions{.method = SmartLaplacian{}});
   for (int repeat = 0; repeat < 3; ++repeat) {
     EndlessCall call(server, large_mesh());
     ASSERT_TRUE(call.wait_for_sweeps()) << call.end();
@@ -379,7 +380,7 @@ TEST_P(CudaServicePromptly, EndsAJobInMidIterationAndTakesTheNext) {
     call.end();
     EXPECT_EQ(call.code(), StatusCode::cancelled);
     Mesh mesh = next;
-    client.smooth(mesh, SmoothOptions{});
+    client.smooth(mesh, SmoothOptions{.method = SmartLaplacian{}});
     EXPECT_TRUE(test::same_bits(mesh, expected));
     std::cout << "cancelled in " << elapsed.count() * 1e3 << " ms" << std::endl;
   }
@@ -436,7 +437,7 @@ TEST_F(CudaService, RefusesForNowWhatDoesNotFitBesideOthers) {
     client::RequestOptions once;
     once.max_attempts = 1;  // or the client would wait until the other has ended
     try {
-      client.smooth(mesh, SmoothOptions{}, once);
+      client.smooth(mesh, SmoothOptions{.method = SmartLaplacian{}}, once);
       ADD_FAILURE() << "not refused";
     } catch (const ServiceError& error) {
       EXPECT_EQ(error.code(), StatusCode::resource_exhausted);
@@ -446,7 +447,7 @@ TEST_F(CudaService, RefusesForNowWhatDoesNotFitBesideOthers) {
   testing::Stub stub = server.stub();
   testing::expect_nothing_reserved(stub);
   Mesh mesh = small;
-  EXPECT_GT(client.smooth(mesh, SmoothOptions{}).summary.nodes.moved, 0);
+  EXPECT_GT(client.smooth(mesh, SmoothOptions{.method = SmartLaplacian{}}).summary.nodes.moved, 0);
 }
 
 TEST_F(CudaService, ReservesWhatAJobTakesAndAtMostAFifthMore) {

@@ -188,7 +188,7 @@ TEST_F(AcrossBadNetwork, PartedUploadsStayUnderTheCeiling) {
   for (Mesh& mesh : meshes) {
     calls.push_back(std::async(std::launch::async, [&] {
       client::Client client = connect();
-      client.smooth(mesh, {}, {});
+      client.smooth(mesh, {.method = SmartLaplacian{}}, {});
     }));
   }
   const auto reserved = [&] { return server_info(*stub_).backends(0).reserved_bytes(); };
@@ -286,7 +286,7 @@ TEST_F(AcrossBadNetwork, ALongWayDoesNotStarveAMeshOf14Megabytes) {
   for (int i = 0; i < 8; ++i) {
     Mesh mesh = mesh_of_bytes(kBytes);
     const auto begin = Clock::now();
-    const client::SmoothReport report = client.smooth(mesh, {}, {});
+    const client::SmoothReport report = client.smooth(mesh, {.method = SmartLaplacian{}}, {});
     const double up = static_cast<double>(kBytes) / report.receive_seconds / 1e9;
     const double down = static_cast<double>(kBytes) / report.send_seconds / 1e9;
     std::cout << "job " << i + 1 << " of the connection: " << up << " GB/s up, " << down

@@ -22,6 +22,7 @@ int run_client(const std::string& target, std::size_t bytes) {
   try {
     meshsmooth::Mesh mesh = mesh_of_bytes(bytes);
     meshsmooth::SmoothOptions options;
+    options.method = meshsmooth::SmartLaplacian{};
     options.max_iterations = 1;
     RequestOptions request;
     request.max_attempts = 1;

@@ -210,7 +210,8 @@ TEST_P(BehindSampleConfig, TheClientLibraryHasStatusReasonAndFacts) {
     server_.fake().fail_with([] {
       throw InvalidMesh("INDEX_OUT_OF_RANGE", "element 1: node 9", {{"element", "1"}});
     });
-    const ServiceError error = error_of([&] { client.smooth(mesh, {}, {}); });
+    const ServiceError error =
+        error_of([&] { client.smooth(mesh, {.method = SmartLaplacian{}}, {}); });
     EXPECT_EQ(error.code(), client::StatusCode::invalid_argument) << error.what();
     EXPECT_EQ(error.reason(), "INDEX_OUT_OF_RANGE");
     EXPECT_EQ(error.details(), (ErrorDetails{{"element", "1"}}));
@@ -287,7 +288,8 @@ TEST_P(BeforeSeveralServers, TheStepsOfAMovingMeshGoToOne) {
     std::vector<Vec3d> positions = std::get<std::vector<Vec3d>>(mesh.positions);
     const std::vector<int> before = started();
     client::Session session = client.open(mesh);
-    for (int step = 0; step < 4; ++step) session.smooth(positions, {}, {});
+    for (int step = 0; step < 4; ++step)
+      session.smooth(positions, {.method = SmartLaplacian{}}, {});
     const std::vector<int> after = started();
     for (std::size_t i = 0; i < after.size(); ++i) {
       if (after[i] == before[i]) continue;

@@ -104,6 +104,7 @@ class StalledPeers : public ::testing::Test {
   std::vector<double> latencies(int count) {
     client::Client client(server_.target());
     SmoothOptions options;
+    options.method = SmartLaplacian{};
     options.max_iterations = 1;
     std::vector<double> all;
     for (int i = 0; i < count; ++i) {

@@ -72,9 +72,9 @@ TEST_F(Service, HandsTheElementTagsToTheSmootherAndReservesThem) {
     call.send(spec);
     return call.read().value().accepted().host_reserved_bytes();
   };
-  const std::int64_t untagged_bytes = reserved_for();
-  spec.mutable_inline_topology()->set_element_tags_present(true);
-  EXPECT_EQ(reserved_for(), untagged_bytes + 8);
+  const std::int64_t bytes_without_regions = reserved_for();
+  spec.mutable_inline_topology()->set_element_regions_present(true);
+  EXPECT_EQ(reserved_for(), bytes_without_regions + 8);
 
   SmoothCall call(stub_);
   call.send(spec);
@@ -198,7 +198,16 @@ TEST_F(Service, DescribesItself) {
   EXPECT_THAT(info.methods(), ::testing::ElementsAre("laplacian", "smart_laplacian", "taubin",
                                                      "hc_laplacian", "optimize"));
   EXPECT_EQ(info.element_types_size(), 6);
-  EXPECT_TRUE(info.default_options().has_smart_laplacian());
+  EXPECT_TRUE(info.default_options().has_optimize());
+  ASSERT_EQ(info.method_defaults_size(), info.methods_size());
+  for (int i = 0; i < info.methods_size(); ++i) {
+    const v1::SmoothingOptions& defaults = info.method_defaults(i);
+    const auto* method = v1::SmoothingOptions::descriptor()->FindFieldByName(info.methods(i));
+    EXPECT_TRUE(defaults.GetReflection()->HasField(defaults, method)) << info.methods(i);
+    EXPECT_EQ(defaults.max_iteration_count(), defaults.has_taubin()         ? 20
+                                              : defaults.has_hc_laplacian() ? 10
+                                                                            : 1000);
+  }
   EXPECT_EQ(info.backends(0).kind(), v1::BACKEND_KIND_CPU);
   EXPECT_EQ(info.backends(0).lane_count(), 1);
   EXPECT_TRUE(info.backends(0).healthy());
@@ -254,6 +263,7 @@ TEST(ServiceWithTheCpuBackend, ReturnsTheBitsOfTheSmootherItself) {
 
   make_smoother("cpu", 1)->smooth(mesh, SmoothOptions{});
   EXPECT_EQ(call.result(), bytes_of(std::get<std::vector<Vec3d>>(mesh.positions)));
+  EXPECT_TRUE(call.summary().value().options().has_optimize());
   EXPECT_EQ(call.summary().value().nodes().moved(), 1);
   EXPECT_EQ(call.summary().value().quality_after().inverted_element_count(), 0);
 }

@@ -1,7 +1,7 @@
 #pragma once
 
 // The optimizer as a textbook has it: one node after the other, down the gradient of its
-// ball's energy, with backtracking. Judges the product, and is the floor for its speed.
+// ball's energy, with backtracking. A reference for the product, and the floor for its speed.
 
 #include "support/oracle.hpp"
 

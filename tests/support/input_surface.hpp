@@ -65,7 +65,7 @@ inline std::vector<std::vector<NodeId>> constrained_facets(const Mesh& mesh) {
   return result;
 }
 
-/// The kept facets of a volume mesh as triangles, those of four nodes cut on the diagonal
+/// The constrained facets of a volume mesh as triangles, those of four nodes cut on the diagonal
 /// from their first: every distance by looking at all.
 class InputSurface {
  public:

@@ -1,6 +1,6 @@
 #pragma once
 
-// The slow and obvious version of everything in core. It judges the product, so
+// The slow and obvious version of everything in core. It checks the product, so
 // it shares no text with it: shapes come from the ideal elements alone, sets are
 // sets, matrices are Eigen's.
 

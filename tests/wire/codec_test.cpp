@@ -1,9 +1,11 @@
 #include "wire/codec.hpp"
 
 #include <gmock/gmock.h>
+#include <google/protobuf/descriptor.h>
 #include <google/protobuf/util/message_differencer.h>
 #include <gtest/gtest.h>
 
+#include <cctype>
 #include <functional>
 #include <limits>
 #include <string>
@@ -45,6 +47,52 @@ TEST(DecodeOptions, FillsInCoresDefaults) {
                                          encode_options(SmoothOptions{})));
 }
 
+TEST(DecodeOptions, TakesOptimizeWhenNoMethodIsNamed) {
+  EXPECT_TRUE(std::holds_alternative<Optimize>(decode_options({}).method));
+  EXPECT_TRUE(encode_options(SmoothOptions{}).has_optimize());
+}
+
+TEST(DecodeOptions, LeavesTheIterationLimitToTheMethod) {
+  v1::SmoothingOptions message;
+  message.mutable_taubin();
+  EXPECT_EQ(iteration_limit(decode_options(message)), 20);
+  EXPECT_EQ(encode_options({.method = Taubin{}}).max_iteration_count(), 20);
+  message.set_max_iteration_count(0);
+  EXPECT_EQ(iteration_limit(decode_options(message)), 0);
+}
+
+// Fields of the protocol and of core, by name, in both directions.
+TEST(MethodTraits, NameEveryFieldOfTheProtocol) {
+  const auto& options = *v1::SmoothingOptions::descriptor();
+  const auto& methods = *options.FindOneofByName("method");
+  EXPECT_EQ(static_cast<std::size_t>(methods.field_count()), std::variant_size_v<Method>);
+  for_each_method([&]<class M>(const M&) {
+    const auto* own = options.FindFieldByName(std::string(MethodTraits<M>::name));
+    ASSERT_NE(own, nullptr) << MethodTraits<M>::name;
+    int in_message = 0;
+    for_each_field<M>([&]<class Field>(const Field& field) {
+      const google::protobuf::Descriptor* where = own->message_type();
+      if constexpr (std::is_same_v<Field, NumberField<M>>) {
+        if (field.in_options) where = &options;
+        ASSERT_NE(where->FindFieldByName(std::string(field.name)), nullptr) << field.name;
+        EXPECT_TRUE(where->FindFieldByName(std::string(field.name))->has_presence());
+      } else {
+        const auto* choice = where->FindFieldByName(std::string(field.name));
+        ASSERT_NE(choice, nullptr) << field.name;
+        ASSERT_EQ(choice->enum_type()->value_count(), static_cast<int>(field.choices.size()) + 1);
+        for (std::size_t i = 0; i < field.choices.size(); ++i) {
+          std::string word(field.choices[i]);
+          for (char& c : word) c = c == '-' ? '_' : static_cast<char>(std::toupper(c));
+          EXPECT_THAT(choice->enum_type()->FindValueByNumber(static_cast<int>(i) + 1)->name(),
+                      ::testing::EndsWith("_" + word));
+        }
+      }
+      in_message += where != &options;
+    });
+    EXPECT_EQ(own->message_type()->field_count(), in_message) << MethodTraits<M>::name;
+  });
+}
+
 TEST(DecodeOptions, FillsInTheDefaultsOfAChosenMethod) {
   v1::SmoothingOptions message;
   message.mutable_taubin()->set_lambda(0.4);
@@ -71,7 +119,7 @@ TEST(DecodeOptions, ReadsWhatEncodeWrote) {
     expect_round_trip({.movement_limit = MovementLimit{0.125, relative}});
   }
   for (const Form form : {Form::automatic, Form::jacobi, Form::gauss_seidel, Form::asynchronous}) {
-    expect_round_trip({.form = form});
+    expect_round_trip({.method = SmartLaplacian{}, .form = form});
   }
   expect_round_trip({.boundary = BoundaryPolicy::slide, .feature_angle = 45});
   expect_round_trip({.max_iterations = 0,
@@ -296,7 +344,7 @@ SmoothSummary full_summary() {
              .curved = 55,
              .sliding_on_surface = 56,
              .sliding_on_curve = 57};
-  s.deviation = {.tolerance = 58, .strayed = 59, .cut_off = 60};
+  s.deviation = {.tolerance = 58, .result_to_input = 59, .input_to_result = 60};
   s.times = {.upload_seconds = 40,
              .find_neighbours_seconds = 41,
              .find_boundary_seconds = 42,
@@ -335,8 +383,8 @@ TEST(DecodeSummary, ReadsWhatEncodeWrote) {
   EXPECT_EQ(s.nodes.sliding_on_surface, 56);
   EXPECT_EQ(s.nodes.sliding_on_curve, 57);
   EXPECT_EQ(s.deviation.tolerance, 58);
-  EXPECT_EQ(s.deviation.strayed, 59);
-  EXPECT_EQ(s.deviation.cut_off, 60);
+  EXPECT_EQ(s.deviation.result_to_input, 59);
+  EXPECT_EQ(s.deviation.input_to_result, 60);
   EXPECT_EQ(s.times.evaluate_seconds, 44);
   EXPECT_EQ(s.backend, "cuda:2");
   EXPECT_EQ(s.device_name, "NVIDIA H200");

@@ -81,9 +81,9 @@ TEST_F(MeshAssemblerTest, PutsTheArraysInPlace) {
 }
 
 TEST_F(MeshAssemblerTest, TakesTheTagsBetweenMaskAndCoordinates) {
-  MeshLayout tagged = layout();
-  tagged.element_regions_bytes = 8;
-  MeshAssembler assembler(tagged);
+  MeshLayout with_regions = layout();
+  with_regions.element_regions_bytes = 8;
+  MeshAssembler assembler(with_regions);
   assembler.add(chunk(v1::ARRAY_ID_ELEMENTS, 0, kElements));
   assembler.add(chunk(v1::ARRAY_ID_FIXED_MASK, 0, kFixed));
   const v1::Chunk coordinates = chunk(v1::ARRAY_ID_COORDINATES, 0, kCoordinates);

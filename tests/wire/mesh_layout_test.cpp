@@ -45,7 +45,7 @@ TEST(MeshLayout, AddsUpTheBytesOfAllArrays) {
   spec.add_element_blocks()->set_element_type(v1::ELEMENT_TYPE_HEXAHEDRON);
   spec.mutable_element_blocks(1)->set_element_count(2);
   spec.set_fixed_mask_present(true);
-  spec.set_element_tags_present(true);
+  spec.set_element_regions_present(true);
 
   const MeshLayout layout = decode_layout(spec, v1::SCALAR_TYPE_FLOAT32, {});
 
@@ -109,9 +109,9 @@ TEST(MeshLayout, RefusesWhatIsAboveALimitAndSaysBothNumbers) {
   EXPECT_EQ(thrown_by(bytes, "need_bytes"), "112");
   EXPECT_NO_THROW(decode(make_spec(4, 1), {.max_mesh_bytes = 112}));
 
-  v1::TopologySpec tagged = make_spec(4, 1);
-  tagged.set_element_tags_present(true);
-  EXPECT_EQ(thrown_by([&] { decode(tagged, {.max_mesh_bytes = 115}); }, "need_bytes"), "116");
+  v1::TopologySpec with_regions = make_spec(4, 1);
+  with_regions.set_element_regions_present(true);
+  EXPECT_EQ(thrown_by([&] { decode(with_regions, {.max_mesh_bytes = 115}); }, "need_bytes"), "116");
 }
 
 TEST(MeshLayout, RefusesSurfaceAndVolumeElementsTogether) {
@@ -156,7 +156,7 @@ TEST(MeshLayout, OfCoordinatesAloneIsOfTheSameSize) {
   spec.add_element_blocks()->set_element_type(v1::ELEMENT_TYPE_TETRAHEDRON);
   spec.mutable_element_blocks(0)->set_element_count(2);
   spec.set_fixed_mask_present(true);
-  spec.set_element_tags_present(true);
+  spec.set_element_regions_present(true);
   const MeshLayout whole = decode_layout(spec, v1::SCALAR_TYPE_FLOAT64, {});
 
   const MeshLayout alone = whole.coordinates_only(false);

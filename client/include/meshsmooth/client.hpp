@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "meshsmooth/error.hpp"
+#include "meshsmooth/error_reason.hpp"
+#include "meshsmooth/job_state.hpp"
 #include "meshsmooth/mesh.hpp"
 #include "meshsmooth/options.hpp"
 #include "meshsmooth/summary.hpp"
@@ -21,28 +23,13 @@ class Summary;
 
 namespace meshsmooth::client {
 
-/// The gRPC status codes a caller can act on.
-enum class StatusCode {
-  cancelled = 1,
-  unknown = 2,
-  invalid_argument = 3,
-  deadline_exceeded = 4,
-  not_found = 5,
-  already_exists = 6,
-  permission_denied = 7,
-  resource_exhausted = 8,
-  failed_precondition = 9,
-  out_of_range = 11,
-  unimplemented = 12,
-  internal = 13,
-  unavailable = 14,
-  data_loss = 15,
-  unauthenticated = 16,
-};
+using meshsmooth::job_state_name;
+using meshsmooth::JobState;
+using meshsmooth::StatusCode;
 
-/// A call failed. `reason()` is the server's ErrorInfo.reason, or "" when the
-/// error did not come from a meshsmooth server; `hint()` then says what such an
-/// error usually means and what to do.
+/// A failed call. `reason()` is the server's ErrorInfo.reason, or "" when the error did not come
+/// from a meshsmooth server; `hint()` then says what such an error usually means and what to do.
+/// Hints name fields of this library, e.g. `Credentials::tls_ca`.
 class ServiceError : public Error {
  public:
   ServiceError(StatusCode code, std::string reason, const std::string& message,
@@ -54,7 +41,7 @@ class ServiceError : public Error {
         retry_delay_(retry_delay) {}
   [[nodiscard]] StatusCode code() const noexcept { return code_; }
   [[nodiscard]] const std::string& hint() const noexcept { return hint_; }
-  /// The same request may do better after this time; unset: it will not.
+  /// The delay after which the same request may succeed; unset: it will not.
   [[nodiscard]] std::optional<std::chrono::nanoseconds> retry_delay() const noexcept {
     return retry_delay_;
   }
@@ -65,46 +52,35 @@ class ServiceError : public Error {
   std::optional<std::chrono::nanoseconds> retry_delay_;
 };
 
-enum class JobState {
-  unspecified,
-  receiving,
-  queued,
-  running,
-  sending,
-  succeeded,
-  failed,
-  cancelled,
-  expired,
-};
-
+/// The progress of a job, as the server last reported it.
 struct JobProgress {
   JobState state = JobState::unspecified;
-  int queue_position = 0;
-  std::string stage;  // "find_neighbours", "iterate", …; empty unless running
+  int queue_position = 0;  ///< 1 = next; 0 = not queued.
+  std::string stage;       ///< "find_neighbours", "iterate" …; empty unless running.
   int iteration = 0;
-  double max_displacement = 0;
+  double max_displacement = 0;  ///< Of the last sweep, in the mesh's unit.
   double rms_displacement = 0;
 };
 
+/// The options of one call.
 struct RequestOptions {
-  std::string request_id;        // a UUID; empty: one is made
-  std::string backend = "auto";  // "auto", "cpu", "cuda"
-  /// Deadline of the whole call. When unset: 10 minutes, plus 1 s for every MB
-  /// of the mesh, plus 10 us for every element and allowed iteration; at most a
-  /// week.
+  std::string request_id;        ///< A UUID; empty: a new one.
+  std::string backend = "auto";  ///< "auto", "cpu" or "cuda".
+  /// Timeout of the whole call. Unset: 10 minutes, plus 1 s per MB of the mesh, plus 10 us per
+  /// element and allowed iteration; at most a week.
   std::optional<std::chrono::nanoseconds> timeout;
   std::chrono::milliseconds progress_interval{100};
-  std::function<void(const JobProgress&)> on_progress;  // on the calling thread
-  /// A server that is busy or leaving, or a connection that broke, is tried again with the
-  /// same request id, so that a job that still runs is joined and not run twice; so often in
-  /// all, and never beyond the timeout.
+  std::function<void(const JobProgress&)> on_progress;  ///< Called on the calling thread.
+  /// Attempts in all, within the timeout. A call to a busy or draining server, or over a connection
+  /// that broke, is repeated with the same request id, so that a job that still runs is joined and
+  /// not run twice.
   int max_attempts = 4;
-  /// Set: the job goes on when this call ends, and its result is kept so long for `attach`.
+  /// Set: the job outlives this call, and its result is kept this long for `attach`.
   std::optional<std::chrono::nanoseconds> result_ttl;
-  std::stop_token stop;  // cancels the call
+  std::stop_token stop;  ///< Cancels the call.
 };
 
-/// The answer to one job.
+/// The report on one job.
 struct SmoothReport {
   SmoothSummary summary;
   std::string job_name;
@@ -112,24 +88,26 @@ struct SmoothReport {
   double queue_seconds = 0;
   double receive_seconds = 0;
   double send_seconds = 0;
-  bool topology_reused = false;  // the server had prepared it for an earlier job
+  bool topology_reused = false;  ///< The server had prepared the topology for an earlier job.
   std::string server_version;
-  std::shared_ptr<const v1::Summary> message;  // as it came
+  std::shared_ptr<const v1::Summary> message;  ///< As received.
 
-  /// meshsmooth.v1.Summary as proto3 JSON with original field names. Made at each call, which may
-  /// take longer than a small job. What a call returned always has it.
+  /// Returns meshsmooth.v1.Summary as proto3 JSON with original field names; "{}" without
+  /// `message`. Formatted at each call, which may take longer than a small job.
   [[nodiscard]] std::string to_json() const;
 };
 
+/// What a server is and has.
 struct ServerInfo {
   std::string version;
   std::string build_commit;
   std::vector<std::string> methods;
   std::vector<std::string> features;
   bool draining = false;
-  std::string json;  // the whole GetServerInfoResponse
+  std::string json;  ///< The whole GetServerInfoResponse.
 };
 
+/// A job as the server knows it.
 struct JobInfo {
   std::string name;
   std::string request_id;
@@ -137,38 +115,47 @@ struct JobInfo {
   std::int64_t node_count = 0;
   std::int64_t element_count = 0;
   JobProgress progress;
-  std::string error;  // "REASON: message" of a failed job
-  std::string json;   // the whole Job
+  std::string error;  ///< "REASON: message" of a failed job.
+  std::string json;   ///< The whole Job.
 };
 
-[[nodiscard]] std::string_view job_state_name(JobState state);
+/// A topology that the server keeps for the caller.
+struct TopologyInfo {
+  std::string name;  ///< "topologies/sha256-…".
+  std::int64_t node_count = 0;
+  std::int64_t element_count = 0;
+  std::int64_t boundary_node_count = 0;  ///< 0 until a job has found the boundary.
+  std::int64_t resident_bytes = 0;       ///< Of the server's memory.
+};
 
-/// How a connection is protected, and who calls. Files are in PEM but the token's.
+/// Credentials of a connection. All files but the token's are PEM.
 struct Credentials {
-  bool tls = false;           // even when nothing below is set
-  std::string tls_ca = "";    // who may have signed the server's certificate; empty: the system's
-  std::string tls_cert = "";  // ours, for servers that ask for one
-  std::string tls_key = "";   // its key
-  std::string tls_server_name = "";  // in the server's certificate; empty: the target's host
-  std::string token_file = "";       // a bearer token, alone in its line; read anew for every call
+  bool tls = false;           ///< TLS, even when nothing below is set.
+  std::string tls_ca = "";    ///< Authorities of the server's certificate; empty: the system's.
+  std::string tls_cert = "";  ///< Client certificate, for servers that require one.
+  std::string tls_key = "";   ///< Key of `tls_cert`.
+  std::string tls_server_name = "";  ///< In the server's certificate; empty: the target's host.
+  std::string token_file = "";       ///< A bearer token on one line; read anew for each call.
 };
 
-/// A mesh whose nodes move from job to job while its elements stay, as in a time-step loop. The
-/// server keeps the topology, and what it finds out about it, under a name made of its content; a
-/// job sends coordinates only. A server that does not have it (any more) gets it once more, with
-/// the job. The same positions give the same bits, whatever the server has. Not thread-safe; the
-/// client must outlive it.
+/// A mesh whose nodes move from job to job while its elements stay, as in a time-step loop.
+///
+/// The server keeps the topology and what it prepared of it under a name made of its content; a job
+/// sends coordinates only. A server that does not have the topology receives it once more, with the
+/// job. The same positions give the same bits, whatever the server has. Not thread-safe; the client
+/// must outlive it.
 class Session {
  public:
   ~Session();
   Session(Session&&) noexcept;
   Session& operator=(Session&&) noexcept;
 
-  /// The server's name of the topology, "topologies/sha256-…".
+  /// Returns the server's name of the topology, "topologies/sha256-…".
   [[nodiscard]] const std::string& topology_name() const;
 
-  /// Smooths the positions in place: as many as the mesh has nodes, in either precision. Errors
-  /// leave them as they were. `QualityDetail::brief` saves the server most of the judging.
+  /// Smooths the positions in place; on errors they are unchanged.
+  /// @param positions one for each node of the mesh, in either precision.
+  /// `QualityDetail::brief` saves the server most of the evaluation.
   SmoothReport smooth(std::span<Vec3d> positions, const SmoothOptions& options,
                       const RequestOptions& request = {});
   SmoothReport smooth(std::span<Vec3f> positions, const SmoothOptions& options,
@@ -181,43 +168,57 @@ class Session {
   std::unique_ptr<Impl> impl_;
 };
 
-/// A connection to one server, or to several that do the same. Thread-safe: calls may run at the
-/// same time. Every call throws `ServiceError`. Of positions that results of `smooth` have replaced
-/// it keeps the memory for others, up to 64 MiB.
+/// A connection to one server, or to several equal ones. Thread-safe: calls may run concurrently.
+/// Every call throws `ServiceError`. The memory of positions that results of `smooth` replaced is
+/// cached for later results, up to 64 MiB.
 class Client {
  public:
-  /// `target` is HOST:PORT or unix:PATH; or all servers that dns:///NAME:PORT resolves to, or
-  /// ipv4:A:PORT,B:PORT lists, in turn: those that drain or are gone are left out, and a job that
-  /// one of them had goes to another. Jobs by name are known to the server that has them only, so
-  /// ask that one. Does not connect yet.
-  /// Throws InvalidOption (CREDENTIALS_UNUSABLE) when a file of theirs cannot be
-  /// read, or a token would travel in clear.
+  /// Does not connect yet.
+  /// @param target HOST:PORT or unix:PATH; or several servers, used in turn: dns:///NAME:PORT (all
+  ///   that it resolves to) or ipv4:A:PORT,B:PORT. Servers that drain or are gone are skipped, and
+  ///   their jobs go to others. Only the server that has a job knows its name.
+  /// @param credentials of the connection; the default is neither TLS nor a token.
+  /// @throws InvalidOption CREDENTIALS_UNUSABLE: a file cannot be read, or a token would travel in
+  ///   clear.
   explicit Client(const std::string& target, const Credentials& credentials = {});
   ~Client();
   Client(Client&&) noexcept;
   Client& operator=(Client&&) noexcept;
 
-  /// Smooths `mesh` in place: positions change when the whole result has
-  /// arrived, never before; nothing else changes.
+  /// Smooths `mesh` in place: its positions change when the whole result has arrived, never before;
+  /// nothing else changes.
   SmoothReport smooth(Mesh& mesh, const SmoothOptions& options, const RequestOptions& request = {});
 
-  /// For many jobs on the topology of `mesh`, which is copied. Hashes it, sends nothing yet.
+  /// Opens a session for many jobs on the topology of `mesh`, which is copied. Hashes it,
+  /// O(elements); sends nothing yet.
   [[nodiscard]] Session open(const Mesh& mesh);
 
-  /// Waits for a job that was sent with `RequestOptions::result_ttl`, by whomever, and takes
-  /// its positions into `mesh`, which is the one that was sent. Of `request` counts timeout,
-  /// on_progress, max_attempts and stop; what has arrived before a connection broke is not
-  /// sent again.
+  /// Waits for a job that was sent with `RequestOptions::result_ttl` and takes its positions into
+  /// `mesh`, which must be the one that was sent. Data that arrived before a connection broke is
+  /// not sent again.
+  /// @param job_name "jobs/…".
+  /// @param mesh the mesh of the job.
+  /// @param request timeout, on_progress, max_attempts and stop count; the rest is ignored.
   SmoothReport attach(const std::string& job_name, Mesh& mesh, const RequestOptions& request = {});
 
+  /// @throws ServiceError TOPOLOGY_NOT_FOUND: the server does not keep it for this caller.
+  [[nodiscard]] TopologyInfo get_topology(const std::string& name);
+  /// Makes the server drop a topology; jobs that use it continue.
+  /// @throws ServiceError TOPOLOGY_NOT_FOUND.
+  void delete_topology(const std::string& name);
+
+  /// Describes the server.
   [[nodiscard]] ServerInfo server_info();
+  /// Lists the caller's jobs, running and ended.
   [[nodiscard]] std::vector<JobInfo> list_jobs();
+  /// @throws ServiceError JOB_NOT_FOUND.
   [[nodiscard]] JobInfo get_job(const std::string& name);
-  /// Returns the job as it then is.
+  /// Cancels a job and returns its new state. With `keep_result` its waiting callers receive the
+  /// positions reached so far.
   JobInfo cancel_job(const std::string& name, bool keep_result = false);
-  /// Lets the server forget a job that has ended, and its result.
+  /// Deletes a job that has ended, and its result.
   void delete_job(const std::string& name);
-  /// Asks grpc.health.v1 for the whole server: true = SERVING.
+  /// Returns whether grpc.health.v1 reports SERVING for the whole server.
   [[nodiscard]] bool healthy(std::chrono::milliseconds timeout = std::chrono::seconds(5));
 
  private:

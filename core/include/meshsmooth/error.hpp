@@ -11,9 +11,8 @@ namespace meshsmooth {
 /// metadata of google.rpc.ErrorInfo.
 using ErrorDetails = std::vector<std::pair<std::string, std::string>>;
 
-/// Base of everything core throws. `what()` says what, where and with which
-/// number in one line; `reason()` is the stable name of the cause in
-/// UPPER_SNAKE_CASE (docs/protocol.md lists them).
+/// Base of everything core throws. `what()` says in one line what failed, where and with which
+/// number; `reason()` is the stable name of the cause in UPPER_SNAKE_CASE (error_reason.hpp).
 class Error : public std::runtime_error {
  public:
   Error(std::string reason, const std::string& message, ErrorDetails details = {})
@@ -32,7 +31,7 @@ class InvalidMesh : public Error {
   using Error::Error;
 };
 
-/// An option is out of its range, or the combination means nothing.
+/// An option is out of its range, or a combination is meaningless.
 class InvalidOption : public Error {
   using Error::Error;
 };
@@ -42,7 +41,7 @@ class NotSupported : public Error {
   using Error::Error;
 };
 
-/// Memory of host or device did not suffice.
+/// Host or device memory does not suffice.
 class OutOfMemory : public Error {
   using Error::Error;
 };

@@ -1,73 +1,79 @@
 #pragma once
 
-#include <string_view>
 #include <variant>
 
 namespace meshsmooth {
 
-/// How a node weighs what surrounds it.
+/// The weights of a node's neighbours.
 enum class Weighting {
-  uniform,              // mean of the ring
-  inverse_edge_length,  // ring node j by 1 / |x_j - x_i|
-  edge_length,          // ring node j by |x_j - x_i|
-  ball_volume,          // centroids of the ball's elements by their volume (area)
+  uniform,              ///< The mean of the 1-ring.
+  inverse_edge_length,  ///< Ring node j by 1 / |x_j - x_i|.
+  edge_length,          ///< Ring node j by |x_j - x_i|.
+  ball_volume,          ///< Centroids of the ball's elements by their volume (area).
 };
 
-/// x' = x + relaxation * (weighted mean - x). Source: Xiao et al. 2019, eq. 1,
-/// for the uniform weights. Inverts elements unless guarded.
+/// Moves each node towards the weighted mean of its neighbours:
+/// x' = x + relaxation * (weighted mean - x). Inverts elements unless guarded.
+///
+/// Source: Xiao et al. 2019, eq. 1, for the uniform weights. O(edges) per sweep.
 struct Laplacian {
   Weighting weighting = Weighting::uniform;
-  double relaxation = 1.0;  // (0, 1]
+  double relaxation = 1.0;  ///< Share of the step that is taken, (0, 1].
 };
 
-/// Laplacian whose move is taken only if the worst mean ratio of the node's
-/// ball does not fall; the step is halved up to three times first. Source:
-/// Freitag 1997, "On combining Laplacian and optimization-based mesh smoothing
-/// techniques".
+/// A Laplacian step that is taken only if the worst mean ratio of the node's ball does not fall;
+/// the step is halved up to three times first.
+///
+/// Source: Freitag 1997, "On combining Laplacian and optimization-based mesh smoothing techniques".
+/// O(elements) per sweep.
 struct SmartLaplacian {
   Weighting weighting = Weighting::uniform;
-  double relaxation = 1.0;  // (0, 1]
+  double relaxation = 1.0;  ///< Share of the step that is taken, (0, 1].
 };
 
-/// A Laplacian step with lambda, then one with mu. Source: Taubin 1995, "A
-/// signal processing approach to fair surface design", eq. 5; pass band
-/// 1/lambda + 1/mu = 0.1 by default.
+/// A Laplacian step with lambda, then one with mu: a low-pass filter that keeps the volume of a
+/// surface. The pass band ends at 1/lambda + 1/mu = 0.1 by default.
+///
+/// Source: Taubin 1995, "A signal processing approach to fair surface design", eq. 5. O(edges) per
+/// iteration.
 struct Taubin {
-  double lambda = 0.6307;  // (0, 1]
-  double mu = -0.6732;     // < -lambda
+  double lambda = 0.6307;  ///< Factor of the first step, (0, 1].
+  double mu = -0.6732;     ///< Factor of the second step, finite and below -lambda.
 };
 
-/// Pushes averaged nodes back. Source: Vollmer, Mencl, Müller 1999, "Improved
-/// Laplacian smoothing of noisy surface meshes", section 4.
+/// Averages, then pushes the nodes back towards their original and previous positions.
+///
+/// Source: Vollmer, Mencl, Müller 1999, "Improved Laplacian smoothing of noisy surface meshes",
+/// section 4. O(edges) per sweep.
 struct HcLaplacian {
-  double alpha = 0.0;  // [0, 1], weight of the original position
-  double beta = 0.5;   // [0, 1], share of the node's own difference
+  double alpha = 0.0;  ///< Weight of the original position, [0, 1].
+  double beta = 0.5;   ///< Share of the node's own difference, [0, 1].
 };
 
-/// What an optimized mesh is to be good at.
+/// The quality that `Optimize` aims at.
 enum class Goal {
-  average,   // the mean: sum of the inverse mean ratios
-  balanced,  // the mean and the worst: sum of their squares
-  worst,     // the worst: sum of their fourth powers, then up to the 32nd in poor balls
+  average,   ///< The mean: sum of the inverse mean ratios.
+  balanced,  ///< The mean and the worst: sum of their squares.
+  worst,     ///< The worst: sum of their fourth powers, then up to the 32nd in poor balls.
 };
 
-/// Moves each node down the energy of its ball: the sum over the element corners
-/// around it of f^p, with f the inverse mean ratio against the element type's own ideal
-/// corner; the corners of an element weigh one together. One exact Newton step on the p-norm a
-/// visit, colour by colour. A valid element stays valid and the energy never rises; tangled balls
-/// are untangled by the regularized energy first. The ideal has no size, so a graded mesh stays
-/// graded. Sources: Knupp 2001, "Algebraic mesh quality metrics", for the mean ratio; Garanzha et
-/// al. 2021, "Foldover-free maps in 50 lines of code", for the regularization.
+/// Moves each node down the energy of its ball: the sum over the element corners around it of f^p,
+/// with f the inverse mean ratio against the ideal corner of the element's type; the corners of an
+/// element weigh one together. A visit is one exact Newton step on the p-norm, colour by colour.
+///
+/// A valid element stays valid and the energy never rises; tangled balls are untangled first, by
+/// the regularized energy. The ideal has a shape, no size.
+///
+/// Sources: Knupp 2001, "Algebraic mesh quality metrics", for the mean ratio; Garanzha et al. 2021,
+/// "Foldover-free maps in 50 lines of code", for the regularization. O(elements) per sweep.
 struct Optimize {
   Goal goal = Goal::balanced;
-  /// Ends once the worst mean ratio of the elements that are not locked is this good;
-  /// with Goal::worst only balls below it are polished. [0, 1); 0: no target.
+  /// The run ends once the worst mean ratio of the elements that are not locked reaches this; with
+  /// Goal::worst only balls below it are refined. [0, 1); 0: no target.
   double target_quality = 0;
 };
 
+/// A smoothing method with its parameters; `MethodTraits` describes each.
 using Method = std::variant<Laplacian, SmartLaplacian, Taubin, HcLaplacian, Optimize>;
-
-/// "laplacian", "smart_laplacian", "taubin", "hc_laplacian", "optimize".
-[[nodiscard]] std::string_view method_name(const Method& method);
 
 }  // namespace meshsmooth

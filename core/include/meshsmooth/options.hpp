@@ -3,69 +3,87 @@
 #include <chrono>
 #include <optional>
 
+#include "meshsmooth/form.hpp"
+#include "meshsmooth/method_traits.hpp"
 #include "meshsmooth/methods.hpp"
 #include "meshsmooth/quality.hpp"
 
 namespace meshsmooth {
 
-/// In which order the nodes of one sweep see each other's moves.
-enum class Form {
-  automatic,     // gauss_seidel for SmartLaplacian and Optimize, else jacobi
-  jacobi,        // form A of the paper: read the old positions, write new ones
-  gauss_seidel,  // in place, colour by colour; deterministic
-  asynchronous,  // form B of the paper: in place, unordered; not deterministic
-};
-
-/// What nodes of the boundary, and between regions, may do.
+/// What nodes on the boundary and between regions may do.
 enum class BoundaryPolicy {
-  fixed,  // they stay
-  free,   // they move like all others
-  slide,  // in their plane or on their curved part, along their crease; corners stay
+  fixed,  ///< They stay.
+  free,   ///< They move like all others.
+  slide,  ///< They move in their plane or on their curved part, along their crease; corners stay.
 };
 
-enum class TangledPolicy { repair, refuse };
+/// What happens to a mesh that arrives with inverted elements.
+enum class TangledPolicy {
+  repair,  ///< The method repairs what it can; the summary counts the rest.
+  refuse,  ///< `InvalidMesh` (MESH_TANGLED).
+};
 
-/// When a method has converged. In the mesh's unit it is a length, and no node has moved
-/// farther in the last sweep. Relative it is a share: of the bounding box's diagonal, for
-/// that move; for `Optimize` the share by which a sweep lowers the p-norm of a ball's
-/// inverse mean ratios, in the mean over the free nodes.
+/// When a method has converged: the largest move of a sweep is below `value`. For `Optimize` with a
+/// relative tolerance: a sweep lowers the p-norm of a ball's inverse mean ratios by less than this
+/// share, in the mean over the free nodes.
 struct Tolerance {
-  double value = 1e-4;
-  bool relative = true;
+  double value = 1e-4;   ///< Finite, >= 0.
+  bool relative = true;  ///< As a share of the bounding box's diagonal; else in the mesh's unit.
 };
 
-/// No node ends farther than this from where it began, to the rounding of the
-/// coordinates. Above 0; in the mesh's unit or, relative, as a share of the
-/// bounding box's diagonal.
+/// The largest distance of a node from its original position, to the rounding of the coordinates.
 struct MovementLimit {
-  double value = 0;
-  bool relative = false;
+  double value = 0;       ///< Finite, > 0.
+  bool relative = false;  ///< As a share of the bounding box's diagonal; else in the mesh's unit.
 };
 
+/// The options of a job. The defaults are those of the wire and of the command line.
 struct SmoothOptions {
-  Method method = SmartLaplacian{};
+  Method method = Optimize{};
   Form form = Form::automatic;
-  int max_iterations = 1000;  // >= 0; 0 only judges the mesh
+  /// Iteration limit, >= 0; 0 only evaluates the mesh. Unset: the method's own (`iteration_limit`).
+  std::optional<int> max_iterations = {};
   Tolerance tolerance = {};
   BoundaryPolicy boundary = BoundaryPolicy::fixed;
-  /// With BoundaryPolicy::slide: planes that meet at less than this are one curved part, and
-  /// creases that turn by less one curved crease. Degrees, from 1 to 90.
+  /// With BoundaryPolicy::slide: planes that meet at less than this angle form one curved part, and
+  /// creases that turn by less one curved crease. In degrees, [1, 90].
   double feature_angle = 30;
-  bool guard = true;  // a valid element stays valid
+  bool guard = true;  ///< A valid element stays valid.
   TangledPolicy tangled = TangledPolicy::repair;
+  /// Computing time after which the best result so far is returned, > 0; unset: no limit.
   std::optional<std::chrono::nanoseconds> compute_budget = {};
-  std::optional<MovementLimit> movement_limit = {};
-  bool history = false;
+  std::optional<MovementLimit> movement_limit = {};  ///< Unset: no limit.
+  bool history = false;                              ///< Statistics of each sweep in the summary.
   QualityDetail quality_detail = QualityDetail::full;
 };
 
-/// Whether `tolerance` is a share of the energy, not a length.
+/// Returns `max_iterations`, or the method's own limit when it is unset.
+[[nodiscard]] inline int iteration_limit(const SmoothOptions& options) {
+  return options.max_iterations.value_or(default_iterations(options.method));
+}
+
+/// Returns whether `tolerance` is a share of the energy, not a length.
 [[nodiscard]] inline bool converges_by_energy(const SmoothOptions& options) {
   return options.tolerance.relative && std::holds_alternative<Optimize>(options.method);
 }
 
-/// Throws `InvalidOption` (OPTION_OUT_OF_RANGE, detail "field") or
-/// `NotSupported` (OPTION_NOT_SUPPORTED).
+/// Converts a `Tolerance` or a `MovementLimit` to the mesh's unit.
+template <class Length>
+[[nodiscard]] double in_mesh_unit(const Length& length, double bounding_box_diagonal) {
+  return length.value * (length.relative ? bounding_box_diagonal : 1.0);
+}
+
+/// Returns the largest move below which a method has converged, in the mesh's unit; 0 where
+/// `Optimize` converges by its energy.
+[[nodiscard]] inline double displacement_tolerance(const SmoothOptions& options,
+                                                   double bounding_box_diagonal) {
+  if (converges_by_energy(options)) return 0;
+  return in_mesh_unit(options.tolerance, bounding_box_diagonal);
+}
+
+/// Checks all ranges and combinations.
+/// @throws InvalidOption OPTION_OUT_OF_RANGE, detail "field".
+/// @throws NotSupported OPTION_NOT_SUPPORTED, detail "field".
 void validate(const SmoothOptions& options);
 
 }  // namespace meshsmooth

@@ -8,23 +8,25 @@
 
 namespace meshsmooth {
 
+/// Why a job stopped.
 enum class StopReason {
-  converged,
-  target_reached,
-  iteration_limit,
-  compute_budget,
-  stagnated,
-  cancelled_with_result,
+  converged,              ///< The largest move fell below the tolerance.
+  target_reached,         ///< The worst element reached `Optimize::target_quality`.
+  iteration_limit,        ///< `SmoothOptions::max_iterations` were done.
+  compute_budget,         ///< `SmoothOptions::compute_budget` was used up.
+  stagnated,              ///< Nodes are held back, or moves no longer shrink.
+  cancelled_with_result,  ///< Cancelled by a caller who wants the positions reached.
 };
 
+/// How the sweeps converged. Lengths are in the mesh's unit.
 struct Convergence {
   int iteration_count = 0;
-  double last_max_displacement = 0;  // in the mesh's unit
+  double last_max_displacement = 0;
   double last_rms_displacement = 0;
-  double tolerance = 0;  // in the mesh's unit; 0 where Optimize goes by its energy
+  double tolerance = 0;  ///< 0 where `Optimize` converges by its energy.
   double bounding_box_diagonal = 0;
-  std::int64_t held_node_count = 0;       // moves refused or cut short in the last sweep
-  std::vector<double> max_displacements;  // with SmoothOptions::history
+  std::int64_t held_node_count = 0;       ///< Moves rejected or shortened in the last sweep.
+  std::vector<double> max_displacements;  ///< One per sweep, with SmoothOptions::history.
   std::vector<double> rms_displacements;
   std::vector<std::int64_t> moved_node_counts;
   /// With SmoothOptions::history: after each sweep the p-mean of the inverse mean ratios of all
@@ -32,33 +34,36 @@ struct Convergence {
   /// tangled. p is that of Goal::balanced, 2; of Optimize that of the sweep's phase
   /// (Goal::average has 1, Goal::worst 4, 8, 16, 32, untangling 1).
   std::vector<double> energies;
-  std::vector<double> worst_mean_ratios;  // of those corners; 0 or less while tangled
+  std::vector<double> worst_mean_ratios;  ///< Of those corners; 0 or less while tangled.
 };
 
+/// Nodes by what the job did with them.
 struct NodeCounts {
   std::int64_t total = 0;
   std::int64_t boundary = 0;
-  std::int64_t fixed = 0;     // boundary, between regions, the caller's own
-  std::int64_t isolated = 0;  // in no element; they stay
-  std::int64_t moved = 0;     // position differs from the input
+  std::int64_t fixed = 0;     ///< Boundary, between regions, the caller's own.
+  std::int64_t isolated = 0;  ///< In no element; they stay.
+  std::int64_t moved = 0;     ///< The position differs from the input.
   std::int64_t between_regions = 0;
-  // With BoundaryPolicy::slide, of the nodes on the boundary and between regions; the rest
-  // of them is fixed.
+  /// With BoundaryPolicy::slide, of the nodes on the boundary and between regions; the rest of them
+  /// is fixed.
   std::int64_t sliding_in_plane = 0;
   std::int64_t sliding_on_line = 0;
-  std::int64_t curved = 0;  // fixed because a part around them is neither planar nor smooth
-  std::int64_t sliding_on_surface = 0;  // on a curved part
-  std::int64_t sliding_on_curve = 0;    // along a crease that is not straight
+  std::int64_t curved = 0;              ///< Fixed: a part around them is neither planar nor smooth.
+  std::int64_t sliding_on_surface = 0;  ///< On a curved part.
+  std::int64_t sliding_on_curve = 0;    ///< Along a crease that is not straight.
 };
 
-/// With BoundaryPolicy::slide on curved parts, where nodes slide on the facets of the input;
-/// in the mesh's unit. 0 where no part is curved.
+/// With BoundaryPolicy::slide on curved parts, where nodes slide on the facets of the input: the
+/// two one-sided deviations (Hausdorff) between the boundary before and after, in the mesh's unit.
+/// 0 where no part is curved.
 struct BoundaryDeviation {
-  double tolerance = 0;  // what rounding may make of `strayed`
-  double strayed = 0;    // the farthest that a sliding node is from the input's facets
-  double cut_off = 0;    // the farthest that a place of a node in the input is from the new ones
+  double tolerance = 0;        ///< Bound on `result_to_input` from rounding.
+  double result_to_input = 0;  ///< Largest distance of a sliding node from the input's facets.
+  double input_to_result = 0;  ///< Largest distance of an input position from the result.
 };
 
+/// Times of the stages of a job.
 struct StageTimes {
   double upload_seconds = 0;
   double find_neighbours_seconds = 0;
@@ -68,6 +73,7 @@ struct StageTimes {
   double download_seconds = 0;
 };
 
+/// The report on a job.
 struct SmoothSummary {
   StopReason stop_reason = StopReason::converged;
   Convergence convergence;
@@ -77,11 +83,11 @@ struct SmoothSummary {
   NodeCounts nodes;
   BoundaryDeviation deviation;
   StageTimes times;
-  std::string backend;  // "cpu"
+  std::string backend;  ///< "cpu", "cuda:0".
   std::string device_name;
   int thread_count = 0;
   int colour_count = 0;
-  std::int64_t host_peak_bytes = 0;  // allocated by this job, the caller's arrays not counted
+  std::int64_t host_peak_bytes = 0;  ///< Allocated by this job, without the caller's arrays.
   std::int64_t device_peak_bytes = 0;
 };
 

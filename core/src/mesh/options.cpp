@@ -1,8 +1,11 @@
 #include "meshsmooth/options.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <string>
+#include <string_view>
+#include <type_traits>
 
 #include "meshsmooth/error.hpp"
 
@@ -21,46 +24,51 @@ void need(bool in_range, const std::string& field, double value, const std::stri
   if (!in_range) throw_out_of_range(field, value, range);
 }
 
-void validate_relaxation(const std::string& method, double relaxation) {
-  need(relaxation > 0 && relaxation <= 1, method + ".relaxation_factor", relaxation,
-       "above 0 and at most 1");
+template <class M>
+void validate_method(const M& method) {
+  for_each_field<M>([&]<class Field>(const Field& field) {
+    if constexpr (std::is_same_v<Field, NumberField<M>>) {
+      const std::string name(field.name);
+      need(field.is_valid(method),
+           field.in_options ? name : std::string(MethodTraits<M>::name) + "." + name,
+           method.*field.member, std::string(field.range_text));
+    }
+  });
 }
 
-struct ValidateMethod {
-  void operator()(const Laplacian& m) const { validate_relaxation("laplacian", m.relaxation); }
-  void operator()(const SmartLaplacian& m) const {
-    validate_relaxation("smart_laplacian", m.relaxation);
+std::string_view form_name(Form form) {
+  switch (form) {
+    case Form::automatic:
+      return "automatic";
+    case Form::jacobi:
+      return "jacobi";
+    case Form::gauss_seidel:
+      return "gauss_seidel";
+    case Form::asynchronous:
+      return "asynchronous";
   }
-  void operator()(const Taubin& m) const {
-    need(m.lambda > 0 && m.lambda <= 1, "taubin.lambda", m.lambda, "above 0 and at most 1");
-    need(m.mu < -m.lambda && std::isfinite(m.mu), "taubin.mu", m.mu,
-         "finite and below minus lambda");
-  }
-  void operator()(const HcLaplacian& m) const {
-    need(m.alpha >= 0 && m.alpha <= 1, "hc_laplacian.alpha", m.alpha, "from 0 to 1");
-    need(m.beta >= 0 && m.beta <= 1, "hc_laplacian.beta", m.beta, "from 0 to 1");
-  }
-  void operator()(const Optimize& m) const {
-    need(m.target_quality >= 0 && m.target_quality < 1, "target_quality", m.target_quality,
-         "0 or more and below 1");
-  }
-};
+  __builtin_unreachable();
+}
 
-struct MethodName {
-  std::string_view operator()(const Laplacian&) const { return "laplacian"; }
-  std::string_view operator()(const SmartLaplacian&) const { return "smart_laplacian"; }
-  std::string_view operator()(const Taubin&) const { return "taubin"; }
-  std::string_view operator()(const HcLaplacian&) const { return "hc_laplacian"; }
-  std::string_view operator()(const Optimize&) const { return "optimize"; }
-};
+template <class M>
+void validate_form(const M&, Form form) {
+  using Traits = MethodTraits<M>;
+  if (form == Form::automatic || std::ranges::find(Traits::forms, form) != Traits::forms.end()) {
+    return;
+  }
+  throw NotSupported("OPTION_NOT_SUPPORTED",
+                     std::string(Traits::name) + " " + std::string(Traits::form_reason) +
+                         ", it has only the " + std::string(form_name(Traits::forms.front())) +
+                         " form",
+                     {{"field", "form"}});
+}
 
 }  // namespace
 
-std::string_view method_name(const Method& method) { return std::visit(MethodName{}, method); }
-
 void validate(const SmoothOptions& options) {
-  std::visit(ValidateMethod{}, options.method);
-  need(options.max_iterations >= 0, "max_iteration_count", options.max_iterations, "0 or more");
+  std::visit([](const auto& method) { validate_method(method); }, options.method);
+  const int limit = iteration_limit(options);
+  need(limit >= 0, "max_iteration_count", limit, "0 or more");
   const double tolerance = options.tolerance.value;
   need(tolerance >= 0 && std::isfinite(tolerance),
        options.tolerance.relative ? "convergence_tolerance" : "absolute_tolerance", tolerance,
@@ -72,24 +80,12 @@ void validate(const SmoothOptions& options) {
     need(seconds > 0, "compute_budget", seconds, "above 0 seconds");
   }
   if (options.movement_limit) {
-    const double limit = options.movement_limit->value;
-    need(limit > 0 && std::isfinite(limit),
-         options.movement_limit->relative ? "movement_limit" : "absolute_movement_limit", limit,
+    const double length = options.movement_limit->value;
+    need(length > 0 && std::isfinite(length),
+         options.movement_limit->relative ? "movement_limit" : "absolute_movement_limit", length,
          "finite and above 0");
   }
-  if (std::holds_alternative<Optimize>(options.method) && options.form != Form::automatic &&
-      options.form != Form::gauss_seidel) {
-    throw NotSupported("OPTION_NOT_SUPPORTED",
-                       "optimize judges each move by the newest places of the nodes around, it "
-                       "has only the gauss_seidel form",
-                       {{"field", "form"}});
-  }
-  if (std::holds_alternative<HcLaplacian>(options.method) && options.form != Form::automatic &&
-      options.form != Form::jacobi) {
-    throw NotSupported("OPTION_NOT_SUPPORTED",
-                       "hc_laplacian pushes back all nodes together, it has only the jacobi form",
-                       {{"field", "form"}});
-  }
+  std::visit([&](const auto& method) { validate_form(method, options.form); }, options.method);
 }
 
 }  // namespace meshsmooth

@@ -1,5 +1,6 @@
 #include "meshsmooth/smoother.hpp"
 
+#include "meshsmooth/backend_name.hpp"
 #include "meshsmooth/error.hpp"
 #include "smooth/cpu/cpu_smoother.hpp"
 #include "smooth/cuda/device/device_name.hpp"
@@ -64,7 +65,7 @@ std::unique_ptr<Smoother> make_smoother(std::string_view backend, int thread_cou
   if (name == "cpu") return detail::make_cpu_smoother(thread_count);
   const int device = detail::cuda_device(name);
   for (const BackendInfo& info : detail::list_cuda_backends()) {
-    if (info.available && info.name == "cuda:" + std::to_string(device)) {
+    if (info.available && info.name == to_string({.kind = BackendKind::cuda, .device = device})) {
       return detail::make_cuda_smoother(device);
     }
   }

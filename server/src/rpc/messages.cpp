@@ -4,12 +4,11 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <map>
 #include <string_view>
-#include <variant>
 #include <vector>
 
+#include "meshsmooth/backend_name.hpp"
 #include "meshsmooth/error.hpp"
 #include "rpc/status.hpp"
 #include "wire/codec.hpp"
@@ -56,22 +55,15 @@ v1::Priority encode_priority(Priority priority) {
 static_assert(static_cast<int>(Priority::batch) + 1 == v1::PRIORITY_BATCH &&
               static_cast<int>(Priority::interactive) + 1 == v1::PRIORITY_INTERACTIVE);
 
-v1::BackendKind backend_kind(std::string_view backend) {
-  return backend.starts_with("cuda") ? v1::BACKEND_KIND_CUDA : v1::BACKEND_KIND_CPU;
-}
-
-// N of "cuda:N".
-int device_index(std::string_view backend) {
-  int index = 0;
-  const std::size_t colon = backend.find(':');
-  if (colon != std::string_view::npos) {
-    std::from_chars(backend.data() + colon + 1, backend.data() + backend.size(), index);
-  }
-  return index;
+BackendName backend_name(std::string_view backend) {
+  return parse_backend_name(backend).value_or(BackendName{.kind = BackendKind::cpu});
 }
 
 void check_backend(v1::BackendKind wanted, std::string_view backend) {
-  if (wanted == v1::BACKEND_KIND_UNSPECIFIED || wanted == backend_kind(backend)) return;
+  if (wanted == v1::BACKEND_KIND_UNSPECIFIED ||
+      wanted == wire::encode_backend_kind(backend_name(backend).kind)) {
+    return;
+  }
   if (!v1::BackendKind_IsValid(wanted)) {
     throw_not_supported("backend_kind", "unknown backend " + std::to_string(wanted));
   }
@@ -121,9 +113,11 @@ v1::JobError encode_error(const std::exception_ptr& error, const std::string& in
   return message;
 }
 
-template <std::size_t... I>
-void add_method_names(v1::GetServerInfoResponse& info, std::index_sequence<I...>) {
-  (info.add_methods(std::string(method_name(std::variant_alternative_t<I, Method>{}))), ...);
+void add_methods(v1::GetServerInfoResponse& info) {
+  for_each_method([&](const auto& method) {
+    info.add_methods(std::string(method_name(method)));
+    *info.add_method_defaults() = wire::encode_options({.method = method});
+  });
 }
 
 QualityDetail decode_quality_detail(v1::QualityDetail detail) {
@@ -222,31 +216,9 @@ DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& identity, En
   return decoded;
 }
 
-v1::State encode_state(JobState state) {
-  switch (state) {
-    case JobState::receiving:
-      return v1::STATE_RECEIVING;
-    case JobState::queued:
-      return v1::STATE_QUEUED;
-    case JobState::running:
-      return v1::STATE_RUNNING;
-    case JobState::sending:
-      return v1::STATE_SENDING;
-    case JobState::succeeded:
-      return v1::STATE_SUCCEEDED;
-    case JobState::failed:
-      return v1::STATE_FAILED;
-    case JobState::cancelled:
-      return v1::STATE_CANCELLED;
-    case JobState::expired:
-      return v1::STATE_EXPIRED;
-  }
-  __builtin_unreachable();
-}
-
 v1::Progress encode_progress(const JobSnapshot& now, int queue_position) {
   v1::Progress message;
-  message.set_state(encode_state(now.state));
+  message.set_state(wire::encode_state(now.state));
   message.set_queue_position(queue_position);
   if (now.progress_count == 0) return message;
   message.set_stage(wire::encode_stage(now.progress.stage));
@@ -262,7 +234,7 @@ v1::Job encode_job(const Job& job, const Engine& engine) {
   v1::Job message;
   message.set_name(job.name());
   message.set_request_id(request.request_id);
-  message.set_state(encode_state(now.state));
+  message.set_state(wire::encode_state(now.state));
   *message.mutable_create_time() = encode_time(now.times.created);
   if (now.times.started) {
     const auto delay = std::chrono::duration_cast<std::chrono::system_clock::duration>(
@@ -320,7 +292,7 @@ v1::GetServerInfoResponse encode_server_info(const Engine& engine) {
   info.set_build_commit(MESHSMOOTH_BUILD_COMMIT);
   info.add_api_versions("meshsmooth.v1");
   *info.mutable_default_options() = wire::encode_options(SmoothOptions{});
-  add_method_names(info, std::make_index_sequence<std::variant_size_v<Method>>{});
+  add_methods(info);
   for (const ElementType type : kElementTypes) {
     info.add_element_types(wire::encode_element_type(type));
   }
@@ -349,13 +321,14 @@ v1::GetServerInfoResponse encode_server_info(const Engine& engine) {
   for (const std::string& name : engine.devices()) {
     const int device = info.backends_size();
     v1::Backend* backend = info.add_backends();
-    backend->set_kind(backend_kind(name));
+    const BackendName parsed = backend_name(name);
+    backend->set_kind(wire::encode_backend_kind(parsed.kind));
     backend->set_name(name);
     // Of the memory that the backend computes in.
-    const bool on_device = backend->kind() == v1::BACKEND_KIND_CUDA;
+    const bool on_device = has_devices(parsed.kind);
     backend->set_total_bytes(on_device ? limit.device_bytes[device] : limit.host_bytes);
     backend->set_reserved_bytes(on_device ? reserved.device_bytes[device] : reserved.host_bytes);
-    if (on_device) backend->set_device_index(device_index(name));
+    if (on_device) backend->set_device_index(parsed.device.value_or(0));
     backend->set_healthy(true);
     for (const auto& lane : engine.lanes()) {
       if (lane->device() != device) continue;

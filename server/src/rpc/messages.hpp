@@ -34,7 +34,6 @@ struct DecodedSpec {
                                                             const std::string& name);
 [[nodiscard]] v1::Topology encode_topology(const CachedTopology& topology);
 
-[[nodiscard]] v1::State encode_state(JobState state);
 [[nodiscard]] v1::Progress encode_progress(const JobSnapshot& now, int queue_position);
 
 /// The job with all that is known of it now.

@@ -12,6 +12,7 @@
 #include "rpc/messages.hpp"
 #include "rpc/smooth_reactor.hpp"
 #include "rpc/status.hpp"
+#include "wire/codec.hpp"
 
 namespace meshsmooth::server {
 namespace {
@@ -100,7 +101,8 @@ grpc::ServerUnaryReactor* SmoothingService::ListJobs(grpc::CallbackServerContext
     const std::size_t page_size = decode_page_size(request->page_size());
     const auto wanted = [&](const Job& job) {
       return request->states().empty() ||
-             std::ranges::count(request->states(), static_cast<int>(encode_state(job.state()))) > 0;
+             std::ranges::count(request->states(),
+                                static_cast<int>(wire::encode_state(job.state()))) > 0;
     };
     const auto jobs = engine_.store().list(
         caller.identity, decode_page_token(request->page_token()), page_size + 1, wanted);

@@ -1,66 +1,33 @@
 #include "rpc/status.hpp"
 
-#include <algorithm>
-#include <array>
-#include <chrono>
 #include <new>
-#include <string_view>
 
 #include "busy.hpp"
 #include "meshsmooth/error.hpp"
+#include "meshsmooth/error_reason.hpp"
 
 namespace meshsmooth::server {
 namespace {
 
 using grpc::StatusCode;
-using namespace std::chrono_literals;
 
-// Reasons whose code does not follow from the type of the exception.
-struct ReasonCode {
-  std::string_view reason;
-  StatusCode code;
-};
-constexpr std::array kReasonCodes = {
-    ReasonCode{"CHECKSUM_MISMATCH", StatusCode::DATA_LOSS},
-    ReasonCode{"BACKEND_NOT_AVAILABLE", StatusCode::FAILED_PRECONDITION},
-    ReasonCode{"TOKEN_MISSING", StatusCode::UNAUTHENTICATED},
-    ReasonCode{"TOKEN_UNKNOWN", StatusCode::UNAUTHENTICATED},
-    ReasonCode{"JOB_NOT_FOUND", StatusCode::NOT_FOUND},
-    ReasonCode{"JOB_NOT_FINISHED", StatusCode::FAILED_PRECONDITION},
-    ReasonCode{"TOPOLOGY_NOT_FOUND", StatusCode::NOT_FOUND},
-    ReasonCode{"RESULT_NOT_KEPT", StatusCode::NOT_FOUND},
-    ReasonCode{"RESULT_OFFSET_PAST_END", StatusCode::OUT_OF_RANGE},
-    ReasonCode{"REQUEST_ID_REUSED", StatusCode::ALREADY_EXISTS},
-    ReasonCode{"UPLOAD_LOST", StatusCode::UNAVAILABLE},
-    ReasonCode{"DRAINING", StatusCode::UNAVAILABLE},
-    ReasonCode{"DEVICE_LOST", StatusCode::UNAVAILABLE},
-    ReasonCode{"DEVICE_REFUSED", StatusCode::UNAVAILABLE},
-};
-
-// Refusals that pass, but for `Busy`: when to come back.
-struct RetryDelay {
-  std::string_view reason;
-  std::chrono::nanoseconds delay;
-};
-constexpr std::array kRetryDelays = {
-    RetryDelay{"QUOTA_EXCEEDED", 1s}, RetryDelay{"HOST_MEMORY_BUSY", 1s},
-    RetryDelay{"DRAINING", 0s},       RetryDelay{"DEVICE_LOST", 0s},
-    RetryDelay{"DEVICE_REFUSED", 0s}, RetryDelay{"UPLOAD_LOST", 0s},
-};
+static_assert(static_cast<int>(meshsmooth::StatusCode::cancelled) == StatusCode::CANCELLED &&
+              static_cast<int>(meshsmooth::StatusCode::internal) == StatusCode::INTERNAL &&
+              static_cast<int>(meshsmooth::StatusCode::unauthenticated) ==
+                  StatusCode::UNAUTHENTICATED);
 
 wire::StatusDetails details_of(const Error& error, StatusCode code) {
-  const auto* reason = std::ranges::find(kReasonCodes, error.reason(), &ReasonCode::reason);
-  if (reason != kReasonCodes.end()) code = reason->code;
+  const ErrorReason* const reason = find_error_reason(error.reason());
+  if (reason != nullptr) code = static_cast<StatusCode>(reason->status);
   wire::StatusDetails details{.code = code,
                               .message = error.what(),
                               .reason = error.reason(),
                               .metadata = error.details(),
                               .retry_delay = {}};
-  const auto* retry = std::ranges::find(kRetryDelays, error.reason(), &RetryDelay::reason);
   if (const auto* busy = dynamic_cast<const Busy*>(&error)) {
     details.retry_delay = busy->retry_delay();
-  } else if (retry != kRetryDelays.end()) {
-    details.retry_delay = retry->delay;
+  } else if (reason != nullptr) {
+    details.retry_delay = reason->retry_delay;
   }
   return details;
 }
@@ -91,7 +58,7 @@ wire::StatusDetails describe_error(const std::exception_ptr& error, const std::s
                       StatusCode::RESOURCE_EXHAUSTED);
   } catch (...) {
     return {.code = StatusCode::INTERNAL,
-            .message = "the server failed; its log says more about " + incident,
+            .message = "the server failed; its log has the details under " + incident,
             .reason = "INTERNAL",
             .metadata = {{"incident", incident}},
             .retry_delay = {}};

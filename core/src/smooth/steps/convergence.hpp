@@ -23,13 +23,13 @@ class ConvergenceMonitor {
                      std::size_t free_count)
       : options_(options), control_(control), free_count_(free_count) {
     state_.bounding_box_diagonal = diagonal;
-    state_.tolerance = converges_by_energy(options) ? 0 : in_mesh_unit(options.tolerance);
+    state_.tolerance = displacement_tolerance(options, diagonal);
     if (options.compute_budget) budget_end_ = end_of(*options.compute_budget);
   }
 
   /// Before any sweep: true when there is nothing to do.
   [[nodiscard]] bool done_at_once() {
-    if (options_.max_iterations == 0) return end(StopReason::iteration_limit);
+    if (iteration_limit(options_) == 0) return end(StopReason::iteration_limit);
     if (free_count_ == 0) return end(StopReason::converged);
     return interrupted();
   }
@@ -92,14 +92,16 @@ class ConvergenceMonitor {
   [[nodiscard]] int sweeps_ahead() const {
     return std::min(sweeps_left(), lowest_at_ + kPatience - state_.iteration_count);
   }
-  [[nodiscard]] int sweeps_left() const { return options_.max_iterations - state_.iteration_count; }
+  [[nodiscard]] int sweeps_left() const {
+    return iteration_limit(options_) - state_.iteration_count;
+  }
   [[nodiscard]] double tolerance() const { return state_.tolerance; }
 
   /// A `Tolerance` or a `MovementLimit` in the mesh's unit; relative ones are shares of the
   /// bounding box's diagonal.
   template <class Length>
   [[nodiscard]] double in_mesh_unit(const Length& length) const {
-    return length.value * (length.relative ? state_.bounding_box_diagonal : 1.0);
+    return meshsmooth::in_mesh_unit(length, state_.bounding_box_diagonal);
   }
 
   [[nodiscard]] const SmoothOptions& options() const { return options_; }

@@ -7,9 +7,7 @@ namespace meshsmooth::detail {
 
 [[nodiscard]] inline Form resolve_form(const SmoothOptions& options) {
   if (options.form != Form::automatic) return options.form;
-  const bool in_place = std::holds_alternative<SmartLaplacian>(options.method) ||
-                        std::holds_alternative<Optimize>(options.method);
-  return in_place ? Form::gauss_seidel : Form::jacobi;
+  return forms_of(options.method).front();
 }
 
 [[nodiscard]] inline Acceptance acceptance_of(const SmoothOptions& options) {

@@ -1,4 +1,4 @@
-#include "verdict.hpp"
+#include "summary_report.hpp"
 
 #include <fmt/format.h>
 
@@ -27,9 +27,9 @@ std::string stop_sentence(const SmoothSummary& summary, const SmoothOptions& opt
     case StopReason::converged:
       return fmt::format("converged {} ({})", after, move);
     case StopReason::target_reached:
-      return fmt::format("reached the wanted quality {}", after);
+      return fmt::format("reached the target quality {}", after);
     case StopReason::iteration_limit:
-      if (convergence.iteration_count == 0) return "only judged: no iteration was allowed";
+      if (convergence.iteration_count == 0) return "evaluated only: no iteration was allowed";
       return fmt::format("stopped {} at the limit, not converged ({})", after, move);
     case StopReason::compute_budget:
       return fmt::format("stopped {} when the compute budget was used up ({})", after, move);
@@ -107,7 +107,7 @@ std::string volume_sentence(const QualityStats& stats) {
 std::string locked_sentence(const LockedStats& locked,
                             const std::function<std::int64_t(std::int64_t)>& file_element_id) {
   if (locked.element_count == 0) return {};
-  std::string text = fmt::format("{} {} locked: all nodes fixed, no smoothing can mend {}",
+  std::string text = fmt::format("{} {} locked: all nodes fixed, no smoothing can repair {}",
                                  counted(locked.element_count, "element"),
                                  locked.element_count == 1 ? "is" : "are",
                                  locked.element_count == 1 ? "it" : "them");
@@ -153,7 +153,7 @@ std::string deviation_sentence(const SmoothSummary& summary) {
   std::string text = fmt::format(
       "curved parts: nodes lie within {:.1e} of the boundary they came with (tolerance {:.1e}); "
       "the new one cuts off up to {:.3g}",
-      deviation.strayed, deviation.tolerance, deviation.cut_off);
+      deviation.result_to_input, deviation.tolerance, deviation.input_to_result);
   const double before = summary.quality_before.enclosed_volume;
   if (before != 0) {
     text += fmt::format(" and changes the volume by {:+.2g} %",
@@ -220,7 +220,7 @@ std::string describe_inverted(const SmoothSummary& summary, const SmoothOptions&
   return text;
 }
 
-std::string describe_verdict(const client::SmoothReport& report, const SmoothOptions& options,
+std::string describe_summary(const client::SmoothReport& report, const SmoothOptions& options,
                              double total_seconds,
                              const std::function<std::int64_t(std::int64_t)>& file_element_id) {
   const SmoothSummary& summary = report.summary;

@@ -1,4 +1,4 @@
-#include "verdict.hpp"
+#include "summary_report.hpp"
 
 #include <gmock/gmock.h>
 
@@ -51,7 +51,7 @@ TEST(DescribeInverted, KnowsTheOtherCases) {
             "fixed nodes");
 }
 
-TEST(DescribeVerdict, NamesStopReasonQualityLockedNodesAndTimes) {
+TEST(DescribeSummary, NamesStopReasonQualityLockedNodesAndTimes) {
   client::SmoothReport report;
   report.summary = summary_of(0, 0);
   Convergence& convergence = report.summary.convergence;
@@ -70,28 +70,28 @@ TEST(DescribeVerdict, NamesStopReasonQualityLockedNodesAndTimes) {
   report.summary.backend = "cpu";
   report.summary.thread_count = 2;
 
-  const std::string text =
-      describe_verdict(report, {}, 1.92, [](std::int64_t id) { return id + 100; });
+  const std::string text = describe_summary(report, {.method = SmartLaplacian{}}, 1.92,
+                                            [](std::int64_t id) { return id + 100; });
 
   EXPECT_THAT(text, AllOf(HasSubstr("converged after 87 iterations (largest move 9e-05, tolerance "
                                     "0.00017)\n"),
                           HasSubstr("mean ratio       min"), HasSubstr("dihedral angle   min"),
                           HasSubstr("radius ratio     min"), HasSubstr("scaled jacobian  min"),
                           Not(HasSubstr("\n  angle")), HasSubstr("no element is inverted\n")));
-  EXPECT_THAT(text, HasSubstr("224 elements are locked: all nodes fixed, no smoothing can mend "
+  EXPECT_THAT(text, HasSubstr("224 elements are locked: all nodes fixed, no smoothing can repair "
                               "them; the worst, element 104, has mean ratio 0.0123\n"));
   EXPECT_THAT(text, HasSubstr("100,000 nodes: 87,997 moved, 12,003 fixed (12,000 on the boundary), "
                               "1 in no element; the guard held 12 back in the last sweep\n"));
   EXPECT_THAT(text, HasSubstr("time 1.92 s: iterate 1.5 s (cpu, 2 threads)\n"));
 }
 
-std::string verdict_of(const SmoothSummary& summary, const SmoothOptions& options) {
+std::string report_of(const SmoothSummary& summary, const SmoothOptions& options) {
   client::SmoothReport report;
   report.summary = summary;
-  return describe_verdict(report, options, 1, [](std::int64_t id) { return id; });
+  return describe_summary(report, options, 1, [](std::int64_t id) { return id; });
 }
 
-TEST(DescribeVerdict, NamesTheToleranceThatOptimizeGoesBy) {
+TEST(DescribeSummary, NamesTheToleranceThatOptimizeGoesBy) {
   SmoothSummary summary = summary_of(0, 0);
   summary.convergence.iteration_count = 8;
   summary.convergence.last_max_displacement = 0.25;
@@ -99,21 +99,21 @@ TEST(DescribeVerdict, NamesTheToleranceThatOptimizeGoesBy) {
   const Tolerance absolute{.value = 0.5, .relative = false};
 
   EXPECT_THAT(
-      verdict_of(summary, {.method = Optimize{}, .tolerance = {.value = 0.0625}}),
+      report_of(summary, {.method = Optimize{}, .tolerance = {.value = 0.0625}}),
       HasSubstr("converged after 8 iterations (largest move 0.25, energy tolerance 0.0625)"));
-  EXPECT_THAT(verdict_of(summary, {.method = Optimize{}, .tolerance = absolute}),
+  EXPECT_THAT(report_of(summary, {.method = Optimize{}, .tolerance = absolute}),
               HasSubstr("converged after 8 iterations (largest move 0.25, tolerance 0.5)"));
   summary.stop_reason = StopReason::target_reached;
-  EXPECT_THAT(verdict_of(summary, {.method = Optimize{}}),
-              HasSubstr("reached the wanted quality after 8 iterations\n"));
+  EXPECT_THAT(report_of(summary, {.method = Optimize{}}),
+              HasSubstr("reached the target quality after 8 iterations\n"));
 }
 
-TEST(DescribeVerdict, DrawsTheMeanRatiosBeforeAndAfter) {
+TEST(DescribeSummary, DrawsTheMeanRatiosBeforeAndAfter) {
   SmoothSummary summary;
   summary.quality_before = measure_quality(test::inverted(test::tet_ball()));
   summary.quality_after = measure_quality(test::tet_ball());
 
-  const std::string text = verdict_of(summary, {});
+  const std::string text = report_of(summary, {.method = SmartLaplacian{}});
 
   for (const auto& [label, stats] : {std::pair{"before  ", &summary.quality_before},
                                      std::pair{"after   ", &summary.quality_after}}) {
@@ -122,30 +122,30 @@ TEST(DescribeVerdict, DrawsTheMeanRatiosBeforeAndAfter) {
   }
 }
 
-TEST(DescribeVerdict, SetsTheVolumeOfTheElementsAgainstTheEnclosedOne) {
+TEST(DescribeSummary, SetsTheVolumeOfTheElementsAgainstTheEnclosedOne) {
   SmoothSummary summary;
   summary.quality_after.sum_absolute_volume = 1.25;
   summary.quality_after.enclosed_volume = 1;
   EXPECT_THAT(
-      verdict_of(summary, {}),
+      report_of(summary, {.method = SmartLaplacian{}}),
       HasSubstr("volume: the elements fill 1.25, the boundary encloses 1 (2.5e-01 more)\n"));
 
   SmoothSummary surface;
   surface.quality_after = measure_quality(test::lattice(ElementType::triangle, 2));
-  EXPECT_THAT(verdict_of(surface, {}), Not(HasSubstr("volume")));
+  EXPECT_THAT(report_of(surface, {.method = SmartLaplacian{}}), Not(HasSubstr("volume")));
 }
 
-TEST(DescribeVerdict, SaysHowFarNodesOfCurvedPartsLieOffTheirBoundary) {
+TEST(DescribeSummary, SaysHowFarNodesOfCurvedPartsLieOffTheirBoundary) {
   SmoothSummary summary = summary_of(0, 0);
   summary.nodes.sliding_on_surface = 1234;
   summary.nodes.sliding_on_curve = 56;
-  const SmoothOptions options{.boundary = BoundaryPolicy::slide};
-  EXPECT_THAT(verdict_of(summary, options), Not(HasSubstr("curved parts:")));
-  summary.deviation = {.tolerance = 5e-13, .strayed = 2e-16, .cut_off = 0.0125};
+  const SmoothOptions options{.method = SmartLaplacian{}, .boundary = BoundaryPolicy::slide};
+  EXPECT_THAT(report_of(summary, options), Not(HasSubstr("curved parts:")));
+  summary.deviation = {.tolerance = 5e-13, .result_to_input = 2e-16, .input_to_result = 0.0125};
   summary.quality_before.enclosed_volume = 4;
   summary.quality_after.enclosed_volume = 3.9;
 
-  const std::string text = verdict_of(summary, options);
+  const std::string text = report_of(summary, options);
 
   EXPECT_THAT(text, HasSubstr(", 1,234 on their curved part and 56 along their curve"));
   EXPECT_THAT(text, HasSubstr("curved parts: nodes lie within 2.0e-16 of the boundary they came "
@@ -153,13 +153,15 @@ TEST(DescribeVerdict, SaysHowFarNodesOfCurvedPartsLieOffTheirBoundary) {
                               "changes the volume by -2.5 %\n"));
 }
 
-TEST(DescribeVerdict, SaysWhatMayHaveHeldNodesBack) {
+TEST(DescribeSummary, SaysWhatMayHaveHeldNodesBack) {
   SmoothSummary summary = summary_of(0, 0);
   summary.convergence.held_node_count = 3;
 
-  EXPECT_THAT(verdict_of(summary, {}), HasSubstr("; the guard held 3 back"));
-  EXPECT_THAT(verdict_of(summary, {.movement_limit = MovementLimit{.value = 1}}),
-              HasSubstr("; the guard or the movement limit held 3 back"));
+  EXPECT_THAT(report_of(summary, {.method = SmartLaplacian{}}),
+              HasSubstr("; the guard held 3 back"));
+  EXPECT_THAT(
+      report_of(summary, {.method = SmartLaplacian{}, .movement_limit = MovementLimit{.value = 1}}),
+      HasSubstr("; the guard or the movement limit held 3 back"));
 }
 
 TEST(DescribeQuality, ShowsEveryMetricWithItsHistogramAndTheWorstElements) {

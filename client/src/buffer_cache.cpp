@@ -1,4 +1,4 @@
-#include "spare_memory.hpp"
+#include "buffer_cache.hpp"
 
 #include <algorithm>
 #include <iterator>
@@ -10,18 +10,18 @@ namespace meshsmooth::client {
 namespace {
 
 std::size_t bytes_of(const Positions& memory) {
-  return std::visit([](const auto& places) { return places.capacity() * sizeof(places[0]); },
-                    memory);
+  return std::visit(
+      [](const auto& positions) { return positions.capacity() * sizeof(positions[0]); }, memory);
 }
 
 }  // namespace
 
-Positions SpareMemory::take(const Mesh& mesh) {
+Positions BufferCache::take(const Mesh& mesh) {
   const std::size_t least = mesh.node_count();
   const auto fits = [&](const Positions& memory) {
     if (memory.index() != mesh.positions.index()) return false;
     const std::size_t room =
-        std::visit([](const auto& places) { return places.capacity(); }, memory);
+        std::visit([](const auto& positions) { return positions.capacity(); }, memory);
     return room >= least && room <= least + least / 4;
   };
   const std::lock_guard lock(mutex_);
@@ -33,20 +33,20 @@ Positions SpareMemory::take(const Mesh& mesh) {
   return memory;
 }
 
-void SpareMemory::keep(Positions memory) noexcept {
+void BufferCache::keep(Positions memory) noexcept {
   const std::size_t bytes = bytes_of(memory);
   if (bytes < kLeastBytes || bytes > kMostBytes) return;
-  std::deque<Positions> forgotten;  // goes when nobody waits for it any more
+  std::deque<Positions> evicted;  // freed outside the lock
   try {
     const std::lock_guard lock(mutex_);
     while (bytes_ + bytes > kMostBytes) {
-      forgotten.push_back(std::move(blocks_.front()));
+      evicted.push_back(std::move(blocks_.front()));
       blocks_.pop_front();
-      bytes_ -= bytes_of(forgotten.back());
+      bytes_ -= bytes_of(evicted.back());
     }
     blocks_.push_back(std::move(memory));
     bytes_ += bytes;
-  } catch (const std::bad_alloc&) {  // then there is nothing spare
+  } catch (const std::bad_alloc&) {  // then it is not kept
   }
 }
 

@@ -10,7 +10,7 @@ namespace meshsmooth::cli {
 
 /// What a smoothed mesh's user wants to know, in a screenful. `file_element_id`
 /// turns an element id of the mesh into what the file calls it.
-[[nodiscard]] std::string describe_verdict(
+[[nodiscard]] std::string describe_summary(
     const client::SmoothReport& report, const SmoothOptions& options, double total_seconds,
     const std::function<std::int64_t(std::int64_t)>& file_element_id);
 

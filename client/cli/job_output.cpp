@@ -1,0 +1,99 @@
+#include "job_output.hpp"
+
+#include <unistd.h>
+
+#include <CLI/Option.hpp>
+#include <CLI/Validators.hpp>
+#include <algorithm>
+#include <iostream>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "input_mesh.hpp"
+#include "smooth_options.hpp"
+#include "summary_report.hpp"
+#include "text_file.hpp"
+
+namespace meshsmooth::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+template <class To, class From>
+void convert_positions(Mesh& mesh) {
+  const auto* from = std::get_if<std::vector<From>>(&mesh.positions);
+  if (from == nullptr) return;
+  std::vector<To> converted(from->size());
+  std::ranges::transform(*from, converted.begin(),
+                         [](From position) { return vec3_cast<decltype(To::x)>(position); });
+  mesh.positions = std::move(converted);
+}
+
+}  // namespace
+
+void add_output_flags(CLI::App& command, JobOutput& job) {
+  command.add_option("-o,--output", job.output, "Output file: " + formats::writable_extensions())
+      ->required();
+  command
+      .add_option("--precision", job.precision,
+                  "Precision of coordinates in transfer, computation and output [the file's]")
+      ->check(CLI::IsMember({"f32", "f64"}));
+  command.add_option("--report", job.report, "Output file of the whole summary, as JSON");
+  command
+      .add_option("--timeout", job.timeout_seconds,
+                  "Timeout of the whole call, in seconds [by the size of the mesh]")
+      ->check(CLI::Range(1e-3, 1e9));
+  command.add_flag("--quiet", job.quiet, "No output but errors");
+}
+
+void check_outputs(const JobOutput& job) {
+  formats::check_writable(job.output);
+  if (!job.report) return;
+  if (fs::absolute(*job.report).lexically_normal() == fs::absolute(job.output).lexically_normal()) {
+    throw InvalidOption("OPTION_MISPLACED", "--report and --output name the same file",
+                        {{"field", "--report"}});
+  }
+  check_text_file_writable(*job.report);
+}
+
+void set_precision(const JobOutput& job, Mesh& mesh) {
+  if (job.precision == "f32") convert_positions<Vec3f, Vec3d>(mesh);
+  if (job.precision == "f64") convert_positions<Vec3d, Vec3f>(mesh);
+}
+
+client::SmoothReport run_call(
+    const JobOutput& job, const formats::MeshFile& file, ProgressDisplay::Goal goal,
+    const Interrupt& interrupt, client::RequestOptions request,
+    const std::function<client::SmoothReport(const client::RequestOptions&)>& call) {
+  ProgressDisplay display(std::cerr, ::isatty(STDERR_FILENO) == 1, goal);
+  request.stop = interrupt.token();
+  if (job.timeout_seconds) request.timeout = to_duration("--timeout", *job.timeout_seconds);
+  if (!job.quiet) {
+    request.on_progress = [&](const client::JobProgress& progress) { display.show(progress); };
+  }
+  try {
+    client::SmoothReport report = call(request);
+    display.finish();
+    return report;
+  } catch (const client::ServiceError& error) {
+    display.finish();
+    throw client::ServiceError(error.code(), error.reason(),
+                               error.what() + place_in_file(error.details(), file), error.details(),
+                               error.hint());
+  }
+}
+
+void write_result(const JobOutput& job, formats::MeshFile& file, const client::SmoothReport& report,
+                  const SmoothOptions& options, std::chrono::steady_clock::time_point start) {
+  const std::string json = job.report ? report.to_json() : "";  // first, should it have none
+  formats::write_mesh_file(job.output, file);
+  if (job.report) write_text_file(*job.report, json);
+  if (job.quiet) return;
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+  std::cout << describe_summary(report, options, elapsed.count(), [&](std::int64_t id) {
+    return file.file_element_id(id);
+  }) << std::flush;
+}
+
+}  // namespace meshsmooth::cli

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <CLI/App.hpp>
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "interrupt.hpp"
+#include "mesh_file.hpp"
+#include "meshsmooth/client.hpp"
+#include "progress_display.hpp"
+
+namespace meshsmooth::cli {
+
+/// What the commands that receive a result share: where it goes and how it is shown.
+struct JobOutput {
+  std::filesystem::path output;
+  std::optional<std::string> precision;
+  std::optional<std::filesystem::path> report;
+  std::optional<double> timeout_seconds;
+  bool quiet = false;
+};
+
+/// Adds the flags to a command; `job` must outlive it.
+void add_output_flags(CLI::App& command, JobOutput& job);
+
+/// Throws `Error` (FILE_NOT_WRITABLE) or `InvalidOption` (OPTION_MISPLACED) before any work is
+/// done.
+void check_outputs(const JobOutput& job);
+
+/// Converts the positions to the precision that was asked for; they travel and are computed in it.
+void set_precision(const JobOutput& job, Mesh& mesh);
+
+/// Runs `call` with timeout, progress and cancellation of this command in its request. Errors name
+/// elements and nodes as the file does.
+[[nodiscard]] client::SmoothReport run_call(
+    const JobOutput& job, const formats::MeshFile& file, ProgressDisplay::Goal goal,
+    const Interrupt& interrupt, client::RequestOptions request,
+    const std::function<client::SmoothReport(const client::RequestOptions&)>& call);
+
+/// Writes mesh and report, then prints the summary unless quiet. `start`: of the command.
+void write_result(const JobOutput& job, formats::MeshFile& file, const client::SmoothReport& report,
+                  const SmoothOptions& options, std::chrono::steady_clock::time_point start);
+
+}  // namespace meshsmooth::cli

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <array>
+#include <charconv>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace meshsmooth {
+
+/// The kind of a backend. The numbers are those of meshsmooth.v1.BackendKind.
+enum class BackendKind { automatic = 0, cpu = 1, cuda = 2 };
+
+/// The names of the kinds, in their order.
+inline constexpr std::array<std::string_view, 3> kBackendKindNames = {"auto", "cpu", "cuda"};
+
+/// The name of a backend: "auto", "cpu", "cuda" (any device) or "cuda:N".
+struct BackendName {
+  BackendKind kind = BackendKind::automatic;
+  std::optional<int> device = {};  // 0 or more; only kinds that compute on devices have one
+
+  bool operator==(const BackendName&) const = default;
+};
+
+/// Whether backends of a kind compute on numbered devices, in memory of their own.
+[[nodiscard]] constexpr bool has_devices(BackendKind kind) { return kind == BackendKind::cuda; }
+
+/// Nothing when the text is no name of a backend.
+[[nodiscard]] inline std::optional<BackendName> parse_backend_name(std::string_view text) {
+  const std::size_t colon = text.find(':');
+  BackendName name;
+  std::size_t kind = 0;
+  while (kind < kBackendKindNames.size() && text.substr(0, colon) != kBackendKindNames[kind]) {
+    ++kind;
+  }
+  if (kind == kBackendKindNames.size()) return std::nullopt;
+  name.kind = static_cast<BackendKind>(kind);
+  if (colon == std::string_view::npos) return name;
+  const char* const end = text.data() + text.size();
+  int device = -1;
+  const auto [rest, error] = std::from_chars(text.data() + colon + 1, end, device);
+  if (error != std::errc() || rest != end || device < 0 || !has_devices(name.kind)) {
+    return std::nullopt;
+  }
+  name.device = device;
+  return name;
+}
+
+/// "auto", "cpu", "cuda", "cuda:1".
+[[nodiscard]] inline std::string to_string(const BackendName& name) {
+  std::string text(kBackendKindNames[static_cast<std::size_t>(name.kind)]);
+  if (name.device) text += ":" + std::to_string(*name.device);
+  return text;
+}
+
+}  // namespace meshsmooth
