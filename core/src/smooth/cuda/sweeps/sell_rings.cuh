@@ -79,9 +79,7 @@ struct SellRings {
         if (around.fixed[node] == 0) size = static_cast<int>(around.rings.size(node));
         sizes[node] = size;
       }
-      for (int step = kWarp / 2; step > 0; step /= 2) {
-        size = max(size, __shfl_xor_sync(kAllLanes, size, step));
-      }
+      size = max_of_warp(size);
       if (node % kWarp != 0) return;
       const auto rows = static_cast<std::uint32_t>((max(size, 0) + 3) / 4);
       slices[node / kWarp] = {atomicAdd(row_count, rows), rows};

@@ -49,7 +49,7 @@ __device__ inline bool choose_colour(const Surroundings& around, const NodeId* c
 /// order  deterministic: the priorities alone decide
 /// fast   no grid barrier and no host in between
 /// equals `colour_nodes` of the CPU backend
-__global__ void __launch_bounds__(kBlockSize)
+static __global__ void __launch_bounds__(kBlockSize)
     colour_kernel(Surroundings around, const NodeId* caller_ids, ColourChoice* choices,
                   std::uint32_t* colours, std::uint32_t* highest) {
   const std::size_t step = std::size_t{gridDim.x} * kBlockSize;
