@@ -118,6 +118,7 @@ v1::JobSpec too_large_spec() {
   topology->add_element_blocks()->set_element_type(v1::ELEMENT_TYPE_TETRAHEDRON);
   topology->mutable_element_blocks(0)->set_element_count(1'000'000'000);
   spec.set_coordinate_type(v1::SCALAR_TYPE_FLOAT64);
+  spec.mutable_options()->mutable_smart_laplacian();
   return spec;
 }
 
