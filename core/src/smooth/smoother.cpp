@@ -2,8 +2,8 @@
 
 #include "meshsmooth/error.hpp"
 #include "smooth/cpu/cpu_smoother.hpp"
-#include "smooth/cuda/device/smoother.hpp"
 #include "smooth/cuda/device/device_name.hpp"
+#include "smooth/cuda/device/smoother.hpp"
 
 namespace meshsmooth {
 namespace {

@@ -120,7 +120,7 @@ class CpuBackend {
                                                std::span<Vec3<Real>> positions) {
     const NodeId* const caller_ids = job.caller_ids.data();
     const std::uint8_t* const fixed = job.fixed.data();
-    const Vec3<Real>* const from = job.places.data();
+    const Vec3<Real>* const from = job.positions.data();
     Vec3<Real>* const to = positions.data();
     executor_.check();  // the last chance to end without a result
     moved_ = run_in(executor_.arena(), [&] {
@@ -146,7 +146,8 @@ class CpuBackend {
   auto in_arena(const Job<Real>& job, const Functor& functor) const {
     const std::vector<ElementBlockView> blocks = block_views(job.elements);
     const TopologyView topology{job.node_count, blocks, {}};
-    const PositionsView positions = std::span<const Vec3<Real>>(job.places.data(), job.node_count);
+    const PositionsView positions =
+        std::span<const Vec3<Real>>(job.positions.data(), job.node_count);
     return run_in(executor_.arena(), [&] { return functor(topology, positions); });
   }
 

@@ -41,7 +41,7 @@ Renumbering renumber_nodes(CpuExecutor& executor, const Vec3<Real>* positions,
   std::uint64_t* const key = keys.data();
   executor.for_each(node_count, [=](std::size_t node) {
     constexpr int kBits = 11;
-    key[node] = (hilbert_place(positions[node], box, kBits) << 31) | node;  // 33 + 31 bits
+    key[node] = (hilbert_index(positions[node], box, kBits) << 31) | node;  // 33 + 31 bits
   });
   executor.sort(key, node_count);
 

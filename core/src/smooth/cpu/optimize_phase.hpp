@@ -32,8 +32,8 @@ OptimizeStats sweep_optimize(CpuExecutor& executor, OptimizeSweeper<CpuExecutor,
                           const Visit<Real> visit = optimize_node<kDimension, kStoredCorners>(
                               SingleThread{}, around, x, node, phase, displacement_limit);
                           states[node] = state_after(before, visit);
-                          if (!(visit.place == before)) {
-                            positions[node] = visit.place;
+                          if (!(visit.position == before)) {
+                            positions[node] = visit.position;
                             visit_adjacent(around, node, [&](NodeId other) {
                               if (static_cast<std::size_t>(other) != node) {
                                 CpuExecutor::store(states[other], std::uint8_t{kAwake});

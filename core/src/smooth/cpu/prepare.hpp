@@ -45,7 +45,7 @@ JobMesh<CpuExecutor, Real> prepare_job(CpuExecutor& executor, const TopologyView
     job.given = positions;
     job.box = find_box(executor, job.given.data(), node_count);
     Renumbering renumbering = renumber_nodes(executor, job.given.data(), node_count, job.box);
-    job.places =
+    job.positions =
         positions_in_order(executor, job.given.data(), renumbering.caller_ids.data(), node_count);
     job.elements = renumber_elements(executor, topology, renumbering.internal_of.data());
     renumbering.internal_of = {};

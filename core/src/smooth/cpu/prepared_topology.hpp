@@ -92,7 +92,8 @@ JobMesh<CpuExecutor, Real> prepare_job(CpuExecutor& executor, const CpuPreparedT
     job.given = positions;
     job.box = find_box(executor, positions.data(), node_count);
     job.caller_ids = prepared.caller_ids.borrow();
-    job.places = positions_in_order(executor, positions.data(), job.caller_ids.data(), node_count);
+    job.positions =
+        positions_in_order(executor, positions.data(), job.caller_ids.data(), node_count);
     job.elements = {prepared.elements.view, prepared.elements.dimension,
                     prepared.elements.connectivity.borrow(), prepared.elements.caller_ids.borrow()};
     job.balls = {prepared.balls.offsets.borrow(), prepared.balls.entries.borrow()};

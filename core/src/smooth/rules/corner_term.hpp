@@ -115,16 +115,16 @@ MESHSMOOTH_HD inline int local_node(const ElementView& element, NodeId node) {
   return own;
 }
 
-/// Calls `visit(term)` for the corners that change when `node` moves, with the node at `place`: one
-/// stands for all of a simplex, whose corners are equal. A team's thread takes the elements
+/// Calls `visit(term)` for the corners that change when `node` moves, with the node at `position`:
+/// one stands for all of a simplex, whose corners are equal. A team's thread takes the elements
 /// `rank`, `rank + size`, …
 template <int kDimension, class Team, class P, class Visitor>
 MESHSMOOTH_HD void visit_terms(const Team& team, const Surroundings& around, const P& x,
-                               std::size_t node, Vec3<typename P::Real> place, Vec3d normal,
+                               std::size_t node, Vec3<typename P::Real> position, Vec3d normal,
                                const Visitor& visit) {
-  const Vec3d own_place = vec3_cast<double>(place);
+  const Vec3d own_position = vec3_cast<double>(position);
   const auto relative = [&](NodeId other) {
-    return vec3_cast<double>(x[static_cast<std::size_t>(other)]) - own_place;
+    return vec3_cast<double>(x[static_cast<std::size_t>(other)]) - own_position;
   };
   if (kDimension == 3 && around.opposite != nullptr) {
     const std::int64_t last = around.balls.offsets[node + 1];
@@ -170,8 +170,8 @@ class BallTerms {
   }
 
   /// Moves the node: displacements are relative to its new position.
-  MESHSMOOTH_HD void move_to(Vec3<Real> place) {
-    place_ = place;
+  MESHSMOOTH_HD void move_to(Vec3<Real> position) {
+    position_ = position;
     count_ = 0;
     gather([&](const CornerTerm& term) {
       if (count_ < kCapacity) kept_[count_] = term;
@@ -179,7 +179,7 @@ class BallTerms {
     });
   }
 
-  [[nodiscard]] MESHSMOOTH_HD Vec3<Real> place() const { return place_; }
+  [[nodiscard]] MESHSMOOTH_HD Vec3<Real> position() const { return position_; }
   [[nodiscard]] MESHSMOOTH_HD const P& positions() const { return x_; }
 
   template <class Visitor>
@@ -191,7 +191,7 @@ class BallTerms {
  private:
   template <class Visitor>
   MESHSMOOTH_HD void gather(const Visitor& visit) const {
-    visit_terms<kDimension>(team_, around_, x_, node_, place_, normal_, visit);
+    visit_terms<kDimension>(team_, around_, x_, node_, position_, normal_, visit);
   }
 
   const Team& team_;
@@ -199,7 +199,7 @@ class BallTerms {
   const P& x_;
   std::size_t node_;
   Vec3d normal_;
-  Vec3<Real> place_;
+  Vec3<Real> position_;
   int count_ = 0;
   CornerTerm kept_[kCapacity];
 };

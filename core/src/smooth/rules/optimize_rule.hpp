@@ -1,7 +1,7 @@
 #pragma once
 
-#include "smooth/rules/ball_energy.hpp"
 #include "smooth/rules/displacement.hpp"
+#include "smooth/rules/newton_step.hpp"
 
 namespace meshsmooth::detail {
 
@@ -15,7 +15,7 @@ struct OptimizePhase {
 /// What one visit did.
 template <class Real>
 struct Visit {
-  Vec3<Real> place;
+  Vec3<Real> position;
   double gain = 0;       // relative fall of the ball's energy to the power of 1/p
   bool tangled = false;  // a corner is not certainly positive
   bool held = false;     // no trial of its move was better
@@ -33,7 +33,7 @@ inline constexpr double kOverRelaxation = 1.4;
 /// The best position along a direction.
 template <class Real>
 struct Found {
-  Vec3<Real> place;
+  Vec3<Real> position;
   double value;
 };
 
@@ -46,11 +46,11 @@ MESHSMOOTH_HD Found<Real> search_along(Vec3<Real> before, Vec3d step, bool stret
   Found<Real> best{before, value};
   const Vec3d origin = vec3_cast<double>(before);
   const auto improves = [&](double length) {
-    const Vec3<Real> place = project(vec3_cast<Real>(origin + length * step));
-    if (place == best.place) return false;
-    const double found = evaluate(place);
+    const Vec3<Real> position = project(vec3_cast<Real>(origin + length * step));
+    if (position == best.position) return false;
+    const double found = evaluate(position);
     if (!(found < best.value - kLeastFall * std::abs(best.value))) return false;
-    best = {place, found};
+    best = {position, found};
     return true;
   };
   double factor = 0;  // from trial to trial
@@ -100,7 +100,7 @@ class NodeOptimizer {
   /// energy; once it is valid, the second as in a valid ball. One loop for all of them, so that
   /// device code has each pass over a ball only once.
   MESHSMOOTH_HD Visit<Real> visit() {
-    Visit<Real> visit{.place = terms_.place()};
+    Visit<Real> visit{.position = terms_.position()};
     BallEnergy energy{.power = phase_.power};
     if (phase_.poor > 0) {
       const double worst = worst_inverse_ratio<kDimension>(team_, terms_, {0, 0, 0});
@@ -119,16 +119,16 @@ class NodeOptimizer {
       const NewtonStep newton_step = newton(at);
       if (!(newton_step.decrement >= kRestDecrement)) return visit;
       const Found<Real> found = search(energy, at.energy, newton_step);
-      const bool stays = found.place == terms_.place();
+      const bool stays = found.position == terms_.position();
       if (!repairing) {
         visit.gain = (at.energy - found.value) / (at.energy * energy.power);
         visit.held = stays;
       }
       if (stays) return visit;
-      visit.place = found.place;
+      visit.position = found.position;
       if (!visit.tangled) return visit;
       visit.held = false;
-      terms_.move_to(found.place);
+      terms_.move_to(found.position);
       const BallScan scan = scan_ball<kDimension>(team_, terms_);
       visit.tangled = !scan.valid;
       energy = scan.valid ? BallEnergy{} : regularize(scan);
@@ -165,16 +165,17 @@ class NodeOptimizer {
       length = kOverRelaxation * p_norm_length(energy.power, newton_step.decrement);
     }
     return search_along(
-        terms_.place(), length * newton_step.direction,
+        terms_.position(), length * newton_step.direction,
         regularized || newton_step.decrement > kStretchDecrement, value,
-        [&](Vec3<Real> place) {
-          return kBound ? project(around_, displacement_limit_, node_, place) : place;
+        [&](Vec3<Real> position) {
+          return kBound ? project(around_, displacement_limit_, node_, position) : position;
         },
-        [&](Vec3<Real> place) {
-          if (kBound && !keeps_facets(team_, around_.sliding, terms_.positions(), node_, place)) {
+        [&](Vec3<Real> position) {
+          if (kBound &&
+              !keeps_facets(team_, around_.sliding, terms_.positions(), node_, position)) {
             return HUGE_VAL;
           }
-          const Vec3d d = vec3_cast<double>(place) - vec3_cast<double>(terms_.place());
+          const Vec3d d = vec3_cast<double>(position) - vec3_cast<double>(terms_.position());
           return energy_at<kDimension>(team_, terms_, energy, d, phase_.guard);
         });
   }
@@ -204,7 +205,7 @@ MESHSMOOTH_HD Visit<typename P::Real> optimize_node(
   Vec3d normal{0, 0, 0};
   if constexpr (kDimension == 2) {
     normal = node_normal(team, around, node);
-    if (normal == Vec3d{0, 0, 0}) return Visit<Real>{.place = x[node]};
+    if (normal == Vec3d{0, 0, 0}) return Visit<Real>{.position = x[node]};
   }
   BallTerms<kDimension, kCapacity, Team, P> terms(team, around, x, node, normal);
   return NodeOptimizer<kDimension, true, Team, decltype(terms)>(team, around, terms, node, normal,

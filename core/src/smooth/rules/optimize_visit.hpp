@@ -18,12 +18,6 @@ struct OptimizeStats {
   }
 };
 
-struct AddOptimizeStats {
-  MESHSMOOTH_HD OptimizeStats operator()(const OptimizeStats& a, const OptimizeStats& b) const {
-    return a + b;
-  }
-};
-
 /// When a run of sweeps ends by the statistics of the last one; evaluated on the device too.
 struct PhaseEnd {
   bool when_untangled = false;  // no tangled ball is left
@@ -55,13 +49,13 @@ MESHSMOOTH_HD inline OptimizeStats stats_asleep(std::uint8_t state) {
 /// What a visit adds to them.
 template <class Real>
 MESHSMOOTH_HD OptimizeStats stats_of_visit(Vec3<Real> before, const Visit<Real>& visit) {
-  return {stats_of_move(before, visit.place, visit.held), visit.gain, visit.tangled ? 1 : 0};
+  return {stats_of_move(before, visit.position, visit.held), visit.gain, visit.tangled ? 1 : 0};
 }
 
 /// A node's state after a visit.
 template <class Real>
 MESHSMOOTH_HD std::uint8_t state_after(Vec3<Real> before, const Visit<Real>& visit) {
-  return static_cast<std::uint8_t>((visit.place == before ? 0 : kAwake) |
+  return static_cast<std::uint8_t>((visit.position == before ? 0 : kAwake) |
                                    (visit.tangled ? kTangledBall : 0) |
                                    (visit.held ? kHeldNode : 0));
 }

@@ -44,7 +44,7 @@ MESHSMOOTH_HD inline std::uint64_t hilbert_key(std::uint32_t x, std::uint32_t y,
 
 /// `hilbert_key` of a position in its box.
 template <class Real>
-MESHSMOOTH_HD std::uint64_t hilbert_place(Vec3<Real> position, const Box& box, int bits) {
+MESHSMOOTH_HD std::uint64_t hilbert_index(Vec3<Real> position, const Box& box, int bits) {
   const Vec3d extent = box.upper - box.lower;
   double longest = extent.x > extent.y ? extent.x : extent.y;
   if (extent.z > longest) longest = extent.z;

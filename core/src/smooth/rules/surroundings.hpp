@@ -1,6 +1,6 @@
 #pragma once
 
-#include "meshsmooth/element_geometry.hpp"
+#include "meshsmooth/quality.hpp"
 #include "smooth/rules/sliding_constraints.hpp"
 #include "smooth/rules/topology.hpp"
 

@@ -121,7 +121,7 @@ SlidingCounts find_node_constraints(E& executor, const JobMesh<E, Real>& job,
                                     const SlidingConstraints& sliding,
                                     const NodeConstraintRule& rule, const std::uint8_t* mask,
                                     NodeConstraint* node_constraints, std::uint8_t* fixed) {
-  const Vec3<Real>* const positions = job.places.data();
+  const Vec3<Real>* const positions = job.positions.data();
   const NodeId* const caller_ids = job.caller_ids.data();
   const bool volume = job.volume();
   return executor.reduce(
@@ -229,7 +229,7 @@ Constraints<E> constrain(E& executor, const TopologyView& topology, const Smooth
 
   auto mask = executor.in_executor_memory(topology.fixed);
   result.facets = find_constrained_facets(executor, node_count, job.elements.view, balls, regions,
-                                          job.fixed.data(), job.places.data());
+                                          job.fixed.data(), job.positions.data());
   result.slots = executor.template allocate<std::int32_t>(node_count);
   const ConstrainedFacet* const facets = result.facets.data();
   const std::size_t slot_count =

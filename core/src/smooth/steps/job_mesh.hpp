@@ -44,7 +44,7 @@ struct JobMesh {
   JobElements<E> elements;
   RowBuffer<E, ElementId> balls;
   RowBuffer<E, NodeId> rings;
-  typename E::template Buffer<Vec3<Real>> places;
+  typename E::template Buffer<Vec3<Real>> positions;
   typename E::template Buffer<std::uint8_t> fixed;  // 1: the node stays
   Box box{};
   NodeCounts nodes;

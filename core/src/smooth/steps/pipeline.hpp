@@ -51,7 +51,7 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
     if (!needs_balls(options)) job.balls = {};
     ConvergenceMonitor monitor(options, control, job.box.diagonal(), job.free_count);
     iterate(backend, around, colouring, options, monitor,
-            CallerPositions<Real>{job.given.data(), job.caller_ids.data()}, job.places.data());
+            CallerPositions<Real>{job.given.data(), job.caller_ids.data()}, job.positions.data());
     summary.stop_reason = monitor.reason();
     summary.convergence = monitor.take();
   }
@@ -61,8 +61,9 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
     summary.quality_after = std::move(report.quality);
     summary.locked = std::move(report.locked);
     if (constraints.curved) {
-      const OneSidedDeviations deviations = measure_deviations(
-          executor, job.node_count, constraints.view(), constraints.tolerance, job.places.data());
+      const OneSidedDeviations deviations =
+          measure_deviations(executor, job.node_count, constraints.view(), constraints.tolerance,
+                             job.positions.data());
       summary.deviation = {constraints.tolerance, deviations.off_facets, deviations.cut_off};
     }
   }

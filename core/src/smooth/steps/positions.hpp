@@ -1,5 +1,6 @@
 #pragma once
 
+#include "meshsmooth/element.hpp"
 #include "smooth/rules/sweep_stats.hpp"
 #include "smooth/steps/executor.hpp"
 

@@ -15,6 +15,7 @@
 
 namespace meshsmooth::detail {
 
+/// body(i) for all i below `count`, by a grid-stride loop over blocks of kBlockSize.
 template <class Body>
 __global__ void __launch_bounds__(kBlockSize) for_each_kernel(std::size_t count, Body body) {
   const std::size_t step = std::size_t{gridDim.x} * kBlockSize;

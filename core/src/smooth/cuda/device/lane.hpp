@@ -46,7 +46,7 @@ class CudaLane {
                                kSweepsOffset = 2 * kResultBytes,
                                kMovedOffset = kMappedBytes - kResultBytes;
 
-  /// Page-locked staging buffer. Copies to pageable memory are staged by the driver and serialise
+  /// Page-locked staging buffer. Copies to pageable memory are staged by the driver and serialize
   /// across lanes. Invalidated by the next call.
   [[nodiscard]] unsigned char* staging(std::size_t bytes);
 

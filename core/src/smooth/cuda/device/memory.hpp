@@ -13,7 +13,7 @@ namespace meshsmooth::detail {
 
 /// The device memory of one lane, ordered by its stream: what is freed may be used by work queued
 /// later. Small buffers come from an arena: a driver call costs 1 us, or 3.5 us with eight
-/// lanes, whose calls serialise (30 of them a job, H200). All others come from a pool of the
+/// lanes, whose calls serialize (30 of them a job, H200). All others come from a pool of the
 /// driver's, which keeps freed memory for the next job, up to the release threshold. Not
 /// thread-safe.
 class DevicePool {

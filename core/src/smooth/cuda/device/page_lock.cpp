@@ -7,8 +7,8 @@
 namespace meshsmooth::detail {
 namespace {
 
-// Registering pages is several times as fast as cudaMallocHost. What fails here is
-// not an error of any job, so nothing of it may show up in a later call.
+// Registering pages is several times as fast as cudaMallocHost. A failure is no error of a job and
+// must not show up in a later call.
 bool succeeded(cudaError_t result) {
   if (result != cudaSuccess) static_cast<void>(cudaGetLastError());
   return result == cudaSuccess;

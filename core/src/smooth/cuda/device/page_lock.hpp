@@ -6,7 +6,7 @@
 
 namespace meshsmooth::detail {
 
-/// Locks pages for a device; without `lock` where `backend` is no CUDA device.
+/// Page-locks memory for a device; without `lock` if `backend` is not a CUDA device.
 [[nodiscard]] StagingMemory::PageLock cuda_page_lock(std::string_view backend);
 
 }  // namespace meshsmooth::detail

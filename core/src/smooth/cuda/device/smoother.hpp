@@ -7,12 +7,11 @@
 
 namespace meshsmooth::detail {
 
-/// A "cuda:N" for every device that the driver offers, `available` where this
-/// build has code for it; without a driver or device one "cuda", not available;
-/// none in a build without CUDA.
+/// A "cuda:N" for each device of the driver, `available` if this build has code for it; without
+/// driver or device one "cuda" that is not available; none in a build without CUDA.
 [[nodiscard]] std::vector<BackendInfo> list_cuda_backends();
 
-/// The CUDA backend on one device: a stream of its own. Throws NotSupported
+/// The CUDA backend on one device, with a lane of its own. Throws NotSupported
 /// (BACKEND_NOT_AVAILABLE).
 [[nodiscard]] std::unique_ptr<Smoother> make_cuda_smoother(int device);
 

@@ -6,7 +6,7 @@
 
 namespace meshsmooth::detail {
 
-/// Owns a stream that does not synchronise with the default stream. Move-only.
+/// Owns a stream that does not synchronize with the default stream. Move-only.
 class Stream {
  public:
   Stream() {

@@ -37,11 +37,7 @@ class LookBack {
       const unsigned int prefixes = __ballot_sync(kAllLanes, found >= kPrefix);
       const unsigned int used =
           prefixes == 0 ? kWarp - 1 : static_cast<unsigned int>(__ffs(prefixes)) - 1;
-      unsigned long long value = lane <= used ? found & kValue : 0;
-      for (int step = kWarp / 2; step > 0; step /= 2) {
-        value += __shfl_xor_sync(kAllLanes, value, step);
-      }
-      before += value;
+      before += sum_of_warp(lane <= used ? found & kValue : 0ULL);
       if (prefixes != 0) break;
     }
     if (lane == 0 && block_ != 0) words_[block_] = kPrefix | (before + own);

@@ -16,6 +16,23 @@ __device__ T inclusive_sum(T value) {
   return value;
 }
 
+/// Butterfly reduction over a whole warp: all lanes get the same bits.
+template <class T, class Combine>
+__device__ T reduce_warp(T value, const Combine& combine) {
+  for (int step = kWarp / 2; step > 0; step /= 2) {
+    value = combine(value, __shfl_xor_sync(kAllLanes, value, step));
+  }
+  return value;
+}
+template <class T>
+__device__ T max_of_warp(T value) {
+  return reduce_warp(value, [](T a, T b) { return b > a ? b : a; });
+}
+template <class T>
+__device__ T sum_of_warp(T value) {
+  return reduce_warp(value, [](T a, T b) { return a + b; });
+}
+
 /// Exclusive sums of one value per thread.
 template <class T>
 struct BlockPrefix {

@@ -118,12 +118,12 @@ class CudaEvaluator {
                                   job.elements.caller_ids.data(), orientation.references(),
                                   orientation.common(), job.fixed.data(), accumulator, blocks});
       launch<kKernel>(executor_.stream(), {grid, kBlockSize, kHistogramBytes},
-                      evaluation.tasks.back(), job.places.data());
+                      evaluation.tasks.back(), job.positions.data());
       blocks += grid;
     });
     for (const EvaluateTask& task : evaluation.tasks) {
       launch<&list_worst_kernel<Real>>(executor_.stream(), {block_count(task.count, 2 * most)},
-                                       task, job.places.data());
+                                       task, job.positions.data());
     }
     return evaluation;
   }
@@ -140,7 +140,7 @@ class CudaEvaluator {
     for (const EvaluateTask& task : tasks) {
       RankedElement last{0, 0, RankedElement::kNoElement};
       for (std::size_t n = 0; n < kWorstCount; ++n) {
-        last = find_next_worst(executor_, task, job.places.data(), last);
+        last = find_next_worst(executor_, task, job.positions.data(), last);
         if (last.element == RankedElement::kNoElement) break;
         worst.push_back(last);
       }

@@ -25,8 +25,8 @@ struct ColouredNodes {
 
 /// Owns the nodes to visit, colour after colour. Runs of nodes of a colour are sorted by ball size,
 /// so that the teams of a warp have about the same amount of work; alternately descending and
-/// ascending, so that the largest balls do not always meet the same teams (smart Laplacian 4.96 to
-/// 4.63 ms for 20 sweeps at 100k, H200).
+/// ascending, so that the largest balls do not always meet the same teams (smart Laplacian
+/// 4.63 ms for 20 sweeps at 100k, in the order of the curve 4.75; H200).
 struct BallRecords {
   DeviceBuffer<BallRecord> records;
   DeviceBuffer<std::uint32_t> first;  // of a colour; one more at the end

@@ -15,7 +15,7 @@ namespace meshsmooth::detail {
 /// order  deterministic: sums by a fixed tree
 /// fast   SELL-32, software-pipelined: 1M 44.4 us a sweep, 10M 287 us = 68 % of the copy bandwidth
 ///        (H200)
-/// equals `sweep_jacobi` of the CPU backend, bit by bit
+/// equals `sweep_jacobi`, bit by bit
 template <class Mean, class Real>
 __global__ void __launch_bounds__(kBlockSize, 4)
     jacobi_kernel(Surroundings around, Mean mean, Real factor, PaddedPositions<Real> current,

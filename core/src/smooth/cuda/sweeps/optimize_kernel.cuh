@@ -23,12 +23,12 @@ struct OptimizeBatch {
 template <class Grid>
 __device__ OptimizeStats sum_over_grid(const Grid& grid, const OptimizeStats& own,
                                        OptimizeStats* partial, OptimizeStats* shared) {
-  const OptimizeStats sum = reduce_block<kOptimizeThreads>(own, shared, AddOptimizeStats{});
+  const OptimizeStats sum = reduce_block<kOptimizeThreads>(own, shared, Plus{});
   if (threadIdx.x == 0) partial[blockIdx.x] = sum;
   grid.sync();
   OptimizeStats all;
   for (unsigned int b = threadIdx.x; b < gridDim.x; b += kOptimizeThreads) all = all + partial[b];
-  return reduce_block<kOptimizeThreads>(all, shared, AddOptimizeStats{});
+  return reduce_block<kOptimizeThreads>(all, shared, Plus{});
 }
 
 /// Marks the nodes around a node as awake; all threads of the team call.
@@ -111,10 +111,10 @@ __global__ void __launch_bounds__(kOptimizeThreads, 4)
     } else {
       visit = optimize_node<kDimension, 1>(team, around, x, node, phase, displacement_limit);
     }
-    const bool moved = !(visit.place == before);
+    const bool moved = !(visit.position == before);
     __syncwarp(team.mask);
     if (team.rank == 0) {
-      if (moved) x.store(node, visit.place);
+      if (moved) x.store(node, visit.position);
       if (states != nullptr) states[node] = state_after(before, visit);
     }
     if (states != nullptr && moved) wake_around(team, around, node, states);

@@ -29,7 +29,7 @@ class PaddedPositions {
   FourOf<R>* positions_;
 };
 
-/// Doubles take two loads; in two planes, so that no cache line holds padding (form A at 1M 65.4 to
+/// Doubles take two loads; in two planes, so that no cache line holds padding (Jacobi at 1M 65.4 to
 /// 48.7 us, H200).
 template <>
 class PaddedPositions<double> {

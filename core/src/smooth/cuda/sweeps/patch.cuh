@@ -65,7 +65,7 @@ class Patch {
                                                   return Vec3<float>{p.x, p.y, p.z};
                                                 });
     const auto count = static_cast<float>(ring_sizes_[free_nodes_[index].own()]);
-    return {sum.x / count, sum.y / count, sum.z / count};
+    return mean_of_sum(sum, count);
   }
 
   /// Builds the patch; all threads call. False if something does not fit.
@@ -186,10 +186,7 @@ class Patch {
   /// Allots rows to the slices. False if they do not fit.
   __device__ __forceinline__ bool make_slices(Scratch& scratch) {
     for (int at = thread(); at < rounded_up(free_count_); at += threads()) {
-      int longest = at < free_count_ ? ring_sizes_[free_nodes_[at].own()] : 0;
-      for (int step = kWarp / 2; step > 0; step /= 2) {
-        longest = max(longest, __shfl_xor_sync(kAllLanes, longest, step));
-      }
+      const int longest = max_of_warp(at < free_count_ ? ring_sizes_[free_nodes_[at].own()] : 0);
       if (at % kWarp != 0) continue;
       const int rows = (longest + 3) / 4;
       slices_[at / kWarp] = {atomicAdd(&scratch.row_count, rows), rows};

@@ -53,7 +53,7 @@ struct PatchSizes {
     const std::size_t without = sizes.bytes();
     constexpr std::size_t kBytesPerHalo = kBuffers * kPositionBytes + sizeof(int);
     if (without > limits.shared_bytes) return std::nullopt;
-    // The surface of a compact patch is smaller; those along the curve are less compact.
+    // A compact patch would have less surface than those along the curve.
     const std::size_t wanted = std::min<std::size_t>(8 * nodes, 2048);
     sizes.halo =
         static_cast<int>(std::min(wanted, (limits.shared_bytes - without) / kBytesPerHalo));

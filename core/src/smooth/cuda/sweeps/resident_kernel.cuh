@@ -26,12 +26,9 @@ __device__ inline void publish_moves(const SweepBatch& batch, int sweep,
     sum += squared;
     ++moved;
   }
-  for (int step = kWarp / 2; step > 0; step /= 2) {
-    const long long other = __shfl_xor_sync(kAllLanes, largest, step);
-    largest = other > largest ? other : largest;
-    sum += __shfl_xor_sync(kAllLanes, sum, step);
-    moved += __shfl_xor_sync(kAllLanes, moved, step);
-  }
+  largest = max_of_warp(largest);
+  sum = sum_of_warp(sum);
+  moved = sum_of_warp(moved);
   if (lane != 0) return;
   const bool open = moved > 0 && !is_below(word_of_move(largest), batch.tolerance);
   atomicAdd(&batch.largest[sweep], open ? kOpen + 1 : 1);
@@ -107,7 +104,7 @@ __device__ __forceinline__ void sweep_patch(const Patch& patch, float factor, in
 /// needs  rings symmetric and sorted, nodes along a curve
 /// order  deterministic: sums by a fixed tree
 /// fast   5k 2.0 and 100k 4.7 us a sweep (H200); from L2 a sweep takes 5.8 (a probe)
-/// equals `sweep_jacobi` of the CPU backend, bit by bit
+/// equals `sweep_jacobi`, bit by bit
 static __global__ void __launch_bounds__(kMostResidentThreads + kWarp, 1)
     resident_kernel(Surroundings around, float factor, PatchSizes sizes, Vec3<float>* positions,
                     TaggedPosition* tagged, SweepBatch batch) {

@@ -4,7 +4,7 @@
 
 #include "smooth/cuda/device/executor.cuh"
 #include "smooth/cuda/primitives/vector_access.cuh"
-#include "smooth/rules/surroundings.hpp"
+#include "smooth/rules/means.hpp"
 #include "smooth/steps/mesh_counts.hpp"
 
 namespace meshsmooth::detail {
@@ -79,9 +79,7 @@ struct SellRings {
         if (around.fixed[node] == 0) size = static_cast<int>(around.rings.size(node));
         sizes[node] = size;
       }
-      for (int step = kWarp / 2; step > 0; step /= 2) {
-        size = max(size, __shfl_xor_sync(kAllLanes, size, step));
-      }
+      size = max_of_warp(size);
       if (node % kWarp != 0) return;
       const auto rows = static_cast<std::uint32_t>((max(size, 0) + 3) / 4);
       slices[node / kWarp] = {atomicAdd(row_count, rows), rows};
@@ -143,7 +141,7 @@ struct SellMean {
                            static_cast<int>(ring.slice.row_count),
                            [&](NodeId other) { return x[static_cast<std::size_t>(other)]; });
     const auto count = static_cast<Real>(ring.size);
-    return {sum.x / count, sum.y / count, sum.z / count};
+    return mean_of_sum(sum, count);
   }
 };
 

@@ -38,12 +38,8 @@ __device__ inline bool is_below(unsigned long long word, double tolerance) {
 /// Publishes this block's largest move to the other blocks; all threads call.
 __device__ inline void publish_largest(const SweepBatch& batch, int sweep, const SweepStats& seen) {
   __shared__ unsigned long long largest;
-  unsigned long long own =
-      seen.moved == 0 ? 0 : word_of_move(__double_as_longlong(seen.max_squared));
-  for (int step = kWarp / 2; step > 0; step /= 2) {
-    const unsigned long long other = __shfl_xor_sync(kAllLanes, own, step);
-    own = other > own ? other : own;
-  }
+  const unsigned long long own =
+      max_of_warp(seen.moved == 0 ? 0 : word_of_move(__double_as_longlong(seen.max_squared)));
   if (threadIdx.x == 0) largest = 0;
   __syncthreads();
   if (threadIdx.x % kWarp == 0 && own > 0) atomicMax(&largest, own);
@@ -52,7 +48,7 @@ __device__ inline void publish_largest(const SweepBatch& batch, int sweep, const
 }
 
 /// The sum over a warp, for lane 0, by a fixed tree.
-__device__ inline SweepStats sum_of_warp(SweepStats sum) {
+__device__ inline SweepStats fold_warp(SweepStats sum) {
   for (int step = kWarp / 2; step > 0; step /= 2) {
     sum = sum + SweepStats{__shfl_down_sync(kAllLanes, sum.max_squared, step),
                            __shfl_down_sync(kAllLanes, sum.sum_squared, step),
@@ -64,13 +60,13 @@ __device__ inline SweepStats sum_of_warp(SweepStats sum) {
 
 /// The sum over a block, for thread 0, by a fixed tree; `shared` holds kWarpsPerBlock values.
 __device__ inline SweepStats sum_of_block(SweepStats own, SweepStats* shared) {
-  own = sum_of_warp(own);
+  own = fold_warp(own);
   if (threadIdx.x % kWarp == 0) shared[threadIdx.x / kWarp] = own;
   __syncthreads();
   SweepStats sum;
   if (threadIdx.x < kWarp) {
     if (threadIdx.x < kWarpsPerBlock) sum = shared[threadIdx.x];
-    sum = sum_of_warp(sum);
+    sum = fold_warp(sum);
   }
   __syncthreads();
   return sum;
@@ -103,7 +99,7 @@ __device__ void report(const Grid& grid, const SweepBatch& batch, int done) {
     for (unsigned int b = lane; b < gridDim.x; b += kWarp) {
       sum = sum + batch.partial[std::size_t{sweep} * gridDim.x + b];
     }
-    sum = sum_of_warp(sum);
+    sum = fold_warp(sum);
     if (lane == 0) batch.stats[sweep] = sum;
   }
   if (blockIdx.x == 0 && threadIdx.x == 0) *batch.done = done;

@@ -14,7 +14,7 @@ struct Others {
 /// `BallTerms` of a ball of tetrahedra, for one thread of a team. The terms of its first `kHeld`
 /// tetrahedra are held in the block's shared memory, the others are gathered in every pass
 /// (optimizer at 100k 200 to 179 us a sweep, together with the prefetch, H200). A second text of
-/// `BallTerms` for that reason; the tests of the optimizer compare the outcomes.
+/// `BallTerms` for that reason; parity_test compares the outcomes with the CPU's, up to rounding.
 template <int kHeld, int kThreads, class Team, class R>
 class TeamTerms {
  public:
@@ -50,7 +50,7 @@ class TeamTerms {
     position_ = position;
     hold(others(team_, opposite_, ball_, 0));
   }
-  [[nodiscard]] __device__ Vec3<R> place() const { return position_; }
+  [[nodiscard]] __device__ Vec3<R> position() const { return position_; }
   [[nodiscard]] __device__ const PaddedPositions<R>& positions() const { return x_; }
 
   template <class Body>

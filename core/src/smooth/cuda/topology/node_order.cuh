@@ -94,7 +94,7 @@ struct NodeOrder {
   [[nodiscard]] __device__ std::uint32_t key(std::size_t caller, const Box& box, int bits) const {
     const Vec3<Real> p = given[caller];
     const bool finite = isfinite(p.x) && isfinite(p.y) && isfinite(p.z);
-    return finite ? static_cast<std::uint32_t>(hilbert_place(p, box, bits)) : 0;
+    return finite ? static_cast<std::uint32_t>(hilbert_index(p, box, bits)) : 0;
   }
 };
 

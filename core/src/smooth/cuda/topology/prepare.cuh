@@ -46,7 +46,7 @@ void upload_job(CudaExecutor& executor, const TopologyView& topology,
 template <class Real>
 void order_job(CudaExecutor& executor, JobMesh<CudaExecutor, Real>& job, Preparation& preparation) {
   const std::size_t node_count = job.node_count;
-  job.places = executor.allocate<Vec3<Real>>(node_count);
+  job.positions = executor.allocate<Vec3<Real>>(node_count);
   job.fixed = executor.allocate<std::uint8_t>(node_count);
   preparation.state = executor.allocate<PrepareState>(1);
   executor.clear(preparation.state.data(), 1);
@@ -55,8 +55,8 @@ void order_job(CudaExecutor& executor, JobMesh<CudaExecutor, Real>& job, Prepara
   preparation.ball_sizes = executor.allocate<std::uint32_t>(node_count + 1);
   order_nodes(executor,
               NodeOrder<Real>{node_count, job.given.data(), job.caller_ids.data(),
-                              preparation.internal_of.data(), job.places.data(), job.fixed.data(),
-                              preparation.ball_sizes.data()},
+                              preparation.internal_of.data(), job.positions.data(),
+                              job.fixed.data(), preparation.ball_sizes.data()},
               preparation.state.data());
 }
 

@@ -19,7 +19,7 @@ class ResultWriter {
     if (moved_ != nullptr) return;
     moved_ = executor_.lane().mapped<std::int64_t>(CudaLane::kMovedOffset);
     Vec3<Real>* const given = job.given.data();
-    const Vec3<Real>* const positions = job.places.data();
+    const Vec3<Real>* const positions = job.positions.data();
     const NodeId* const caller_ids = job.caller_ids.data();
     const std::uint8_t* const fixed = job.fixed.data();
     executor_.reduce_later(
