@@ -19,7 +19,7 @@ DeviceEvaluation evaluate(const Mesh& mesh, const FlatMesh& flat, std::vector<Ve
   job.elements.view = there.around.elements;
   job.elements.dimension = flat.dimension;
   job.elements.caller_ids = std::move(there.element_caller_ids);
-  job.places = std::move(there.positions);
+  job.positions = std::move(there.positions);
   job.fixed = std::move(there.fixed);
 
   const MeshTopology topology(mesh);

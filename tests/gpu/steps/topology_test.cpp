@@ -48,7 +48,7 @@ std::vector<NodeId> order_along_curve(const std::vector<Vec3d>& positions, const
   while (bits < 10 && (std::size_t{1} << (3 * bits)) < 4 * positions.size()) ++bits;
   std::vector<std::uint64_t> keys;
   for (const Vec3d& p : positions) {
-    keys.push_back(detail::hilbert_place(p, {box.lower, box.upper}, bits));
+    keys.push_back(detail::hilbert_index(p, {box.lower, box.upper}, bits));
   }
   std::vector<NodeId> order(positions.size());
   std::iota(order.begin(), order.end(), 0);
