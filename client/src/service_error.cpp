@@ -67,7 +67,7 @@ std::string tls_hint(std::string_view message, const std::string& server) {
   }
   if (contains_any(message, {"wrong version number"})) {
     return "the server at " + server +
-           " does not use TLS; leave Credentials::tls and its siblings unset";
+           " runs without TLS; leave Credentials::tls and the other TLS fields unset";
   }
   if (never_connected(message) && contains_any(message, {"Socket closed", "onnection reset"})) {
     return "the server closed the connection before the call: it may require TLS "
