@@ -172,10 +172,10 @@ void add_views(const IndexOfId& nodes, const IndexOfId& elements, vtkUnstructure
     array->SetNumberOfTuples(static_cast<vtkIdType>(indices.size()));
     array->Fill(std::numeric_limits<double>::quiet_NaN());
     for (std::size_t row = 0; row < tags.size(); ++row) {
-      const auto index = indices.find(static_cast<std::int64_t>(tags[row]));
-      if (index == indices.end() || values[row].size() < static_cast<std::size_t>(components))
+      const auto entry = indices.find(static_cast<std::int64_t>(tags[row]));
+      if (entry == indices.end() || values[row].size() < static_cast<std::size_t>(components))
         continue;
-      array->SetTuple(index->second, values[row].data());
+      array->SetTuple(entry->second, values[row].data());
     }
     (on_nodes ? static_cast<vtkFieldData*>(grid.GetPointData()) : grid.GetCellData())
         ->AddArray(array);
