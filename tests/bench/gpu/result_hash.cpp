@@ -104,7 +104,7 @@ std::string course_hash(const SmoothSummary& summary) {
   add(hash, summary.convergence);
   add(hash, summary.nodes);
   const BoundaryDeviation& deviation = summary.deviation;
-  hash.add(deviation.tolerance).add(deviation.strayed).add(deviation.cut_off);
+  hash.add(deviation.tolerance).add(deviation.result_to_input).add(deviation.input_to_result);
   return hash.add(summary.colour_count).finish();
 }
 

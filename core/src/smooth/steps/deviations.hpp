@@ -9,13 +9,13 @@ namespace meshsmooth::detail {
 
 /// One-sided (Hausdorff) deviations of the nodes of curved parts, in the mesh's unit.
 struct OneSidedDeviations {
-  double off_facets = 0;  // largest distance of a node from the input facets
-  double cut_off = 0;     // largest distance of an input position from the current facets
+  double result_to_input = 0;  // largest distance of a node from the input facets
+  double input_to_result = 0;  // largest distance of an input position from the current facets
 
   friend MESHSMOOTH_HD OneSidedDeviations operator+(const OneSidedDeviations& a,
                                                     const OneSidedDeviations& b) {
-    return {a.off_facets > b.off_facets ? a.off_facets : b.off_facets,
-            a.cut_off > b.cut_off ? a.cut_off : b.cut_off};
+    return {a.result_to_input > b.result_to_input ? a.result_to_input : b.result_to_input,
+            a.input_to_result > b.input_to_result ? a.input_to_result : b.input_to_result};
   }
 };
 

@@ -64,7 +64,8 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
       const OneSidedDeviations deviations =
           measure_deviations(executor, job.node_count, constraints.view(), constraints.tolerance,
                              job.positions.data());
-      summary.deviation = {constraints.tolerance, deviations.off_facets, deviations.cut_off};
+      summary.deviation = {constraints.tolerance, deviations.result_to_input,
+                           deviations.input_to_result};
     }
   }
   const std::int64_t* moved = nullptr;  // known when all work is finished
