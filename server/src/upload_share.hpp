@@ -3,8 +3,10 @@
 #include <map>
 #include <mutex>
 #include <string>
+#include <string_view>
 #include <utility>
 
+#include "drain_rate.hpp"
 #include "meshsmooth/smoother.hpp"
 
 namespace meshsmooth::server {
@@ -46,12 +48,15 @@ class UploadShares {
   /// `limit`: of each connection.
   explicit UploadShares(MemoryEstimate limit) : limit_(limit) {}
 
-  /// An empty `connection` is not limited. Throws OutOfMemory (QUOTA_EXCEEDED). O(log connections).
+  /// An empty `connection` is not limited. Throws Busy (QUOTA_EXCEEDED). O(log connections).
   [[nodiscard]] UploadShare take(const std::string& connection, MemoryEstimate need);
 
  private:
   friend class UploadShare;
   void release(const std::string& connection, MemoryEstimate bytes);
+  // With the lock.
+  void check(std::int64_t held, std::int64_t need, std::int64_t limit, std::string_view space,
+             const DrainRate& freed) const;
 
   struct Held {
     int uploads = 0;
@@ -60,6 +65,7 @@ class UploadShares {
   const MemoryEstimate limit_;
   std::mutex mutex_;
   std::map<std::string, Held> held_;  // by connection
+  DrainRate host_freed_, device_freed_;
 };
 
 }  // namespace meshsmooth::server

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include "meshsmooth/error.hpp"
+#include <chrono>
+
+#include "busy.hpp"
 
 namespace meshsmooth::server {
 namespace {
@@ -46,7 +48,19 @@ TEST(UploadShares, AllowOneUploadOfAnySize) {
   EXPECT_EQ(refusal(shares, "a", {1, 0}), "QUOTA_EXCEEDED");
 }
 
-TEST(UploadShares, AreGivenBackWithTheUpload) {
+TEST(UploadShares, TellWhenToRetryByTheRateAtWhichUploadsFinish) {
+  UploadShares shares({100, 0});
+  { const auto finished = shares.take("a", {100, 0}); }
+  const auto stalled = shares.take("a", {100, 0});
+  try {
+    (void)shares.take("a", {100, 0});
+    FAIL() << "nothing thrown";
+  } catch (const Busy& busy) {
+    EXPECT_LT(busy.retry_delay(), std::chrono::seconds(1));  // what is told when nothing is known
+  }
+}
+
+TEST(UploadShares, AreReleasedWithTheUpload) {
   UploadShares shares({100, 0});
   {
     UploadShare first = shares.take("a", {100, 0});
