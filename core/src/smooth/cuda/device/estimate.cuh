@@ -14,16 +14,17 @@ namespace meshsmooth::detail {
                                                     const SmoothOptions& options,
                                                     const std::optional<PatchSizes>& patch) {
   const std::int64_t n = mesh.nodes;
-  const auto* laplacian = std::get_if<Laplacian>(&options.method);
+  const MeanProperties mean = mean_properties(options.method);
   const bool optimizes = std::holds_alternative<Optimize>(options.method);
   const Form form = resolve_form(options);
   std::int64_t bytes = 0;
-  if (laplacian != nullptr && form == Form::jacobi && !acceptance_of(options).active()) {
+  if (mean.averages && form == Form::jacobi && !acceptance_of(options).active()) {
     // Two padded copies of the positions instead of the sweeper's second array.
     bytes += 2 * padded_bytes(mesh) - n * mesh.position_bytes;
-    if (laplacian->weighting == Weighting::uniform && !patch) bytes += SellRings::bytes(mesh);
+    if (mean.uniform && !patch) bytes += SellRings::bytes(mesh);
   }
-  if (optimizes || (form == Form::gauss_seidel && !std::holds_alternative<Taubin>(options.method))) {
+  if (optimizes ||
+      (form == Form::gauss_seidel && !std::holds_alternative<Taubin>(options.method))) {
     const std::int64_t visiting = padded_bytes(mesh) + BallRecords::bytes(n);
     // Freed before moves that broke valid elements are undone.
     const bool repairs = optimizes && options.tangled == TangledPolicy::repair;
@@ -46,8 +47,7 @@ namespace meshsmooth::detail {
   const std::int64_t look_back = n / 4;
   const bool colours = resolve_form(options) == Form::gauss_seidel;
 
-  const auto* laplacian = std::get_if<Laplacian>(&options.method);
-  const bool resident = laplacian != nullptr && laplacian->weighting == Weighting::uniform &&
+  const bool resident = mean_properties(options.method).uniform &&
                         resolve_form(options) == Form::jacobi && !acceptance_of(options).active();
   const auto patch = resident ? PatchSizes::of(static_cast<std::size_t>(n),
                                                mesh.position_bytes == 12 ? 4 : 8, limits)
@@ -65,9 +65,8 @@ namespace meshsmooth::detail {
   const std::int64_t regions =
       size.regions && options.boundary != BoundaryPolicy::free ? mesh.elements * 4 : 0;
   const std::int64_t mask = options.boundary == BoundaryPolicy::slide ? n : 0;
-  const std::int64_t finding = plan.slotted
-                                   ? counting + held - look_back
-                                   : std::max(counting + balls, balls + rings + look_back);
+  const std::int64_t finding = plan.slotted ? counting + held - look_back
+                                            : std::max(counting + balls, balls + rings + look_back);
   const std::int64_t peak =
       kept + std::max({order_bytes(n), finding, held + (colours ? colour_search_bytes(n) : 0),
                        held + constraining_bytes(mesh, options) + regions + mask, iterating});
