@@ -158,10 +158,10 @@ void add_smooth_command(CLI::App& app, Action& action) {
                   "file has; none: no regions")
       ->capture_default_str();
   sub->add_option("--backend", command->backend,
-                  "Backend: auto, cpu, cuda; without --server also cuda:N")
+                  "Backend: " + backend_name_list(true) + "; a device :N only without --server")
       ->check([](const std::string& name) {
         return parse_backend_name(name) ? std::string()
-                                        : name + " is not one of auto, cpu, cuda, cuda:N";
+                                        : name + " is not one of " + backend_name_list(true);
       })
       ->capture_default_str();
   sub->add_option("--request-id", command->request_id, "UUID of the job [a new one]");

@@ -17,51 +17,6 @@ namespace {
 
 using std::filesystem::path;
 
-/// A format: how it is read and written; a null pointer: not at all. `library`
-/// is what this build would need to know it, where it does not.
-struct Format {
-  std::string_view extension;
-  MeshFile (*read)(const path&);
-  void (*write)(const path&, const MeshFile&);
-  std::string_view library = {};
-};
-
-#if defined(MESHSMOOTH_WITH_VTK)
-constexpr Format vtk_format(std::string_view extension) { return {extension, read_vtk, write_vtk}; }
-#else
-constexpr Format vtk_format(std::string_view extension) {
-  return {extension, nullptr, nullptr, "VTK"};
-}
-#endif
-
-#if defined(MESHSMOOTH_WITH_GMSH)
-constexpr Format gmsh_format(std::string_view extension) {
-  return {extension, read_gmsh, write_gmsh};
-}
-constexpr Format kAbaqus = {".inp", nullptr, write_gmsh};
-#else
-constexpr Format gmsh_format(std::string_view extension) {
-  return {extension, nullptr, nullptr, "Gmsh"};
-}
-constexpr Format kAbaqus = gmsh_format(".inp");
-#endif
-
-// A new format is one more row.
-constexpr auto kFormats = std::to_array<Format>({vtk_format(".vtu"),
-                                                 vtk_format(".vtk"),
-                                                 vtk_format(".vtp"),
-                                                 {".ply", read_ply, write_ply},
-                                                 vtk_format(".stl"),
-                                                 {".obj", read_obj, write_obj},
-                                                 gmsh_format(".msh"),
-                                                 gmsh_format(".mesh"),
-                                                 gmsh_format(".unv"),
-                                                 gmsh_format(".bdf"),
-                                                 gmsh_format(".nas"),
-                                                 kAbaqus,
-                                                 {".node", read_tetgen, write_tetgen},
-                                                 {".ele", read_tetgen, write_tetgen}});
-
 template <class Has>
 std::string extensions(Has has) {
   std::string list;

@@ -55,27 +55,12 @@ class MeshFile {
   std::shared_ptr<const FileContent> content_;
 };
 
-/// The format follows from the extension, in any letter case:
+/// The format follows from the extension, in any letter case: `kFormats` (readers.hpp).
 ///
-///   extension    library  precision  carries besides the mesh
-///   .vtu         VTK      f32, f64   point, cell and field data, lower-dimensional cells
-///   .vtk         VTK      f32, f64   the same; binary is written
-///   .vtp         VTK      f32, f64   the same, surfaces only
-///   .ply         own      f32, f64   all other bytes; surfaces only
-///   .obj         own      f64        all other bytes; surfaces only
-///   .stl         VTK      f32        nothing; triangles only
-///   .msh         Gmsh     f64        all other bytes; versions 2 and 4.1
-///   .mesh        Gmsh     f64        all other bytes; no wedges, no pyramids
-///   .unv         Gmsh     f64        all other bytes; no pyramids
-///   .bdf .nas    Gmsh     columns    all other bytes; digits as the columns allow
-///   .inp         Gmsh     f64        written only: ids, element sets; no pyramids
-///   .node .ele   own      f64        all other bytes; tetrahedra only
-///
-/// "All other bytes": written to the format it was read from, the file changes
-/// in its coordinates alone. Writing to another format converts what that
-/// format can carry: data arrays, ids, physical groups (VTK and MSH both ways),
-/// lower-dimensional cells; an element type it cannot carry is an error. Not thread-safe:
-/// the Gmsh library has one global state.
+/// Written to the format it was read from, a file changes in its coordinates alone. Writing to
+/// another format converts what that format can carry: data arrays, ids, physical groups (VTK and
+/// MSH both ways), lower-dimensional cells; an element type it cannot carry is an error. Not
+/// thread-safe: the Gmsh library has one global state.
 ///
 /// A wedge's first triangle looks outward, as VTK's documentation says and
 /// Gmsh's and OpenFOAM's VTK files have it.

@@ -37,7 +37,7 @@ v1::BackendKind encode_backend(const std::string& backend) {
   const auto name = parse_backend_name(backend);
   if (name && !name->device) return wire::encode_backend_kind(name->kind);
   throw ServiceError(StatusCode::invalid_argument, "OPTION_OUT_OF_RANGE",
-                     "backend \"" + backend + "\" is not one of auto, cpu, cuda",
+                     "backend \"" + backend + "\" is not one of " + backend_name_list(false),
                      {{"field", "backend_kind"}}, {});
 }
 

@@ -249,14 +249,15 @@ v1::ElementType encode_element_type(ElementType type) {
 }
 
 ElementType decode_element_type(v1::ElementType type, const std::string& field) {
-  if (type < v1::ELEMENT_TYPE_TRIANGLE || type > v1::ELEMENT_TYPE_HEXAHEDRON) {
+  if (type == v1::ELEMENT_TYPE_UNSPECIFIED || !v1::ElementType_IsValid(type)) {
     throw_not_supported(field, "unknown element type " + std::to_string(type));
   }
   return static_cast<ElementType>(static_cast<int>(type) - 1);
 }
 
 static_assert(static_cast<int>(ElementType::triangle) + 1 == v1::ELEMENT_TYPE_TRIANGLE &&
-              static_cast<int>(ElementType::hexahedron) + 1 == v1::ELEMENT_TYPE_HEXAHEDRON);
+              static_cast<int>(ElementType::hexahedron) + 1 == v1::ELEMENT_TYPE_HEXAHEDRON &&
+              kElementTypeCount + 1 == v1::ElementType_ARRAYSIZE);
 
 v1::Stage encode_stage(Stage stage) {
   switch (stage) {

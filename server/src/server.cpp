@@ -14,6 +14,7 @@
 #include "engine.hpp"
 #include "log.hpp"
 #include "meshsmooth/error.hpp"
+#include "meshsmooth/v1/smoothing.grpc.pb.h"
 #include "metrics_page.hpp"
 #include "rpc/smoothing_service.hpp"
 #include "rpc/transport_security.hpp"
@@ -96,7 +97,7 @@ struct Server::Impl {
   const SmootherFactory factory;
   std::unique_ptr<Engine> engine;
   std::unique_ptr<Authenticator> authenticator;
-  std::unique_ptr<SmoothingService> service;
+  std::unique_ptr<grpc::Service> service;
   std::unique_ptr<grpc::Server> server;
   int port = 0;
 
@@ -134,7 +135,7 @@ void Server::start(std::function<void()> on_device_lost) {
         lost();
       });
   impl.authenticator = std::make_unique<Authenticator>(impl.config, engine->metrics());
-  impl.service = std::make_unique<SmoothingService>(*engine, *impl.authenticator);
+  impl.service = make_smoothing_service(*engine, *impl.authenticator);
   grpc::ServerBuilder builder;
   configure(builder, engine->config());
   if (!impl.config.listen.empty()) {

@@ -186,8 +186,8 @@ void add_connections(Table& table) {
 void add_devices(Table& table) {
   table
       .add("backend", &C::backend,
-           "Backend: auto (the first GPU that works, else the CPU), cpu, cuda or cuda:N",
-           text_that("auto, cpu, cuda or cuda:N", is_backend))
+           "Backend: " + backend_name_list(true) + "; auto: the first GPU that works, else the CPU",
+           text_that("one of " + backend_name_list(true), is_backend))
       .add("devices", &C::devices,
            "GPUs to use: all, or numbers as in 0,2; empty: the device of the backend",
            text_that("all, or numbers of GPUs as in 0,2, each once", is_device_list))

@@ -134,7 +134,8 @@ TEST_F(Config, NamesFieldValueAndSourceOfAWrongValue) {
   EXPECT_EQ(read({"--devices", "0,2"}).devices, "0,2");
   EXPECT_EQ(read({"--devices", "all"}).devices, "all");
   EXPECT_THAT(error_of({"--listen", "here"}), HasSubstr("it is not HOST:PORT or unix:PATH"));
-  EXPECT_THAT(error_of({"--backend", "cuda:x"}), HasSubstr("it is not auto, cpu, cuda or cuda:N"));
+  EXPECT_THAT(error_of({"--backend", "cuda:x"}),
+              HasSubstr("it is not one of auto, cpu, cuda, cuda:N"));
   {
     const Environment level("MESHSMOOTH_LOG_LEVEL", "loud");
     EXPECT_THAT(error_of({}), AllOf(HasSubstr("log-level: "), HasSubstr("\"loud\""),

@@ -25,6 +25,18 @@ struct BackendName {
 /// Whether backends of a kind compute on numbered devices, in memory of their own.
 [[nodiscard]] constexpr bool has_devices(BackendKind kind) { return kind == BackendKind::cuda; }
 
+/// What a backend may be called, for messages: "auto, cpu, cuda", with devices "auto, cpu, cuda,
+/// cuda:N".
+[[nodiscard]] inline std::string backend_name_list(bool with_devices) {
+  std::string text;
+  for (std::size_t kind = 0; kind < kBackendKindNames.size(); ++kind) {
+    const std::string name(kBackendKindNames[kind]);
+    text += (text.empty() ? "" : ", ") + name;
+    if (with_devices && has_devices(static_cast<BackendKind>(kind))) text += ", " + name + ":N";
+  }
+  return text;
+}
+
 /// Nothing when the text is no name of a backend.
 [[nodiscard]] inline std::optional<BackendName> parse_backend_name(std::string_view text) {
   const std::size_t colon = text.find(':');

@@ -18,6 +18,8 @@ inline constexpr std::size_t kElementTypeCount = 6;
 inline constexpr std::array<ElementType, kElementTypeCount> kElementTypes = {
     ElementType::triangle, ElementType::quad,  ElementType::tetrahedron,
     ElementType::pyramid,  ElementType::wedge, ElementType::hexahedron};
+/// By type, as in the table (element.cpp asserts it), for code that needs them at compile time.
+inline constexpr std::array<int, kElementTypeCount> kNodesPerElement = {3, 4, 4, 5, 6, 8};
 
 /// Limits of the table, which arrays of a fixed size and packed keys rely on (element.cpp
 /// asserts them).
@@ -26,11 +28,6 @@ inline constexpr int kMaxFacetNodes = 4;
 inline constexpr int kMaxElementFacets = 6;
 inline constexpr int kMaxNodeEdges = 4;   // edges of an element at one of its nodes
 inline constexpr int kMaxNodeFacets = 4;  // facets of an element at one of its nodes
-
-/// Whether a type may have this many nodes: code that switches over node counts knows these.
-[[nodiscard]] constexpr bool is_element_node_count(int count) {
-  return (count >= 3 && count <= 6) || count == 8;
-}
 
 /// A facet: the face of a volume element or the edge of a surface element, as local node
 /// numbers. Seen from outside, the nodes of a face are counter-clockwise.

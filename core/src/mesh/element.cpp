@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "mesh/node_counts.hpp"
-
 namespace meshsmooth {
 namespace {
 
@@ -89,7 +87,7 @@ constexpr int facets_at(const ElementShape& shape, int node) {
 }
 
 constexpr bool keeps_limits(const ElementShape& shape) {
-  if (!is_element_node_count(shape.node_count)) return false;
+  if (shape.node_count > kMaxElementNodes || shape.facet_count > kMaxElementFacets) return false;
   for (int node = 0; node < shape.node_count; ++node) {
     if (edges_at(shape, node) > kMaxNodeEdges || facets_at(shape, node) > kMaxNodeFacets) {
       return false;
@@ -117,11 +115,11 @@ static_assert(
 static_assert(
     [] {
       for (std::size_t type = 0; type < kElementTypeCount; ++type) {
-        if (kTable[type].node_count != detail::kNodesPerElement[type]) return false;
+        if (kTable[type].node_count != kNodesPerElement[type]) return false;
       }
       return true;
     }(),
-    "node_counts.hpp differs from the element table");
+    "kNodesPerElement differs from the element table");
 
 }  // namespace
 

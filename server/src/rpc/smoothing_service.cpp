@@ -8,6 +8,7 @@
 #include <string>
 
 #include "meshsmooth/error.hpp"
+#include "meshsmooth/v1/smoothing.grpc.pb.h"
 #include "rpc/attach_reactor.hpp"
 #include "rpc/messages.hpp"
 #include "rpc/smooth_reactor.hpp"
@@ -36,116 +37,144 @@ std::size_t decode_page_size(int page_size) {
   return page_size == 0 ? 50 : static_cast<std::size_t>(std::min(page_size, 1000));
 }
 
+/// v1::SmoothingService::CallbackService, but Smooth and AttachJob exchange raw messages.
+using SmoothingServiceBase = v1::SmoothingService::WithRawCallbackMethod_Smooth<
+    v1::SmoothingService::WithCallbackMethod_GetTopology<
+        v1::SmoothingService::WithCallbackMethod_DeleteTopology<
+            v1::SmoothingService::WithCallbackMethod_GetJob<
+                v1::SmoothingService::WithCallbackMethod_ListJobs<
+                    v1::SmoothingService::WithCallbackMethod_CancelJob<
+                        v1::SmoothingService::WithRawCallbackMethod_AttachJob<
+                            v1::SmoothingService::WithCallbackMethod_DeleteJob<
+                                v1::SmoothingService::WithCallbackMethod_GetServerInfo<
+                                    v1::SmoothingService::Service>>>>>>>>>;
+
+/// Stateless. Calls that are not overridden return UNIMPLEMENTED.
+class SmoothingService final : public SmoothingServiceBase {
+ public:
+  SmoothingService(Engine& engine, const Authenticator& authenticator)
+      : engine_(engine), authenticator_(authenticator) {}
+
+  grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* Smooth(
+      grpc::CallbackServerContext* context) override {
+    return SmoothReactor::start(engine_, context, authenticator_.authenticate(*context));
+  }
+
+  grpc::ServerUnaryReactor* GetTopology(grpc::CallbackServerContext* context,
+                                        const v1::GetTopologyRequest* request,
+                                        v1::GetTopologyResponse* response) override {
+    return answer(context, [&](const Caller& caller) {
+      *response->mutable_topology() =
+          encode_topology(*find_topology(engine_, caller.name, request->name()));
+    });
+  }
+
+  grpc::ServerUnaryReactor* DeleteTopology(grpc::CallbackServerContext* context,
+                                           const v1::DeleteTopologyRequest* request,
+                                           v1::DeleteTopologyResponse*) override {
+    return answer(context, [&](const Caller& caller) {
+      const auto topology = find_topology(engine_, caller.name, request->name());
+      engine_.topologies().remove(topology->caller(), topology->name());
+    });
+  }
+
+  grpc::ServerUnaryReactor* GetJob(grpc::CallbackServerContext* context,
+                                   const v1::GetJobRequest* request,
+                                   v1::GetJobResponse* response) override {
+    return answer(context, [&](const Caller& caller) {
+      *response->mutable_job() = encode_job(*find_job(caller, request->name()), engine_);
+    });
+  }
+
+  grpc::ServerUnaryReactor* ListJobs(grpc::CallbackServerContext* context,
+                                     const v1::ListJobsRequest* request,
+                                     v1::ListJobsResponse* response) override {
+    return answer(context, [&](const Caller& caller) {
+      const std::size_t page_size = decode_page_size(request->page_size());
+      const auto wanted = [&](const Job& job) {
+        return request->states().empty() ||
+               std::ranges::count(request->states(),
+                                  static_cast<int>(wire::encode_state(job.state()))) > 0;
+      };
+      const auto jobs = engine_.store().list(caller.name, decode_page_token(request->page_token()),
+                                             page_size + 1, wanted);
+      for (std::size_t i = 0; i < std::min(jobs.size(), page_size); ++i) {
+        *response->add_jobs() = encode_job(*jobs[i], engine_);
+      }
+      if (jobs.size() > page_size) {
+        response->set_next_page_token(std::to_string(jobs[page_size - 1]->sequence()));
+      }
+    });
+  }
+
+  grpc::ServerUnaryReactor* CancelJob(grpc::CallbackServerContext* context,
+                                      const v1::CancelJobRequest* request,
+                                      v1::CancelJobResponse* response) override {
+    return answer(context, [&](const Caller& caller) {
+      const std::shared_ptr<Job> job = find_job(caller, request->name());
+      if (request->result_kept()) {
+        job->finish_early();
+      } else {
+        engine_.cancel(*job, std::make_exception_ptr(Cancelled(
+                                 "CANCELLED_BY_JOB_CALL", "the job was cancelled by CancelJob")));
+      }
+      *response->mutable_job() = encode_job(*job, engine_);
+    });
+  }
+
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* AttachJob(grpc::CallbackServerContext* context,
+                                                        const grpc::ByteBuffer* request) override {
+    const AuthResult auth = authenticator_.authenticate(*context);
+    return AttachReactor::start(engine_, context, *request, auth);
+  }
+
+  grpc::ServerUnaryReactor* DeleteJob(grpc::CallbackServerContext* context,
+                                      const v1::DeleteJobRequest* request,
+                                      v1::DeleteJobResponse*) override {
+    return answer(
+        context, [&](const Caller& caller) { engine_.forget(*find_job(caller, request->name())); });
+  }
+
+  grpc::ServerUnaryReactor* GetServerInfo(grpc::CallbackServerContext* context,
+                                          const v1::GetServerInfoRequest*,
+                                          v1::GetServerInfoResponse* response) override {
+    return answer(context, [&](const Caller&) { *response = encode_server_info(engine_); });
+  }
+
+ private:
+  /// Answers a unary call at once by `body(caller)`, or by what it throws.
+  template <class Body>
+  grpc::ServerUnaryReactor* answer(grpc::CallbackServerContext* context, const Body& body) {
+    grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
+    try {
+      const AuthResult auth = authenticator_.authenticate(*context);
+      if (auth.denied) std::rethrow_exception(auth.denied);
+      body(auth.caller);
+      reactor->Finish(grpc::Status::OK);
+    } catch (...) {
+      reactor->Finish(to_status(describe_error(std::current_exception(), "this call")));
+    }
+    return reactor;
+  }
+
+  [[nodiscard]] std::shared_ptr<Job> find_job(const Caller& caller, const std::string& name) const {
+    std::shared_ptr<Job> job = engine_.store().find(caller.name, name);
+    if (!job) {
+      throw Error("JOB_NOT_FOUND", "job not found or no longer retained: " + name,
+                  {{"name", name}});
+    }
+    return job;
+  }
+
+  Engine& engine_;
+  const Authenticator& authenticator_;
+};
+
 }  // namespace
 
-template <class Body>
-grpc::ServerUnaryReactor* SmoothingService::answer(grpc::CallbackServerContext* context,
-                                                   const Body& body) {
-  grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
-  try {
-    const AuthResult auth = authenticator_.authenticate(*context);
-    if (auth.denied) std::rethrow_exception(auth.denied);
-    body(auth.caller);
-    reactor->Finish(grpc::Status::OK);
-  } catch (...) {
-    reactor->Finish(to_status(describe_error(std::current_exception(), "this call")));
-  }
-  return reactor;
-}
-
-std::shared_ptr<Job> SmoothingService::find_job(const Caller& caller,
-                                                const std::string& name) const {
-  std::shared_ptr<Job> job = engine_.store().find(caller.name, name);
-  if (!job) {
-    throw Error("JOB_NOT_FOUND", "job not found or no longer retained: " + name, {{"name", name}});
-  }
-  return job;
-}
-
-grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* SmoothingService::Smooth(
-    grpc::CallbackServerContext* context) {
-  return SmoothReactor::start(engine_, context, authenticator_.authenticate(*context));
-}
-
-grpc::ServerUnaryReactor* SmoothingService::GetTopology(grpc::CallbackServerContext* context,
-                                                        const v1::GetTopologyRequest* request,
-                                                        v1::GetTopologyResponse* response) {
-  return answer(context, [&](const Caller& caller) {
-    *response->mutable_topology() =
-        encode_topology(*find_topology(engine_, caller.name, request->name()));
-  });
-}
-
-grpc::ServerUnaryReactor* SmoothingService::DeleteTopology(grpc::CallbackServerContext* context,
-                                                           const v1::DeleteTopologyRequest* request,
-                                                           v1::DeleteTopologyResponse*) {
-  return answer(context, [&](const Caller& caller) {
-    const auto topology = find_topology(engine_, caller.name, request->name());
-    engine_.topologies().remove(topology->caller(), topology->name());
-  });
-}
-
-grpc::ServerUnaryReactor* SmoothingService::GetJob(grpc::CallbackServerContext* context,
-                                                   const v1::GetJobRequest* request,
-                                                   v1::GetJobResponse* response) {
-  return answer(context, [&](const Caller& caller) {
-    *response->mutable_job() = encode_job(*find_job(caller, request->name()), engine_);
-  });
-}
-
-grpc::ServerUnaryReactor* SmoothingService::ListJobs(grpc::CallbackServerContext* context,
-                                                     const v1::ListJobsRequest* request,
-                                                     v1::ListJobsResponse* response) {
-  return answer(context, [&](const Caller& caller) {
-    const std::size_t page_size = decode_page_size(request->page_size());
-    const auto wanted = [&](const Job& job) {
-      return request->states().empty() ||
-             std::ranges::count(request->states(),
-                                static_cast<int>(wire::encode_state(job.state()))) > 0;
-    };
-    const auto jobs = engine_.store().list(caller.name, decode_page_token(request->page_token()),
-                                           page_size + 1, wanted);
-    for (std::size_t i = 0; i < std::min(jobs.size(), page_size); ++i) {
-      *response->add_jobs() = encode_job(*jobs[i], engine_);
-    }
-    if (jobs.size() > page_size) {
-      response->set_next_page_token(std::to_string(jobs[page_size - 1]->sequence()));
-    }
-  });
-}
-
-grpc::ServerUnaryReactor* SmoothingService::CancelJob(grpc::CallbackServerContext* context,
-                                                      const v1::CancelJobRequest* request,
-                                                      v1::CancelJobResponse* response) {
-  return answer(context, [&](const Caller& caller) {
-    const std::shared_ptr<Job> job = find_job(caller, request->name());
-    if (request->result_kept()) {
-      job->finish_early();
-    } else {
-      engine_.cancel(*job, std::make_exception_ptr(Cancelled(
-                               "CANCELLED_BY_JOB_CALL", "the job was cancelled by CancelJob")));
-    }
-    *response->mutable_job() = encode_job(*job, engine_);
-  });
-}
-
-grpc::ServerWriteReactor<grpc::ByteBuffer>* SmoothingService::AttachJob(
-    grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
-  const AuthResult auth = authenticator_.authenticate(*context);
-  return AttachReactor::start(engine_, context, *request, auth);
-}
-
-grpc::ServerUnaryReactor* SmoothingService::DeleteJob(grpc::CallbackServerContext* context,
-                                                      const v1::DeleteJobRequest* request,
-                                                      v1::DeleteJobResponse*) {
-  return answer(context,
-                [&](const Caller& caller) { engine_.forget(*find_job(caller, request->name())); });
-}
-
-grpc::ServerUnaryReactor* SmoothingService::GetServerInfo(grpc::CallbackServerContext* context,
-                                                          const v1::GetServerInfoRequest*,
-                                                          v1::GetServerInfoResponse* response) {
-  return answer(context, [&](const Caller&) { *response = encode_server_info(engine_); });
+std::unique_ptr<grpc::Service> make_smoothing_service(Engine& engine,
+                                                      const Authenticator& authenticator) {
+  return std::make_unique<SmoothingService>(engine, authenticator);
 }
 
 }  // namespace meshsmooth::server

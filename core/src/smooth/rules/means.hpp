@@ -1,5 +1,9 @@
 #pragma once
 
+#include <tuple>
+#include <type_traits>
+
+#include "meshsmooth/methods.hpp"
 #include "smooth/rules/element_quality.hpp"
 #include "smooth/rules/surroundings.hpp"
 
@@ -29,6 +33,8 @@ MESHSMOOTH_HD Vec3<typename P::Real> mean_of(const P& x, const NodeId* begin, co
 
 /// x' = sum_j x_j / |ring|. Source: Xiao et al. 2019, eq. 1.
 struct UniformMean {
+  static constexpr bool reads_balls = false;
+
   template <class P>
   MESHSMOOTH_HD Vec3<typename P::Real> operator()(const Surroundings& around, const P& x,
                                                   std::size_t node) const {
@@ -41,6 +47,8 @@ struct UniformMean {
 template <int Power>
 struct EdgeLengthMean {
   static_assert(Power == 1 || Power == -1);
+  static constexpr bool reads_balls = false;
+
   template <class P>
   MESHSMOOTH_HD Vec3<typename P::Real> operator()(const Surroundings& around, const P& x,
                                                   std::size_t node) const {
@@ -63,6 +71,8 @@ struct EdgeLengthMean {
 /// x' = sum_e V_e c_e / sum_e V_e over the ball's elements, c_e the mean of an
 /// element's nodes.
 struct BallVolumeMean {
+  static constexpr bool reads_balls = true;
+
   template <class P>
   MESHSMOOTH_HD Vec3<typename P::Real> operator()(const Surroundings& around, const P& x,
                                                   std::size_t node) const {
@@ -81,6 +91,70 @@ struct BallVolumeMean {
     return weights > 0 ? vec3_cast<Real>(own + (1 / weights) * sum) : x[node];
   }
 };
+
+/// The means of `with_mean_of`: a backend has sweeps for each.
+using Means = std::tuple<UniformMean, EdgeLengthMean<1>, EdgeLengthMean<-1>, BallVolumeMean>;
+
+/// Calls `functor(mean)` with the mean of a weighting.
+template <class Functor>
+void with_mean(Weighting weighting, const Functor& functor) {
+  switch (weighting) {
+    case Weighting::uniform:
+      return functor(UniformMean{});
+    case Weighting::inverse_edge_length:
+      return functor(EdgeLengthMean<-1>{});
+    case Weighting::edge_length:
+      return functor(EdgeLengthMean<1>{});
+    case Weighting::ball_volume:
+      return functor(BallVolumeMean{});
+  }
+}
+
+/// Calls `functor(mean)` with the mean of a method whose sweeps step towards it by the method's
+/// `relaxation`: one overload for each such method.
+template <class Functor>
+void with_mean_of(const Laplacian& method, const Functor& functor) {
+  with_mean(method.weighting, functor);
+}
+template <class Functor>
+void with_mean_of(const SmartLaplacian& method, const Functor& functor) {
+  with_mean(method.weighting, functor);
+}
+
+/// What takes any mean.
+struct AnyMean {
+  template <class Mean>
+  void operator()(const Mean&) const {}
+};
+
+/// A method with a `with_mean_of`.
+template <class M>
+concept AveragingMethod = requires(const M& method) {
+  with_mean_of(method, AnyMean{});
+};
+
+/// What the memory of a job depends on.
+struct MeanProperties {
+  bool averages = false;     // the method is an `AveragingMethod`; else all is false
+  bool uniform = false;      // its mean is `UniformMean`
+  bool reads_balls = false;  // its mean reads the balls, not only the rings
+};
+
+template <class M>
+[[nodiscard]] MeanProperties mean_properties_of(const M& method) {
+  MeanProperties result;
+  if constexpr (AveragingMethod<M>) {
+    with_mean_of(method, [&](const auto& mean) {
+      using Mean = std::decay_t<decltype(mean)>;
+      result = {true, std::is_same_v<Mean, UniformMean>, Mean::reads_balls};
+    });
+  }
+  return result;
+}
+
+[[nodiscard]] inline MeanProperties mean_properties(const Method& method) {
+  return std::visit([](const auto& m) { return mean_properties_of(m); }, method);
+}
 
 /// One relaxed step towards a goal. A node at its goal stays, and factor 1 reaches the goal
 /// exactly.

@@ -2,6 +2,7 @@
 
 #include <concepts>
 #include <span>
+#include <tuple>
 
 #include "smooth/rules/means.hpp"
 #include "smooth/steps/job_mesh.hpp"
@@ -17,6 +18,13 @@ concept SweepsWith = requires(B& backend, Sweeper<typename B::Executor, Real>& s
                               const Mean& mean, ConvergenceMonitor& monitor) {
   { backend.sweep(sweeper, mean, 1.0, monitor) } -> std::same_as<void>;
 };
+
+/// Whether a backend sweeps with each of some means.
+template <class B, class Real, class Means>
+inline constexpr bool kSweepsWithEach = false;
+template <class B, class Real, class... Mean>
+inline constexpr bool kSweepsWithEach<B, Real, std::tuple<Mean...>> = (SweepsWith<B, Real, Mean> &&
+                                                                       ...);
 
 /// The steps of a backend for one coordinate type; see `Backend`.
 template <class B, class Real>
@@ -37,8 +45,7 @@ concept BackendOf = requires(B& backend, const TopologyView& topology,
   { backend.evaluate_result(job, orientation) } -> std::same_as<QualityReport>;
   { backend.write_back(job, positions) } -> std::same_as<const std::int64_t*>;
 }
-&&SweepsWith<B, Real, UniformMean>&& SweepsWith<B, Real, EdgeLengthMean<1>>&&
-    SweepsWith<B, Real, EdgeLengthMean<-1>>&& SweepsWith<B, Real, BallVolumeMean>;
+&&kSweepsWithEach<B, Real, Means>;
 
 /// One job on one backend: what the pipeline needs, complete. Each step has one text per
 /// backend; the rules and the steps over an `Executor` are shared. An object serves one job.

@@ -2,6 +2,7 @@
 
 #include "meshsmooth/options.hpp"
 #include "smooth/rules/acceptance.hpp"
+#include "smooth/rules/means.hpp"
 
 namespace meshsmooth::detail {
 
@@ -17,9 +18,8 @@ namespace meshsmooth::detail {
 
 /// Whether a job needs the balls beyond finding rings and boundary.
 [[nodiscard]] inline bool needs_balls(const SmoothOptions& options) {
-  const auto* laplacian = std::get_if<Laplacian>(&options.method);
   return acceptance_of(options).active() || resolve_form(options) == Form::gauss_seidel ||
-         (laplacian != nullptr && laplacian->weighting == Weighting::ball_volume);
+         mean_properties(options.method).reads_balls;
 }
 
 }  // namespace meshsmooth::detail

@@ -8,21 +8,6 @@
 
 namespace meshsmooth::detail {
 
-/// Calls `functor(mean)` with the rule of a weighting.
-template <class Functor>
-void with_mean(Weighting weighting, const Functor& functor) {
-  switch (weighting) {
-    case Weighting::uniform:
-      return functor(UniformMean{});
-    case Weighting::inverse_edge_length:
-      return functor(EdgeLengthMean<-1>{});
-    case Weighting::edge_length:
-      return functor(EdgeLengthMean<1>{});
-    case Weighting::ball_volume:
-      return functor(BallVolumeMean{});
-  }
-}
-
 /// Bytes that `iterate` holds besides rings and balls.
 [[nodiscard]] inline std::int64_t iterate_bytes(const MeshCounts& mesh,
                                                 const SmoothOptions& options) {
@@ -87,7 +72,7 @@ void iterate(B& backend, const Surroundings& around,
       while (!sweeper.done(sweeper.step_hc(method, original.data(), differences.data()), monitor)) {
       }
     } else {
-      with_mean(method.weighting, [&](const auto& mean) {
+      with_mean_of(method, [&](const auto& mean) {
         // A history needs the mesh measured after each sweep, which batches do not allow.
         if (options.history) {
           run_sweeps_one_by_one(sweeper, mean, method.relaxation, monitor);

@@ -14,14 +14,14 @@ namespace meshsmooth::detail {
                                                     const SmoothOptions& options,
                                                     const std::optional<PatchSizes>& patch) {
   const std::int64_t n = mesh.nodes;
-  const auto* laplacian = std::get_if<Laplacian>(&options.method);
+  const MeanProperties mean = mean_properties(options.method);
   const bool optimizes = std::holds_alternative<Optimize>(options.method);
   const Form form = resolve_form(options);
   std::int64_t bytes = 0;
-  if (laplacian != nullptr && form == Form::jacobi && !acceptance_of(options).active()) {
+  if (mean.averages && form == Form::jacobi && !acceptance_of(options).active()) {
     // Two padded copies of the positions instead of the sweeper's second array.
     bytes += 2 * padded_bytes(mesh) - n * mesh.position_bytes;
-    if (laplacian->weighting == Weighting::uniform && !patch) bytes += SellRings::bytes(mesh);
+    if (mean.uniform && !patch) bytes += SellRings::bytes(mesh);
   }
   if (optimizes ||
       (form == Form::gauss_seidel && !std::holds_alternative<Taubin>(options.method))) {
@@ -47,8 +47,7 @@ namespace meshsmooth::detail {
   const std::int64_t look_back = n / 4;
   const bool colours = resolve_form(options) == Form::gauss_seidel;
 
-  const auto* laplacian = std::get_if<Laplacian>(&options.method);
-  const bool resident = laplacian != nullptr && laplacian->weighting == Weighting::uniform &&
+  const bool resident = mean_properties(options.method).uniform &&
                         resolve_form(options) == Form::jacobi && !acceptance_of(options).active();
   const auto patch = resident ? PatchSizes::of(static_cast<std::size_t>(n),
                                                mesh.position_bytes == 12 ? 4 : 8, limits)

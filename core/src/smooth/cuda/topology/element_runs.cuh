@@ -2,7 +2,6 @@
 
 #include <utility>
 
-#include "mesh/node_counts.hpp"
 #include "smooth/cuda/device/executor.cuh"
 #include "smooth/steps/job_mesh.hpp"
 
