@@ -56,7 +56,8 @@ struct Metrics::Impl {
                                   .Register(registry);
 
   Impl() {
-    count(std::string(job_state_name(JobState::succeeded)), "");  // so that the first job increments a 0
+    count(std::string(job_state_name(JobState::succeeded)),
+          "");  // so that the first job increments a 0
   }
 
   Counter& add_counter(const std::string& name, const std::string& help) {

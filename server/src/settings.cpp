@@ -168,7 +168,7 @@ void add_connections(Table& table) {
            "one of them",
            text)
       .add("token-file", &C::token_file,
-           "File of lines IDENTITY:TOKEN or IDENTITY:sha256:HEX; calls must carry one of the "
+           "File of lines CALLER:TOKEN or CALLER:sha256:HEX; calls must carry one of the "
            "tokens",
            text)
       .add("credentials-reload-interval-seconds", &C::credentials_reload_interval,

@@ -58,7 +58,7 @@ std::optional<std::string> TokenFile::find_caller(std::string_view token) {
 TokenFile::Entry TokenFile::parse(const std::string& line, const std::string& place) {
   constexpr std::string_view kHash = "sha256:";
   const std::size_t colon = line.find(':');
-  if (colon == std::string::npos) throw_wrong(place + " has no colon: IDENTITY:TOKEN");
+  if (colon == std::string::npos) throw_wrong(place + " has no colon: CALLER:TOKEN");
   Entry entry;
   entry.caller = line.substr(0, colon);
   std::string_view token = std::string_view(line).substr(colon + 1);

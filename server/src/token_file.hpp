@@ -11,8 +11,8 @@
 
 namespace meshsmooth::server {
 
-/// Bearer tokens and their callers, from a file of lines `IDENTITY:TOKEN` or
-/// `IDENTITY:sha256:HEX` (of the token) and # comments. The file is reloaded when it changes;
+/// Bearer tokens and their callers, from a file of lines `CALLER:TOKEN` or
+/// `CALLER:sha256:HEX` (of the token) and # comments. The file is reloaded when it changes;
 /// while it is invalid, the previous tokens stay in effect. Only digests are stored.
 /// Thread-safe.
 class TokenFile {

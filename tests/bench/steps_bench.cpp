@@ -84,7 +84,7 @@ constexpr std::array<Stage, 7> kStages = {{
     {"boundary",
      [](const client::SmoothReport& r) { return r.summary.times.find_boundary_seconds; }},
     {"iterate", [](const client::SmoothReport& r) { return r.summary.times.iterate_seconds; }},
-    {"judge", [](const client::SmoothReport& r) { return r.summary.times.evaluate_seconds; }},
+    {"evaluate", [](const client::SmoothReport& r) { return r.summary.times.evaluate_seconds; }},
     {"download", [](const client::SmoothReport& r) { return r.summary.times.download_seconds; }},
     {"send", [](const client::SmoothReport& r) { return r.send_seconds; }},
 }};

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Judges tetrahedral meshes independently of meshsmooth, and against their originals.
+"""Measures tetrahedral meshes independently of meshsmooth, and against their originals.
 
     verdict.py MESH.vtu [MESH.vtu ...] [--original MESH.vtu] [--max-inverted N]
 

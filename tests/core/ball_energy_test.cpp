@@ -87,14 +87,14 @@ void expect_true_derivatives(const std::string& name, const Mesh& mesh, int powe
   const Points x = test::oracle::to_points(mesh);
   const std::vector<bool> held = test::oracle::held_nodes(mesh);
   const BallEnergy energy{.power = power};
-  int judged = 0;
+  int compared = 0;
   for (std::size_t node = 0; node < x.size(); ++node) {
     if (held[node]) continue;
     SCOPED_TRACE(name + " node " + std::to_string(node) + " p " + std::to_string(power));
     const BallDerivatives at = derivatives<kDimension>(around, node, energy);
     const auto truth = textbook.energy(static_cast<NodeId>(node), x);
     ASSERT_TRUE(std::isfinite(truth.value));
-    ++judged;
+    ++compared;
 
     EXPECT_NEAR(at.energy, truth.value, 1e-12 * truth.value);
     EXPECT_LT((power * to_point(at.gradient) - truth.gradient).norm(),
@@ -131,7 +131,7 @@ void expect_true_derivatives(const std::string& name, const Mesh& mesh, int powe
     // Strictly convex where the ball is valid.
     EXPECT_GT(told.selfadjointView<Eigen::Lower>().eigenvalues().minCoeff(), 0);
   }
-  EXPECT_GT(judged, 0) << name;
+  EXPECT_GT(compared, 0) << name;
 }
 
 TEST(BallEnergy, HasTheTextbooksValueGradientAndHessian) {

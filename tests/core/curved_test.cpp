@@ -95,7 +95,7 @@ std::vector<std::array<Point, 2>> crease_segments(const Cells& cells, const Mesh
 }
 
 /// How far the nodes are from the corners, creases and facets that they may not leave.
-double strayed(const Cells& cells, const Mesh& before, const Mesh& after) {
+double off_input(const Cells& cells, const Mesh& before, const Mesh& after) {
   const bool surface = test::oracle::is_surface(before.blocks[0].type);
   const std::vector<std::array<Point, 2>> segments = crease_segments(cells, before);
   const std::optional<InputSurface> facets =
@@ -137,7 +137,7 @@ TEST_P(CurvedWay, KeepsTheInputsFacetsCreasesAndCorners) {
         const Job job = test::smooth(mesh, sliding(GetParam().method, GetParam().form));
 
         const BoundaryDeviation& told = job.summary.deviation;
-        EXPECT_LE(strayed(cells, mesh, job.mesh), told.tolerance);
+        EXPECT_LE(off_input(cells, mesh, job.mesh), told.tolerance);
         EXPECT_LE(told.result_to_input, told.tolerance);
         EXPECT_LT(told.tolerance, 1e-14 * 300);
         EXPECT_TRUE(is_valid(job.mesh));
@@ -161,17 +161,17 @@ TEST(Curved, CountsWhatItFinds) {
         if (bend == wave && test::oracle::is_surface(type)) continue;  // four straight edges
         const Cells cells(type, kCells, region);
         const std::vector<bool> used = cells.used();
-        std::int64_t by_freedoms[4] = {0, 0, 0, 0};
+        std::int64_t by_constraints[4] = {0, 0, 0, 0};
         for (std::size_t n = 0; n < used.size(); ++n) {
-          by_freedoms[cells.node_constraints(n)] += used[n] ? 1 : 0;
+          by_constraints[cells.node_constraints(n)] += used[n] ? 1 : 0;
         }
 
         const NodeCounts counts = test::smooth(curved(cells, bend, 3), sliding()).summary.nodes;
 
-        EXPECT_EQ(counts.fixed, by_freedoms[0]);
-        EXPECT_EQ(counts.sliding_on_line + counts.sliding_on_curve, by_freedoms[1]);
+        EXPECT_EQ(counts.fixed, by_constraints[0]);
+        EXPECT_EQ(counts.sliding_on_line + counts.sliding_on_curve, by_constraints[1]);
         if (!test::oracle::is_surface(type)) {
-          EXPECT_EQ(counts.sliding_in_plane + counts.sliding_on_surface, by_freedoms[2]);
+          EXPECT_EQ(counts.sliding_in_plane + counts.sliding_on_surface, by_constraints[2]);
           EXPECT_GT(counts.sliding_on_surface, 0);
         }
         EXPECT_GT(counts.sliding_on_curve, 0);
@@ -213,7 +213,7 @@ TEST(Curved, KeepsItsPromisesInFloat32) {
     for (const Method& method : std::vector<Method>{Optimize{}, SmartLaplacian{}, Laplacian{}}) {
       const Job job = test::smooth(mesh, sliding(method));
 
-      EXPECT_LE(strayed(cells, mesh, job.mesh), job.summary.deviation.tolerance);
+      EXPECT_LE(off_input(cells, mesh, job.mesh), job.summary.deviation.tolerance);
       EXPECT_GT(job.summary.deviation.result_to_input, 0);
       EXPECT_LT(job.summary.deviation.tolerance, 2e-6);
       EXPECT_TRUE(is_valid(job.mesh));
@@ -254,7 +254,7 @@ TEST(Curved, KeepsTheCallersNodesAndTheMovementLimit) {
       }
     }
     EXPECT_GT(farthest, 0.0098);
-    EXPECT_LE(strayed(cells, mesh, job.mesh), job.summary.deviation.tolerance);
+    EXPECT_LE(off_input(cells, mesh, job.mesh), job.summary.deviation.tolerance);
   }
 }
 
@@ -298,7 +298,7 @@ TEST(Curved, UntanglesInsideACurvedBoundary) {
       const Job job = test::smooth(mesh, options);
 
       EXPECT_EQ(job.summary.quality_after.inverted_count, 0) << name;
-      EXPECT_LE(strayed(cells, mesh, job.mesh), job.summary.deviation.tolerance) << name;
+      EXPECT_LE(off_input(cells, mesh, job.mesh), job.summary.deviation.tolerance) << name;
     }
   }
 }

@@ -132,7 +132,7 @@ TEST(Estimate, BoundsTheMemoryOfRegionsUnderAFixedBoundary) {
 }
 
 TEST(Estimate, HoldsWithoutIterations) {
-  expect_bounded("judged only", large(ElementType::tetrahedron),
+  expect_bounded("evaluated only", large(ElementType::tetrahedron),
                  {.method = SmartLaplacian{}, .max_iterations = 0});
 }
 

@@ -75,7 +75,7 @@ TEST(FindBalls, KeepsTheCallersIdsThroughScatteredBlocks) {
 
 TEST(RenumberNodes, IsAPermutationThatKeepsNeighboursClose) {
   const Mesh mesh = test::lattice(ElementType::hexahedron, 15);
-  std::vector<NodeId> order = Steps(mesh).caller_of_nodes();
+  std::vector<NodeId> order = Steps(mesh).caller_ids_of_nodes();
   double apart = 0;
   for (std::size_t n = 1; n < order.size(); ++n) {
     apart += norm(test::points(mesh)[order[n]] - test::points(mesh)[order[n - 1]]);

@@ -103,7 +103,7 @@ TEST(Optimize, ReachesWhereTheTextbooksDescentGoes) {
 }
 
 TEST(Optimize, ImprovesWhatTheGoalNames) {
-  // Bent, so that the best place is not the lattice's.
+  // Curved, so that the best place is not the lattice's.
   const Mesh mesh =
       test::mapped(test::noisy(test::lattice(ElementType::tetrahedron, 7), 0.2, 8), [](Vec3d p) {
         return Vec3d{p.x + std::sin(p.y), p.y + 0.7 * std::sin(0.9 * p.z), p.z + 0.1 * p.x * p.y};
@@ -123,7 +123,7 @@ TEST(Optimize, ImprovesWhatTheGoalNames) {
   EXPECT_GT(mean[1], mean_ratio(measure_quality(mesh)).mean);
 }
 
-TEST(Optimize, MendsMeshesThrownAboutToTheSameOptimum) {
+TEST(Optimize, RepairsMeshesThrownAboutToTheSameOptimum) {
   for (const ElementType type : {ElementType::tetrahedron, ElementType::hexahedron,
                                  ElementType::wedge, ElementType::triangle, ElementType::quad}) {
     const bool surface = test::oracle::is_surface(type);
@@ -175,7 +175,7 @@ TEST(Optimize, RefusesATangledMeshWhenAskedTo) {
   }
 }
 
-TEST(Optimize, KeepsValidElementsValidWhereNotAllCanBeMended) {
+TEST(Optimize, KeepsValidElementsValidWhereNotAllCanBeRepaired) {
   // The upper pole lies below the lower one: no place is right for both halves.
   Mesh mesh = test::tet_ball();
   points(mesh)[4] = {0, 0, -3};

@@ -62,7 +62,7 @@ TEST_F(Parallel, ThrowsWhatABodyThrows) {
   EXPECT_THAT(loop, ::testing::ThrowsMessage<std::runtime_error>("the seventieth"));
 }
 
-/// Two bodies on two threads that add to one number, and know nothing of each other.
+/// Two functors on two threads that add to one number, and know nothing of each other.
 void race() {
   const auto enough = std::chrono::steady_clock::now() + std::chrono::seconds(20);
   tbb::task_arena arena(2);
@@ -80,7 +80,7 @@ void race() {
   });
 }
 
-TEST_F(Parallel, RacesBetweenBodiesAreFound) {
+TEST_F(Parallel, RacesBetweenFunctorsAreFound) {
   if (!meshsmooth::testing::kThreadSanitizer) GTEST_SKIP() << "by the thread sanitizer alone";
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_DEATH(race(), "ThreadSanitizer: data race");

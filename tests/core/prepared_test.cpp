@@ -155,9 +155,9 @@ TEST(Prepared, IsBoundedByItsEstimate) {
   }
 }
 
-// --- judging in brief ------------------------------------------------------------
+// --- evaluating in brief ------------------------------------------------------------
 
-TEST(BriefJudgement, SaysTheSameOfWhatItSays) {
+TEST(BriefQuality, SaysTheSameOfWhatItSays) {
   for (const Mesh& mesh : meshes()) {
     SmoothOptions options;
     options.method = Laplacian{};

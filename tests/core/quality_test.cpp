@@ -599,7 +599,7 @@ TEST(MeasureQuality, GivesTheSameBitsWhenScaledByAPowerOfTwo) {
   expect_same_bits(stats, large);
 }
 
-TEST(MeasureQuality, JudgesFloat32FromTheStoredCoordinates) {
+TEST(MeasureQuality, MeasuresFloat32FromTheStoredCoordinates) {
   const Mesh single_precision =
       test::as_float32(test::noisy(test::lattice(ElementType::tetrahedron, 5), 0.2, 3));
   Mesh widened = single_precision;

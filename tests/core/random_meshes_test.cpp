@@ -140,7 +140,7 @@ TEST(RandomMeshes, NeverBecomeInvalidByAnyMethod) {
   EXPECT_GT(slid, mesh_count());
 }
 
-/// Bent along two waves of random size and length.
+/// Curved along two waves of random size and length.
 Mesh waved(Mesh mesh, RandomMesh& random) {
   Vec3d low = points(mesh).front(), high = low;
   for (const Vec3d& p : points(mesh)) {
@@ -228,7 +228,7 @@ TEST(RandomMeshes, NeverGetMoreEnergyByASweep) {
 }
 
 TEST(RandomMeshes, KeepTheirValidElementsWhenTheyAreTangled) {
-  int tangled = 0, mended = 0;
+  int tangled = 0, repaired = 0;
   for (int seed = 0; seed < mesh_count() / 4; ++seed) {
     RandomMesh random(static_cast<unsigned>(seed));
     const Mesh mesh = random.thrown(random.uniform(0.5, 1.2));
@@ -242,11 +242,11 @@ TEST(RandomMeshes, KeepTheirValidElementsWhenTheyAreTangled) {
       const test::Job job = test::smooth(mesh, options);
 
       EXPECT_TRUE(test::keeps_valid_elements(mesh, job.mesh)) << seed;
-      mended += job.summary.quality_after.inverted_count == 0 ? 1 : 0;
+      repaired += job.summary.quality_after.inverted_count == 0 ? 1 : 0;
     }
   }
   EXPECT_GT(tangled, mesh_count() / 20);
-  EXPECT_GT(mended, tangled / 2);
+  EXPECT_GT(repaired, tangled / 2);
 }
 
 }  // namespace

@@ -44,7 +44,7 @@ Mesh valid_mesh(const Cells& cells, unsigned seed, double size = 0.3) {
 double coordinate(const Vec3d& p, int axis) { return axis == 0 ? p.x : axis == 1 ? p.y : p.z; }
 
 /// How many coordinates that must not change have another value.
-int strayed(const Cells& cells, const Mesh& before, const Mesh& after) {
+int off_input(const Cells& cells, const Mesh& before, const Mesh& after) {
   const std::vector<Vec3d> x = test::points_as_double(before), y = test::points_as_double(after);
   int count = 0;
   for (std::size_t n = 0; n < x.size(); ++n) {
@@ -68,7 +68,7 @@ TEST_P(SlidingWay, KeepsPlanesCreasesAndCornersToTheBit) {
 
       const Job job = test::smooth(mesh, sliding(GetParam().method, GetParam().form));
 
-      EXPECT_EQ(strayed(cells, mesh, job.mesh), 0);
+      EXPECT_EQ(off_input(cells, mesh, job.mesh), 0);
       EXPECT_TRUE(is_valid(job.summary.quality_after));
       EXPECT_NEAR(job.summary.quality_after.sum_absolute_volume,
                   measure_quality(cells.mesh()).sum_absolute_volume, 1e-12 * 64);
@@ -186,7 +186,7 @@ TEST(Slide, KeepsTheCallersNodesAndTheMovementLimit) {
   }
   EXPECT_GT(farthest, 0.049);
   EXPECT_LE(farthest, 0.05 * (1 + 1e-12));
-  EXPECT_EQ(strayed(cells, mesh, job.mesh), 0);
+  EXPECT_EQ(off_input(cells, mesh, job.mesh), 0);
 }
 
 /// Only nodes with `inner` node_constraints are thrown about, until an element is inverted.
@@ -212,7 +212,7 @@ TEST(Slide, UntanglesInsideAPlaneBoundary) {
       const Job job = test::smooth(mesh, options);
 
       EXPECT_EQ(job.summary.quality_after.inverted_count, 0);
-      EXPECT_EQ(strayed(cells, mesh, job.mesh), 0);
+      EXPECT_EQ(off_input(cells, mesh, job.mesh), 0);
       EXPECT_NEAR(job.summary.quality_after.sum_absolute_volume,
                   measure_quality(cells.mesh()).sum_absolute_volume, 1e-12 * 64);
     }

@@ -1,4 +1,4 @@
-// Sweeps judged by the slow and obvious version.
+// Sweeps compared with the slow and obvious version.
 
 #include <gmock/gmock.h>
 

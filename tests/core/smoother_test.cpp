@@ -69,7 +69,7 @@ class EveryWay : public testing::TestWithParam<test::Way> {
 };
 INSTANTIATE_TEST_SUITE_P(Smoother, EveryWay, testing::ValuesIn(test::ways(true)), test::way_name);
 
-/// All but the racing form, which is the one exception.
+/// All but the asynchronous form, which is the one exception.
 class EveryRepeatableWay : public EveryWay {};
 INSTANTIATE_TEST_SUITE_P(Smoother, EveryRepeatableWay, testing::ValuesIn(test::ways(false)),
                          test::way_name);
@@ -280,7 +280,7 @@ TEST_P(EveryWay, TellsWhatItDid) {
   EXPECT_GT(summary.times.iterate_seconds, 0);
 }
 
-TEST_P(EveryWay, JudgesBeforeAndAfterAsTheMeshesAre) {
+TEST_P(EveryWay, EvaluatesBeforeAndAfterAsTheMeshesAre) {
   const Mesh mesh = test::noisy(test::mixed_stack(4), 0.2, 4);
 
   const Job job = test::smooth(mesh, options(3));
@@ -316,7 +316,7 @@ TEST_P(EveryWay, StopsAtOnceWhenNothingIsFree) {
   EXPECT_TRUE(same_bits(job.mesh, test::two_tets()));
 }
 
-TEST_P(EveryWay, OnlyJudgesWithoutIterations) {
+TEST_P(EveryWay, OnlyEvaluatesWithoutIterations) {
   const Mesh mesh = noisy_lattice(ElementType::wedge);
 
   const Job job = test::smooth(mesh, options(0));
@@ -565,7 +565,7 @@ TEST(Convergence, HoldsAnAbsoluteToleranceInTheMeshsUnit) {
   EXPECT_LT(job.summary.convergence.last_max_displacement, 0.003);
 }
 
-TEST(Locked, NamesTheWorstElementThatCannotBeMended) {
+TEST(Locked, NamesTheWorstElementThatCannotBeRepaired) {
   // All nodes of the lattice are fixed but those of one corner's inside.
   Mesh mesh = noisy_lattice(ElementType::tetrahedron);
   const std::vector<bool> held = test::oracle::held_nodes(mesh);

@@ -77,7 +77,7 @@ struct Way {
 inline std::string way_name(const ::testing::TestParamInfo<Way>& way) { return way.param.name; }
 
 /// Every method in every form that it has.
-inline std::vector<Way> ways(bool with_racing) {
+inline std::vector<Way> ways(bool with_asynchronous) {
   const std::vector<std::pair<std::string, Method>> methods = {
       {"uniform", Laplacian{}},
       {"relaxed", Laplacian{.relaxation = 0.4}},
@@ -102,7 +102,7 @@ inline std::vector<Way> ways(bool with_racing) {
     result.push_back({name + "_jacobi", method, Form::jacobi});
     if (std::holds_alternative<HcLaplacian>(method)) continue;
     result.push_back({name + "_gauss_seidel", method, Form::gauss_seidel});
-    if (with_racing) result.push_back({name + "_racing", method, Form::asynchronous});
+    if (with_asynchronous) result.push_back({name + "_asynchronous", method, Form::asynchronous});
   }
   return result;
 }

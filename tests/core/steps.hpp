@@ -26,7 +26,7 @@ class Steps {
         detail::find_balls(executor_, node_count_, elements_.view, elements_.caller_ids.data());
   }
 
-  [[nodiscard]] std::vector<NodeId> caller_of_nodes() const {
+  [[nodiscard]] std::vector<NodeId> caller_ids_of_nodes() const {
     return {numbers_.caller_ids.data(), numbers_.caller_ids.data() + node_count_};
   }
   [[nodiscard]] std::vector<std::vector<std::int64_t>> balls() const {
@@ -114,7 +114,7 @@ class Steps {
   detail::RowBuffer<detail::CpuExecutor, detail::ElementId> balls_;
 };
 
-/// Meshes on which every step is judged, by name.
+/// Meshes on which every step is tested, by name.
 inline std::vector<std::pair<std::string, Mesh>> step_meshes() {
   std::vector<std::pair<std::string, Mesh>> meshes = {
       {"two_tets", two_tets()},

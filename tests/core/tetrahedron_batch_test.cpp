@@ -1,4 +1,4 @@
-// Brief judging side by side against the measure of one element.
+// Brief evaluation compared against the measure of one element.
 
 #include "mesh/tetrahedron_batch.hpp"
 

@@ -71,7 +71,7 @@ class Image(unittest.TestCase):
         self.assertIn("libcuda.so.2 needs libodd.so.1, which is missing", said)
 
     def test_container_runtimes_find_where_to_mount_the_driver(self):
-        # By this file the libraries come to where the image's loader looks without a cache.
+        # By this file the libraries lie where the image's loader looks without a cache.
         self.assertTrue((self.root / "etc/debian_version").is_file())
         self.assertEqual((self.root / "etc/ld.so.conf").read_text(),
                          "include /etc/ld.so.conf.d/*.conf\n")

@@ -13,7 +13,7 @@ namespace meshsmooth::test {
 
 using NamedMesh = std::pair<std::string, Mesh>;
 
-/// Bent into most of a narrow ring: plain averaging pulls its nodes over the inner
+/// Curved into most of a narrow ring: plain averaging pulls its nodes over the inner
 /// wall, so the guard has work.
 inline Mesh horseshoe(ElementType type, int n) {
   const bool surface = element_shape(type).dimension == 2;

@@ -229,7 +229,7 @@ TEST_P(EveryWay, EndsAtTheSweepAtWhichTheCpuBackendEnds) {
   }
 }
 
-TEST_P(EveryWay, OnlyJudgesWithoutIterations) {
+TEST_P(EveryWay, OnlyEvaluatesWithoutIterations) {
   Comparison comparison(GetParam().name + ", no sweep");
   for (const auto& [name, mesh] : test::tiny_meshes()) {
     comparison.run(name, mesh, options(0, true));
@@ -309,7 +309,7 @@ TEST_P(OptimizeOfSize, EqualsTheCpuBackendAndItself) {
   }
 }
 
-// --- with the racing form -------------------------------------------------------
+// --- with the asynchronous form -------------------------------------------------------
 
 class EveryWayAndAsynchronous : public EveryWay {};
 INSTANTIATE_TEST_SUITE_P(Cuda, EveryWayAndAsynchronous, testing::ValuesIn(test::ways(true)),

@@ -43,7 +43,7 @@ const test::Way kEndlessJacobi{"jacobi", Laplacian{.relaxation = kShortStep}, Fo
 std::vector<test::Way> endless_ways() {
   return {kEndlessJacobi,
           {"gauss_seidel", Laplacian{.relaxation = kShortStep}, Form::gauss_seidel},
-          {"racing", Laplacian{.relaxation = kShortStep}, Form::asynchronous},
+          {"asynchronous", Laplacian{.relaxation = kShortStep}, Form::asynchronous},
           {"by_length", Laplacian{.weighting = Weighting::edge_length, .relaxation = kShortStep},
            Form::gauss_seidel},
           {"by_volume", Laplacian{.weighting = Weighting::ball_volume, .relaxation = kShortStep},

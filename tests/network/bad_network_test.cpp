@@ -239,7 +239,7 @@ class Reset : public ::testing::TestWithParam<v1::State> {
   Relay relay_{server_.server().port()};
 };
 
-TEST_P(Reset, IsMendedByTheClient) {
+TEST_P(Reset, IsRepairedByTheClient) {
   Conservation conservation(stub_);
   prepare();
   std::thread resetter([&] { reset_in_state(); });

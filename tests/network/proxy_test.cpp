@@ -317,7 +317,7 @@ TEST_P(BeforeSeveralServers, OneThatIsGoneIsNotMissed) {
   for (int i = 0; i < kTries; ++i) expect_smoothed(client, mesh_of_bytes(100'000));
 }
 
-// HAProxy asks /readyz, and not one call is refused. nginx cannot: calls that come to the server
+// HAProxy asks /readyz, and not one call is refused. nginx cannot: calls that reach the server
 // that leaves are told so, and the client tries again.
 TEST_P(BeforeSeveralServers, OneThatDrainsIsLeftOutAndNoCallFails) {
   server::ServerConfig config = is_haproxy() ? watched_config() : tcp_config();

@@ -132,7 +132,7 @@ TEST(Drain, StopsRunningJobsAfterTheGrace) {
   drained.wait();
 }
 
-TEST(Drain, EndsAtOnceWhenHurried) {
+TEST(Drain, EndsAtOnceWhenForced) {
   InProcessServer server(patient_config());
   Stub stub(connect(server));
   server.fake().hold();

@@ -125,7 +125,7 @@ TEST(DrainUnderLoad, LosesNoJobThatItAccepted) {
   EXPECT_EQ(seen, std::set<std::string>());
 }
 
-TEST(DrainUnderLoad, ASecondSignalHurries) {
+TEST(DrainUnderLoad, ASecondSignalForcesTheShutdown) {
   ServerProgram server(0, flags(1000));
   const Row row(500'000);  // goes on for much longer than the grace
   Stub stub(server.connect());

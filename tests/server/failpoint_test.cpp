@@ -162,8 +162,8 @@ TEST(ReservationFails, AtEveryPlaceInARowOfJobs) {
       }
     }
   }
-  // A call gives back what it held a little after its status has gone: several, one behind the
-  // other, may still hold theirs.
+  // A call gives back what it held a little after its status has gone: several, in sequence after
+  // the other, may still hold theirs.
   expect_nothing_reserved(stub);
   server.fake().set_estimate({.host_bytes = 60 << 20, .device_bytes = 0});
   SmoothCall first(stub), second(stub), third(stub);

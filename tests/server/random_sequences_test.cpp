@@ -1,4 +1,4 @@
-// Random sequences of calls on one job, judged by a model of what the protocol promises.
+// Random sequences of calls on one job, compared with a model of what the protocol promises.
 // MESHSMOOTH_RANDOM_SEQUENCES=10000 for the long form.
 #include <gtest/gtest.h>
 

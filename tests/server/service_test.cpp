@@ -65,7 +65,7 @@ TEST_F(Service, AcceptsBeforeAnyDataAndSaysWhatItReserved) {
   EXPECT_EQ(server_info(stub_).backends(0).reserved_bytes(), accepted.host_reserved_bytes());
 }
 
-TEST_F(Service, HandsTheElementTagsToTheSmootherAndReservesThem) {
+TEST_F(Service, HandsTheElementRegionsToTheSmootherAndReservesThem) {
   v1::JobSpec spec = TwoTetrahedra::spec();
   const auto reserved_for = [&] {
     SmoothCall call(stub_);

@@ -117,15 +117,15 @@ template <class Real>
 QualityStats measure_runs(const std::vector<ElementRun<Real>>& runs,
                           const SurfaceOrientation& orientation, QualityDetail quality_detail) {
   std::vector<ChunkSums> chunk_sums(runs.size());
-  tbb::enumerable_thread_specific<QualityAccumulator> tallies;
+  tbb::enumerable_thread_specific<QualityAccumulator> accumulators;
   parallel_for(runs.size(), [&](std::size_t r) {
     const auto accumulate =
         quality_detail == QualityDetail::brief ? accumulate_briefly<Real> : accumulate_run<Real>;
-    accumulate(runs[r], orientation, tallies.local(), chunk_sums[r]);
+    accumulate(runs[r], orientation, accumulators.local(), chunk_sums[r]);
   });
 
   QualityAccumulator total;
-  for (const QualityAccumulator& accumulate : tallies) total.merge(accumulate);
+  for (const QualityAccumulator& accumulate : accumulators) total.merge(accumulate);
   ChunkSums sums;
   for (const ChunkSums& chunk : chunk_sums) {
     for (std::size_t m = 0; m < kMetricCount; ++m) sums.values[m] += chunk.values[m];

@@ -19,7 +19,7 @@ struct PeerSweep {
   std::string skipped;
 };
 
-/// What a peer works on and is judged by.
+/// What a peer works on and is compared by.
 struct PeerInput {
   const HostTopology& topology;
   const std::vector<Vec3f>& positions;

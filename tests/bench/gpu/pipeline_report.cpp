@@ -13,9 +13,9 @@ std::string megabytes(std::int64_t bytes) { return number(static_cast<double>(by
 void print_pipeline(std::ostream& out, const PipelineReport& report) {
   out << "\nPipeline: smooth() from and to page-locked memory, medians, ms; tolerance 1e-4, form "
          "A,\n"
-         "no guard. The wall time has everything, also judging the mesh before and after.\n";
+         "no guard. The wall time has everything, also evaluating the mesh before and after.\n";
   Table table({"mesh", "type", "tetrahedra", "wall", "up", "neighbours", "boundary", "iterate",
-               "down", "judge", "sweeps", "inverted", "device MB"});
+               "down", "evaluate", "sweeps", "inverted", "device MB"});
   for (const MeshFigures& m : report.meshes) {
     const auto add = [&](const char* type, const std::optional<ProductFigures>& f) {
       if (!f) return;
@@ -33,22 +33,23 @@ void print_pipeline(std::ostream& out, const PipelineReport& report) {
   table.print(out);
 
   out << "\nThe same work by others, wall ms, and how many times faster the product (f32) is\n";
-  Table others({"mesh", "product", "less judging", "paper's best", "variant", "faster",
-                "faster less judging", "serial A", "faster", "CPU backend", "faster"});
+  Table others({"mesh", "product", "less evaluation", "paper's best", "variant", "faster",
+                "faster less evaluation", "serial A", "faster", "CPU backend", "faster"});
   for (const MeshFigures& m : report.meshes) {
     if (!m.product) continue;
     const double wall = m.product->wall_ms;
-    const double no_judge = wall - m.product->evaluate_ms;
-    std::vector<std::string> row = {m.mesh, number(wall), number(no_judge)};
+    const double no_evaluation = wall - m.product->evaluate_ms;
+    std::vector<std::string> row = {m.mesh, number(wall), number(no_evaluation)};
     if (m.paper && !m.paper->gpu.variants.empty()) {
       const VariantFigures& best = m.paper->gpu.best();
       const double serial = m.paper->serial.total_ms(IterationForm::a);
-      row.insert(row.end(), {number(best.pooled.wall),
-                             std::string(name_of(best.variant.form)) + " " +
-                                 std::string(name_of(best.variant.layout)) + " x" +
-                                 std::to_string(best.variant.block_count),
-                             ratio(best.pooled.wall / wall), ratio(best.pooled.wall / no_judge),
-                             number(serial), ratio(serial / wall)});
+      row.insert(row.end(),
+                 {number(best.pooled.wall),
+                  std::string(name_of(best.variant.form)) + " " +
+                      std::string(name_of(best.variant.layout)) + " x" +
+                      std::to_string(best.variant.block_count),
+                  ratio(best.pooled.wall / wall), ratio(best.pooled.wall / no_evaluation),
+                  number(serial), ratio(serial / wall)});
     } else {
       row.insert(row.end(), 6, "-");
     }
@@ -117,7 +118,7 @@ void print_sweeps(std::ostream& out, const PipelineReport& report) {
 void print_optimize(std::ostream& out, const PipelineReport& report) {
   out << "\nOptimize, balanced, f32: until the mean of the mean ratio is within 0.1 % of the\n"
          "converged one, and from 40 % inverted tetrahedra to none. Sweeps: without colouring and\n"
-         "what else comes before them. All: copies, neighbours, colouring and judging too.\n";
+         "what else comes before them. All: copies, neighbours, colouring and evaluation too.\n";
   Table table({"mesh", "goal", "inverted", "sweeps", "sweeps ms", "iterate ms", "all ms",
                "paper's best / all", "mean ratio", "worst", "from CPU's"});
   for (const MeshFigures& m : report.meshes) {
@@ -141,7 +142,7 @@ void print_rest(std::ostream& out, const PipelineReport& report) {
   if (!report.methods.empty()) {
     out << "\nMethods on the 100k cube, " << report.method_sweeps
         << " sweeps, guarded unless said, ms\n";
-    Table table({"method", "wall", "iterate", "judge", "sweeps", "colours", "inverted"});
+    Table table({"method", "wall", "iterate", "evaluate", "sweeps", "colours", "inverted"});
     for (const MethodFigures& method : report.methods) {
       if (!method.figures) {
         table.add({method.name, "failed"});

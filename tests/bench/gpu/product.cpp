@@ -20,7 +20,7 @@ ProductFigures measure_product(Smoother& smoother, const PinnedTopology& topolog
                                int repeats) {
   constexpr int kWarmUps = 2;
   const TopologyView view = topology.view();
-  std::vector<double> wall, upload, neighbours, boundary, iterate, judge, download;
+  std::vector<double> wall, upload, neighbours, boundary, iterate, evaluate, download;
   ProductFigures figures;
   for (int run = -kWarmUps; run < repeats; ++run) {
     positions.restore();
@@ -35,7 +35,7 @@ ProductFigures measure_product(Smoother& smoother, const PinnedTopology& topolog
     neighbours.push_back(1e3 * times.find_neighbours_seconds);
     boundary.push_back(1e3 * times.find_boundary_seconds);
     iterate.push_back(1e3 * times.iterate_seconds);
-    judge.push_back(1e3 * times.evaluate_seconds);
+    evaluate.push_back(1e3 * times.evaluate_seconds);
     download.push_back(1e3 * times.download_seconds);
   }
   figures.wall_ms = median(wall);
@@ -43,7 +43,7 @@ ProductFigures measure_product(Smoother& smoother, const PinnedTopology& topolog
   figures.neighbours_ms = median(neighbours);
   figures.boundary_ms = median(boundary);
   figures.iterate_ms = median(iterate);
-  figures.evaluate_ms = median(judge);
+  figures.evaluate_ms = median(evaluate);
   figures.download_ms = median(download);
   return figures;
 }

@@ -80,8 +80,8 @@ SerialFigures measure_serial(const BenchMesh& mesh, const PaperSettings& setting
           median(times_b),
           form_a.sweep_count,
           form_b.sweep_count,
-          judge(mesh, host, form_a.positions),
-          judge(mesh, host, form_b.positions)};
+          evaluate(mesh, host, form_a.positions),
+          evaluate(mesh, host, form_b.positions)};
 }
 
 /// Powers of two below the number of multiprocessors, and that number.
@@ -164,11 +164,11 @@ class GpuMeasurement {
     if (first.empty()) {
       first = run.positions;
     } else if (same_bits(first, run.positions)) {
-      return;  // judged already
+      return;  // evaluated already
     } else {
       figures.same_bits = false;
     }
-    const Findings found = judge(mesh_, host_, run.positions);
+    const Findings found = evaluate(mesh_, host_, run.positions);
     figures.worst.largest_move = std::max(figures.worst.largest_move, found.largest_move);
     figures.worst.inverted_count = std::max(figures.worst.inverted_count, found.inverted_count);
   }
@@ -288,8 +288,8 @@ const VariantFigures& GpuFigures::best() const {
                            });
 }
 
-Findings judge(const BenchMesh& mesh, const HostTopology& host,
-               const std::vector<Vec3f>& positions) {
+Findings evaluate(const BenchMesh& mesh, const HostTopology& host,
+                  const std::vector<Vec3f>& positions) {
   const ElementBlockView block = {ElementType::tetrahedron, mesh.tetrahedra};
   const TopologyView topology = {mesh.node_count(), {&block, 1}, {}};
   const PositionsView view = std::span<const Vec3f>(positions);
@@ -310,7 +310,7 @@ PaperFigures measure_paper(const BenchMesh& mesh, const PaperSettings& settings,
   figures.boundary_count = static_cast<std::size_t>(
       std::count(host.boundary.begin(), host.boundary.end(), std::uint8_t{1}));
   figures.tolerance = settings.tolerance;
-  figures.before = judge(mesh, host, mesh.float_positions());
+  figures.before = evaluate(mesh, host, mesh.float_positions());
   if (settings.with_gpu) {
     figures.gpu = GpuMeasurement(mesh, settings, host, form_a, figures.errors).measure();
   }

@@ -82,13 +82,13 @@ struct PaperSettings {
   bool with_plain_memory = true;
 };
 
-/// The serial algorithm and the twelve variants on one mesh, each judged against
+/// The serial algorithm and the twelve variants on one mesh, each compared with
 /// the serial one. `host` receives the serial topology.
 [[nodiscard]] PaperFigures measure_paper(const BenchMesh& mesh, const PaperSettings& settings,
                                          HostTopology& host);
 
-[[nodiscard]] Findings judge(const BenchMesh& mesh, const HostTopology& host,
-                             const std::vector<Vec3f>& positions);
+[[nodiscard]] Findings evaluate(const BenchMesh& mesh, const HostTopology& host,
+                                const std::vector<Vec3f>& positions);
 
 [[nodiscard]] Json to_json(const PaperFigures& figures);
 

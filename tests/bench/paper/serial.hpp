@@ -7,7 +7,7 @@
 #include "meshsmooth/mesh.hpp"
 
 /// The serial algorithm of Xiao et al. 2019 on one core: the slow and obvious
-/// version that judges the others.
+/// version with which the others are compared.
 namespace meshsmooth::bench {
 
 /// Rings: the neighbours of node n are entries[starts[n]] … entries[starts[n + 1]],

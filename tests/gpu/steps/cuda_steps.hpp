@@ -64,7 +64,7 @@ struct DeviceVisit {
 enum class SweepKernel {
   resident,     // Jacobi in shared memory; float32, uniform mean
   jacobi,       // Jacobi in device memory
-  jacobi_sell,  // the same with sliced rings; uniform mean
+  jacobi_sell,  // the same with rings in SELL; uniform mean
   coloured_8,   // Gauss-Seidel, so many threads to a node
   coloured_16,
   coloured_32,

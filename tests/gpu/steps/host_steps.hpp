@@ -1,7 +1,7 @@
 #pragma once
 
-// The same steps on the CPU, for what the oracle has no formula of. The CPU backend is judged by
-// the oracle in tests/core.
+// The same steps on the CPU, for what the oracle has no formula of. The CPU backend is compared
+// with the oracle in tests/core.
 
 #include "gpu/steps/cuda_steps.hpp"
 #include "gpu/steps/on_executor.hpp"

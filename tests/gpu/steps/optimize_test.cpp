@@ -1,6 +1,6 @@
 // The phases of Optimize on the CUDA backend, each on topology from the oracle. A visit has no
-// formula that is short and obvious, so the CPU backend judges it; what it comes to on balls that
-// one sees through, and the energy, are judged by hand and by the oracle.
+// formula that is short and obvious, so it is compared with the CPU backend; its result on balls
+// that one sees through, and the energy, are checked by hand and by the oracle.
 
 #include <gmock/gmock.h>
 

@@ -388,7 +388,8 @@ TEST_F(CudaSweepSteps, MoveASingleNodeAsynchronously) {
 
 class CudaLimitMoves : public test::CudaTest {};
 
-/// Nodes that moved together are cut back together: no formula node by node, so the CPU judges.
+/// Nodes that moved together are cut back together: no formula node by node, so it is compared with
+/// the CPU.
 TEST_F(CudaLimitMoves, CutBackWhatTheCpuCutsBack) {
   int held = 0;
   for (const ElementType type : kElementTypes) {

@@ -38,16 +38,16 @@ DeviceOrder order_nodes(const std::vector<Vec3<Real>>& positions) {
 }
 
 /// Device rows by the caller's ids.
-template <class Out, class Id, class CallerOf>
+template <class Out, class Id, class CallerIdOf>
 std::vector<std::vector<Out>> lists(CudaExecutor& executor, const std::vector<NodeId>& nodes,
-                                    const detail::Rows<Id>& rows, const CallerOf& caller_of) {
+                                    const detail::Rows<Id>& rows, const CallerIdOf& caller_id_of) {
   const auto offsets = downloaded(executor, rows.offsets, nodes.size() + 1);
   const auto entries = downloaded(executor, rows.entries, static_cast<std::size_t>(offsets.back()));
   std::vector<std::vector<Out>> result(nodes.size());
   for (std::size_t n = 0; n < nodes.size(); ++n) {
     auto& list = result[static_cast<std::size_t>(nodes[n])];
     for (std::int64_t k = offsets[n]; k < offsets[n + 1]; ++k) {
-      list.push_back(caller_of(entries[static_cast<std::size_t>(k)]));
+      list.push_back(caller_id_of(entries[static_cast<std::size_t>(k)]));
     }
   }
   return result;

@@ -13,8 +13,8 @@ MESHSMOOTH_HD inline double tetrahedron_quality(Vec3d origin, Vec3d p1, Vec3d p2
   const Vec3d ab = b - a, ac = c - a, bc = c - b;
   const double length = aa + bb + cc + dot(ab, ab) + dot(ac, ac) + dot(bc, bc);
   if (!(det * det > kSignBound * kSignBound * (aa * bb * cc))) return 0.0;
-  const double score = 432.0 * (det * det) / (length * length * length);
-  return det > 0 ? score : -score;
+  const double mean_ratio = 432.0 * (det * det) / (length * length * length);
+  return det > 0 ? mean_ratio : -mean_ratio;
 }
 
 /// The quality by which the rules compare elements: above 0 if and only if every corner is
@@ -34,12 +34,12 @@ MESHSMOOTH_HD double element_quality(const ElementShape& shape, const Get& get, 
     const CornerGeometry corner = corner_geometry(shape, k, get, reference);
     const double det = corner.determinant / shape.ideal.determinant;
     const double size = corner.shape_norm_squared;
-    double score = 0;
+    double mean_ratio = 0;
     if (corner.sign != 0) {
-      score = shape.dimension == 2 ? 2.0 * det / size
-                                   : corner.sign * 27.0 * det * det / (size * size * size);
+      mean_ratio = shape.dimension == 2 ? 2.0 * det / size
+                                        : corner.sign * 27.0 * det * det / (size * size * size);
     }
-    if (!(score >= worst)) worst = score;
+    if (!(mean_ratio >= worst)) worst = mean_ratio;
   }
   return worst;
 }
