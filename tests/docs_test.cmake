@@ -4,10 +4,10 @@
 cmake_minimum_required(VERSION 3.25)
 
 file(READ ${ROOT}/README.md readme)
-file(READ ${ROOT}/tests/package/main.cpp example)
+file(READ ${ROOT}/examples/smooth.cpp example)
 string(FIND "${readme}" "```cpp\n${example}```" place)
 if(place EQUAL -1)
-  message(SEND_ERROR "README.md: the C++ example differs from tests/package/main.cpp")
+  message(SEND_ERROR "README.md: the C++ example differs from examples/smooth.cpp")
 endif()
 
 file(READ ${ROOT}/docs/protocol.md protocol)

@@ -210,8 +210,8 @@ TEST_F(ResultStreamTest, FailsWhenTheJobIsAskedToStopInItsOwnTurn) {
         std::tuple{JobState::running, "", ""}, std::tuple{JobState::sending, "WHY", "WHY"}}) {
     become(state);
     ResultStream uploading(options()), watching(attached);
-    EXPECT_EQ(reason_of(uploading.notice(job_)), own) << state_name(state);
-    EXPECT_EQ(reason_of(watching.notice(job_)), other) << state_name(state);
+    EXPECT_EQ(reason_of(uploading.notice(job_)), own) << job_state_name(state);
+    EXPECT_EQ(reason_of(watching.notice(job_)), other) << job_state_name(state);
   }
 }
 
