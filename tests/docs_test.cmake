@@ -1,13 +1,13 @@
 # What the documents say of the code is true where that can be checked: the README's example
-# is the program that tests/package builds and runs, and docs/protocol.md lists every reason
+# is examples/smooth.cpp, which tests/package builds and runs, and docs/protocol.md lists every reason
 # that the sources give, and no other. Run by ctest: cmake -DROOT=… -P docs_test.cmake
 cmake_minimum_required(VERSION 3.25)
 
 file(READ ${ROOT}/README.md readme)
-file(READ ${ROOT}/tests/package/main.cpp example)
+file(READ ${ROOT}/examples/smooth.cpp example)
 string(FIND "${readme}" "```cpp\n${example}```" place)
 if(place EQUAL -1)
-  message(SEND_ERROR "README.md: the C++ example differs from tests/package/main.cpp")
+  message(SEND_ERROR "README.md: the C++ example differs from examples/smooth.cpp")
 endif()
 
 file(READ ${ROOT}/docs/protocol.md protocol)
