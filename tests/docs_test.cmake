@@ -1,5 +1,5 @@
 # What the documents say of the code is true where that can be checked: the README's example
-# is the program that tests/package builds and runs, and docs/protocol.md lists every reason
+# is examples/smooth.cpp, which tests/package builds and runs, and docs/protocol.md lists every reason
 # that the sources give, and no other. Run by ctest: cmake -DROOT=… -P docs_test.cmake
 cmake_minimum_required(VERSION 3.25)
 

@@ -65,7 +65,7 @@ struct JobProgress {
 /// The options of one call.
 struct RequestOptions {
   std::string request_id;        ///< A UUID; empty: a new one.
-  std::string backend = "auto";  ///< "auto", "cpu" or "cuda".
+  std::string backend = "auto";  ///< A name of backend_name.hpp without a device.
   /// Timeout of the whole call. Unset: 10 minutes, plus 1 s per MB of the mesh, plus 10 us per
   /// element and allowed iteration; at most a week.
   std::optional<std::chrono::nanoseconds> timeout;

@@ -160,7 +160,7 @@ struct BackendInfo {
 
 /// Creates a smoother.
 ///
-/// @param backend       "auto" (the first available), "cpu", "cuda" or "cuda:N"
+/// @param backend       a name as backend_name.hpp has it; "auto": the first available
 /// @param thread_count  of the CPU backend; 0: all cores
 /// @throws NotSupported (BACKEND_NOT_AVAILABLE)
 [[nodiscard]] std::unique_ptr<Smoother> make_smoother(std::string_view backend = "auto",
