@@ -144,6 +144,7 @@ void add_smooth_command(CLI::App& app, Action& action) {
   CLI::App* sub = app.add_subcommand("smooth", "Smooth a mesh file");
   sub->add_option("IN", command->input, "Mesh file: " + formats::readable_extensions())->required();
   add_server_flags(*sub, command->server, false);
+  add_output_flags(*sub, command->output);
   add_smooth_flags(*sub, command->smoothing);
   sub->add_option("--fixed-nodes", command->fixed_nodes,
                   "File of nodes to fix: a node index (from 0) per line, # comments");

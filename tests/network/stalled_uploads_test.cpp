@@ -22,21 +22,22 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::int64_t kMiB = 1 << 20;
 
-/// A job of which more than 1 MiB of elements are announced.
-v1::JobSpec large_spec() {
+/// A job of so many tetrahedra, whose nodes are 16 bytes each: 2 MiB and 16 MiB.
+constexpr std::int64_t kModerate = kMiB / 8, kLarge = kMiB;
+v1::JobSpec spec_of(std::int64_t element_count) {
   v1::JobSpec spec = TwoTetrahedra::spec();
-  spec.mutable_inline_topology()->mutable_element_blocks(0)->set_element_count(kMiB);
+  spec.mutable_inline_topology()->mutable_element_blocks(0)->set_element_count(element_count);
   return spec;
 }
 
 /// Anonymous calls over two connections, each of which sends 1 MiB of its mesh and stops.
 class StalledUploads {
  public:
-  StalledUploads(const ServerProgram& server, int count) {
+  StalledUploads(const ServerProgram& server, int count, std::int64_t element_count) {
     for (int i = 0; i < 2; ++i) stubs_.push_back(std::make_unique<Stub>(server.connect()));
     for (int i = 0; i < count; ++i) {
       SmoothCall& call = calls_.emplace_back(*stubs_[static_cast<std::size_t>(i) % 2]);
-      call.send(large_spec());
+      call.send(spec_of(element_count));
     }
     for (SmoothCall& call : calls_) {
       const auto response = call.read();
@@ -76,7 +77,7 @@ TEST(StalledUploadsTest, DoNotLockOutStrangersWithDefaultSettings) {
   Stub stub(server.connect());
   time_of_small_job(server);  // the first pays for what is loaded once
 
-  const StalledUploads stalled(server, 150);
+  const StalledUploads stalled(server, 150, kModerate);
   EXPECT_GT(jobs_receiving(stub), 100);  // more than the queue has places
 
   EXPECT_LE(time_of_small_job(server), 1s);
@@ -87,7 +88,7 @@ TEST(StalledUploadsTest, LeaveMemoryToStrangersWhereAllOfThemDoNotFit) {
   Stub stub(server.connect());
   time_of_small_job(server);
 
-  const StalledUploads stalled(server, 150);
+  const StalledUploads stalled(server, 150, kLarge);
   EXPECT_LT(stalled.accepted(), 150);
   EXPECT_GT(stalled.accepted(), 2);
 
@@ -100,7 +101,7 @@ TEST(StalledUploadsTest, ThatTrickleAreEndedByName) {
       0, {"--min-upload-bytes-per-second", "1GiB", "--upload-rate-window-seconds", "0.2"});
   Stub stub(server.connect());
   SmoothCall call(stub);
-  call.send(large_spec());
+  call.send(spec_of(kLarge));
   call.read_accepted();
   // Byte by byte, as fast as it goes: never idle, and still too slow.
   for (std::int64_t i = 0; call.send(chunk(v1::ARRAY_ID_ELEMENTS, i, "x")); ++i) {
@@ -116,7 +117,7 @@ TEST(StalledUploadsTest, ThatStopAreEndedByName) {
   const ServerProgram server(0, {"--upload-rate-window-seconds", "0.2"});
   Stub stub(server.connect());
   SmoothCall call(stub);
-  call.send(large_spec());
+  call.send(spec_of(kLarge));
   call.read_accepted();
 
   EXPECT_EQ(call.finish().error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
