@@ -172,7 +172,7 @@ TEST_F(CudaWriteBack, GivesTheCallerFreeNodesInHisOrderAndLeavesTheOthers) {
       std::int64_t count = 0;
       for (std::size_t n = 0; n < expected.size(); ++n) {
         if (held[n]) continue;
-        expected[n] = float32 ? vec3_cast<double>(vec3_cast<float>(moved[n])) : moved[n];
+        expected[n] = float32 ? test::rounded_to_float32(moved[n]) : moved[n];
         ++count;
       }
 

@@ -30,13 +30,14 @@ double largest_distance(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b
   return largest;
 }
 
-/// A team adds up a ball in another order, and may fuse multiplications and additions.
+/// A team adds up a ball in another order, and may fuse multiplications and additions; in tangled
+/// balls this grows to some 1e-10 of the mesh.
 void expect_as_on_host(const FlatMesh& flat, const PhaseRequest& request, bool float32) {
   const PhaseResult expected = test::optimize_on_host(flat, float32, request);
 
   const PhaseResult found = optimize_on_device(flat, float32, request);
 
-  const double near = float32 ? 1e-6 : 1e-10;
+  const double near = float32 ? 1e-6 : 1e-9;
   EXPECT_LE(largest_distance(found.positions, expected.positions), near * flat.diagonal);
   EXPECT_EQ(found.sweeps, expected.sweeps);
   EXPECT_EQ(found.tangled, expected.tangled);

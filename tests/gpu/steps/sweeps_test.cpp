@@ -55,8 +55,7 @@ void expect_sweeps(const DeviceSweeps& found, const FlatMesh& flat, const Points
   EXPECT_LE(test::oracle::max_distance(in_callers_order(flat, found.positions), expected), near);
   for (std::size_t n = 0; n < flat.node_count(); ++n) {
     if (flat.fixed[n] == 0) continue;
-    const Vec3d given =
-        float32 ? vec3_cast<double>(vec3_cast<float>(flat.positions[n])) : flat.positions[n];
+    const Vec3d given = float32 ? test::rounded_to_float32(flat.positions[n]) : flat.positions[n];
     EXPECT_EQ(found.positions[n], given) << "fixed node " << flat.caller_ids[n];
   }
   double squares = 0;
