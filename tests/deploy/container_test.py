@@ -134,7 +134,9 @@ class Containers(CliTest):
                         exit_code=127)
         self.assertEqual(self.inspect(self.image, ".Config.User"), "65532:65532")
         self.assertIn("org.opencontainers.image.version", self.inspect(self.image, ".Config.Labels"))
-        container = self.docker("create", self.image).strip()
+        # Named, as the engine may write warnings beside an id.
+        container = self.folder.name
+        self.docker("create", "--name", container, self.image)
         self.addCleanup(self.docker, "rm", container)
         target = self.folder / "sbom.spdx"
         self.docker("cp", f"{container}:/usr/share/meshsmooth/sbom.spdx", target)
