@@ -43,10 +43,12 @@ def main():
         for program, rest in commands_in(page.read_text(encoding="utf-8")):
             command = [programs[program]]
             if program == "meshsmooth" and not rest.startswith("-"):
-                name = rest.split()[0]
+                name, *words = rest.split()
                 if not re.fullmatch("[a-z]+", name):
                     continue
                 command.append(name)
+                if name == "generate" and words and re.fullmatch("[a-z-]+", words[0]):
+                    command.append(words[0])  # each shape has its own flags
             known = flags_of(*command)
             count += 1
             if known is None:

@@ -1,38 +1,21 @@
+#include <CLI/Formatter.hpp>
 #include <CLI/Option.hpp>
-#include <CLI/Validators.hpp>
 #include <filesystem>
 #include <iostream>
-#include <map>
 #include <memory>
 
 #include "commands.hpp"
-#include "generate.hpp"
-#include "mesh_file.hpp"
+#include "generate_shapes.hpp"
 #include "readable.hpp"
 
 namespace meshsmooth::cli {
 namespace {
 
-struct GenerateCommand {
-  std::string shape;
-  std::size_t node_count = 10000;
-  std::uint64_t seed = 1;
-  double tangle = 0;
-  std::filesystem::path output;
-};
-
-using Generator = Mesh (*)(std::size_t, std::uint64_t, double);
-const std::map<std::string, Generator> kGenerators = {
-    {"cube", formats::generate_cube},   {"slope", formats::generate_slope},
-    {"mixed", formats::generate_mixed}, {"square", formats::generate_square},
-    {"ball", formats::generate_ball},   {"pipe", formats::generate_pipe}};
-
-ExitCode run(const GenerateCommand& command) {
-  formats::check_writable(command.output);
-  const formats::MeshFile file(
-      kGenerators.at(command.shape)(command.node_count, command.seed, command.tangle));
-  formats::write_mesh_file(command.output, file);
-  std::cout << command.output.string() << ": "
+ExitCode run(const std::filesystem::path& output, const std::function<formats::MeshFile()>& make) {
+  formats::check_writable(output);
+  const formats::MeshFile file = make();
+  formats::write_mesh_file(output, file);
+  std::cout << output.string() << ": "
             << counted(static_cast<std::int64_t>(file.mesh.node_count()), "node");
   for (const ElementBlock& block : file.mesh.blocks) {
     const ElementShape& shape = element_shape(block.type);
@@ -43,24 +26,50 @@ ExitCode run(const GenerateCommand& command) {
   return ExitCode::done;
 }
 
+/// The help of `generate` itself.
+class ShapesFormatter : public CLI::Formatter {
+ public:
+  std::string make_usage(const CLI::App*, std::string name) const override {
+    return "Usage: " + name + " SHAPE [OPTIONS]\n";
+  }
+};
+
+/// The names of the commands below this one, "bar, hub".
+std::string names_below(const CLI::App& command) {
+  std::string names;
+  for (const CLI::App* below : command.get_subcommands({})) {
+    names += (names.empty() ? "" : ", ") + below->get_name();
+  }
+  return names;
+}
+
 }  // namespace
 
-void add_generate_command(CLI::App& app, Action& action) {
-  auto command = std::make_shared<GenerateCommand>();
-  CLI::App* sub = app.add_subcommand("generate", "Make a test mesh, the same for the same seed");
-  sub->add_option("SHAPE", command->shape,
-                  "cube (of the paper) | slope | mixed (all volume elements) | square (triangles) "
-                  "| ball | pipe (tetrahedra with curved sides)")
-      ->required()
-      ->check(CLI::IsMember({"cube", "slope", "mixed", "square", "ball", "pipe"}));
-  sub->add_option("--nodes", command->node_count, "Number of nodes")->capture_default_str();
-  sub->add_option("--seed", command->seed, "Of the random positions")->capture_default_str();
-  sub->add_option("--tangle", command->tangle, "About this share of the elements is inverted")
-      ->capture_default_str();
-  sub->add_option("-o,--output", command->output,
-                  "Where it goes: " + formats::writable_extensions())
+CLI::App& ShapeCommands::add(const std::string& shape, const std::string& description,
+                             std::function<formats::MeshFile()> make) {
+  CLI::App* sub = generate_.add_subcommand(shape, description);
+  auto output = std::make_shared<std::filesystem::path>();
+  sub->add_option("-o,--output", *output, "Where it goes: " + formats::writable_extensions())
       ->required();
-  sub->callback([&action, command] { action = [command] { return run(*command); }; });
+  sub->callback([&action = action_, output, make = std::move(make)] {
+    action = [output, make] { return run(*output, make); };
+  });
+  return *sub;
+}
+
+void add_generate_command(CLI::App& app, Action& action) {
+  CLI::App* sub = app.add_subcommand(
+      "generate", "Make a test mesh, the same for the same options; SHAPE --help lists them");
+  sub->require_subcommand(1);
+  ShapeCommands commands(*sub, action);
+  add_random_shapes(commands);
+  add_case_shapes(commands);
+  sub->formatter(std::make_shared<ShapesFormatter>());  // not of the shapes, which are there
+  // Takes what is no shape, to name the shapes in the error.
+  sub->add_option("SHAPE")->group("")->check([sub](const std::string& word) -> std::string {
+    throw CLI::InvalidError("no shape " + word + "; there are " + names_below(*sub),
+                            CLI::ExitCodes::InvalidError);
+  });
 }
 
 }  // namespace meshsmooth::cli
