@@ -52,7 +52,7 @@ class CudaBackend {
   template <class Real>
   void optimize_phase(OptimizeSweeper<CudaExecutor, Real>& sweeper, const OptimizePhase& phase,
                       PhaseMonitor& monitor) {
-    run_phase(executor_, sweeper, phase, monitor);
+    run_phase(executor_, sweeper, phase, monitor, [&] { return sweeper.measure(phase.power); });
   }
 
   template <class Real>

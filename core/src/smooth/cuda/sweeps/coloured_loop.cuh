@@ -27,10 +27,12 @@ class ColouredLoop {
     ahead_.fetch();
   }
 
-  /// One sweep over all colours, without the barrier at its end. `visit(now, fetch_next)` visits a
-  /// node and calls `fetch_next()` once, where its loads have the registers that they need.
-  template <class Grid, class Visit>
-  __device__ void sweep(const Grid& grid, const Visit& visit) {
+  /// One sweep over all colours, without the barrier at its end. `visit(now)` visits a node,
+  /// `finish(found)` takes what that returned. Two functors, so that `visit` is inlined here and
+  /// not into another functor first: which multiply-adds nvcc fuses depends on it, hence the bits
+  /// of the optimizer on surfaces in float64.
+  template <class Grid, class Visit, class Finish>
+  __device__ void sweep(const Grid& grid, const Visit& visit, const Finish& finish) {
     const std::uint32_t teams = gridDim.x * kThreads / kTeam;
     for (int c = 0; c < nodes_.colour_count; ++c) {
       const int next_colour = c + 1 < nodes_.colour_count ? c + 1 : 0;
@@ -44,7 +46,8 @@ class ColouredLoop {
         const Ahead now = ahead_;
         n_ += teams;
         ahead_.ball = record_at(n_ < end_ ? n_ : next_begin + own_);
-        visit(now, [&] { ahead_.fetch(); });
+        finish(visit(now));
+        ahead_.fetch();
       }
       n_ = next_begin + own_;
       end_ = next_end;

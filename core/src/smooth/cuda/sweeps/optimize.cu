@@ -35,7 +35,8 @@ __global__ void __launch_bounds__(kBlockSize)
 
 template <Balls kBalls, bool kBound, int kTeam, class Real>
 void run_with(CudaExecutor& executor, OptimizeSweeper<CudaExecutor, Real>& sweeper,
-              const OptimizePhase& phase, PhaseMonitor& monitor) {
+              const OptimizePhase& phase, PhaseMonitor& monitor,
+              const std::function<MeshEnergy()>& measure) {
   constexpr auto kKernel = &optimize_kernel<kBalls, kBound, kTeam, Real>;
   constexpr int kMostSweeps = 50;  // of a batch
   const Surroundings& around = sweeper.around();
@@ -63,7 +64,7 @@ void run_with(CudaExecutor& executor, OptimizeSweeper<CudaExecutor, Real>& sweep
       [&] {
         if (monitor.needs_energy()) {
           unpad_positions(executor, around.node_count, x, sweeper.positions());
-          const MeshEnergy energy = sweeper.measure(phase.power);
+          const MeshEnergy energy = measure();
           return monitor.ended_by(stats[0], &energy);
         }
         executor.synchronize();
@@ -86,25 +87,29 @@ DeviceBuffer<NodeId> find_opposite_nodes(CudaExecutor& executor, const Surroundi
 
 template <class Real>
 void run_phase(CudaExecutor& executor, OptimizeSweeper<CudaExecutor, Real>& sweeper,
-               const OptimizePhase& phase, PhaseMonitor& monitor) {
+               const OptimizePhase& phase, PhaseMonitor& monitor,
+               const std::function<MeshEnergy()>& measure) {
   const Surroundings& around = sweeper.around();
   const bool bound = sweeper.displacement_limit().home != nullptr || around.sliding.any();
   const std::size_t n = around.node_count;
   if (sweeper.surface()) {
-    return run_with<Balls::surface, true, 8>(executor, sweeper, phase, monitor);
+    return run_with<Balls::surface, true, 8>(executor, sweeper, phase, monitor, measure);
   }
   if (around.opposite == nullptr) {
-    return run_with<Balls::volume, true, 8>(executor, sweeper, phase, monitor);
+    return run_with<Balls::volume, true, 8>(executor, sweeper, phase, monitor, measure);
   }
-  if (bound) return run_with<Balls::tetrahedra, true, 8>(executor, sweeper, phase, monitor);
-  if (n < 30000) return run_with<Balls::tetrahedra, false, 32>(executor, sweeper, phase, monitor);
-  if (n < 300000) return run_with<Balls::tetrahedra, false, 16>(executor, sweeper, phase, monitor);
-  run_with<Balls::tetrahedra, false, 8>(executor, sweeper, phase, monitor);
+  if (bound)
+    return run_with<Balls::tetrahedra, true, 8>(executor, sweeper, phase, monitor, measure);
+  if (n < 30000)
+    return run_with<Balls::tetrahedra, false, 32>(executor, sweeper, phase, monitor, measure);
+  if (n < 300000)
+    return run_with<Balls::tetrahedra, false, 16>(executor, sweeper, phase, monitor, measure);
+  run_with<Balls::tetrahedra, false, 8>(executor, sweeper, phase, monitor, measure);
 }
 
 template void run_phase(CudaExecutor&, OptimizeSweeper<CudaExecutor, float>&, const OptimizePhase&,
-                        PhaseMonitor&);
+                        PhaseMonitor&, const std::function<MeshEnergy()>&);
 template void run_phase(CudaExecutor&, OptimizeSweeper<CudaExecutor, double>&, const OptimizePhase&,
-                        PhaseMonitor&);
+                        PhaseMonitor&, const std::function<MeshEnergy()>&);
 
 }  // namespace meshsmooth::detail

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+
 #include "smooth/cuda/device/executor.cuh"
 #include "smooth/steps/optimize_sweeper.hpp"
 #include "smooth/steps/phase_monitor.hpp"
@@ -12,9 +14,11 @@ namespace meshsmooth::detail {
 
 /// Runs a phase of the optimizer without the host between the sweeps, a team of threads per node.
 /// Compiled in a translation unit of its own whose multiplications and additions may be fused: the
-/// backends agree up to rounding. Defined for float and double.
+/// backends agree up to rounding. `measure` gives the energy of the mesh; it comes from the caller,
+/// so that all energies are rounded by the same code. Defined for float and double.
 template <class Real>
 void run_phase(CudaExecutor& executor, OptimizeSweeper<CudaExecutor, Real>& sweeper,
-               const OptimizePhase& phase, PhaseMonitor& monitor);
+               const OptimizePhase& phase, PhaseMonitor& monitor,
+               const std::function<MeshEnergy()>& measure);
 
 }  // namespace meshsmooth::detail

@@ -130,10 +130,8 @@ __global__ void __launch_bounds__(kOptimizeThreads, 4)
   int sweep = 0;
   for (bool last = false; !last; ++sweep) {
     if (team.rank == 0) seen = {};
-    loop.sweep(grid, [&](const Ahead& now, const auto& fetch_next) {
-      const OptimizeStats did = visit(now);
-      if (team.rank == 0) seen = seen + did;
-      fetch_next();
+    loop.sweep(grid, visit, [&](const OptimizeStats& found) {
+      if (team.rank == 0) seen = seen + found;
     });
     __syncthreads();  // the sums overwrite the terms
     const OptimizeStats stats = sum_over_grid(grid, team.rank == 0 ? seen : OptimizeStats{},

@@ -63,6 +63,15 @@ struct NodeVisit {
   }
 };
 
+/// What a visit found.
+template <class Real>
+struct NodeMove {
+  std::size_t node;
+  Vec3<Real> before;
+  Vec3<Real> after{};
+  bool held = false;
+};
+
 /// `move_node` with the mean of the ring, by a team: ball and ring are fetched together.
 template <class Team, class P>
 __device__ Vec3<typename P::Real> move_to_mean(const Team& team, const Surroundings& around,
@@ -104,25 +113,26 @@ __global__ void __launch_bounds__(kBlockSize, 2)
   const Team team;
   // A constant, so that no code for facets is generated.
   const Acceptance accepted{acceptance.guard, acceptance.smart, false};
+  const auto visit = [&](const NodeVisit<Team>& now) {
+    const auto node = static_cast<std::size_t>(now.ball.node);
+    NodeMove<Real> move{node, x[node]};
+    if constexpr (std::is_same_v<Mean, UniformMean>) {
+      move.after = move_to_mean(team, around, x, now, factor, accepted, move.held);
+    } else {
+      move.after = move_node(team, around, x, node, mean, factor, accepted, move.held);
+    }
+    return move;
+  };
+
   ColouredLoop<kTeam, kBlockSize, NodeVisit<Team>> loop(nodes, {team, around});
   int sweep = 0;
   for (bool last = false; !last; ++sweep) {
     SweepStats seen;
-    loop.sweep(grid, [&](const NodeVisit<Team>& visit, const auto& fetch_next) {
-      const auto node = static_cast<std::size_t>(visit.ball.node);
-      bool held = false;
-      const Vec3<Real> before = x[node];
-      Vec3<Real> position;
-      if constexpr (std::is_same_v<Mean, UniformMean>) {
-        position = move_to_mean(team, around, x, visit, factor, accepted, held);
-      } else {
-        position = move_node(team, around, x, node, mean, factor, accepted, held);
-      }
-      fetch_next();
+    loop.sweep(grid, visit, [&](const NodeMove<Real>& move) {
       __syncwarp(team.mask);
       if (team.rank != 0) return;
-      x.store(node, position);
-      seen = seen + stats_of_move(before, position, held);
+      x.store(move.node, move.after);
+      seen = seen + stats_of_move(move.before, move.after, move.held);
     });
     last = end_sweep(grid, batch, sweep, seen, shared);
   }
