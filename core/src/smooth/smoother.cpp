@@ -35,7 +35,7 @@ struct UnpreparedTopology final : PreparedTopology {
 
 std::shared_ptr<const PreparedTopology> Smoother::prepare(const TopologyView& topology,
                                                           const JobControl&) {
-  auto result = std::make_shared<UnpreparedTopology>();
+  auto result = std::make_shared<PreparedTopology>();
   result->topology = topology;
   return result;
 }

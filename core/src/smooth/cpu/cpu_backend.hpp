@@ -6,7 +6,7 @@
 
 #include "smooth/cpu/colouring.hpp"
 #include "smooth/cpu/optimize_phase.hpp"
-#include "smooth/cpu/prepared_topology.hpp"
+#include "smooth/cpu/prepare.hpp"
 #include "smooth/steps/backend.hpp"
 
 namespace meshsmooth::detail {
