@@ -4,7 +4,7 @@
 #include <bit>
 #include <iterator>
 
-#include "smooth/cuda/device/page_lock.hpp"
+#include "smooth/cuda/device/smoother.hpp"
 
 namespace meshsmooth {
 namespace {
