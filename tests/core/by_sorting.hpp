@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "smooth/cpu/cpu_executor.hpp"
-#include "smooth/rules/facet_key.hpp"
+#include "smooth/rules/topology.hpp"
 #include "smooth/steps/rows.hpp"
 
 namespace meshsmooth::detail {

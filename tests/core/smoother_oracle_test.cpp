@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "core/smoothing.hpp"
-#include "smooth/steps/colouring.hpp"
+#include "smooth/rules/colouring_rule.hpp"
 
 namespace meshsmooth {
 namespace {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <optional>
@@ -40,13 +41,9 @@ struct BackendName {
 /// Nothing when the text is no name of a backend.
 [[nodiscard]] inline std::optional<BackendName> parse_backend_name(std::string_view text) {
   const std::size_t colon = text.find(':');
-  BackendName name;
-  std::size_t kind = 0;
-  while (kind < kBackendKindNames.size() && text.substr(0, colon) != kBackendKindNames[kind]) {
-    ++kind;
-  }
-  if (kind == kBackendKindNames.size()) return std::nullopt;
-  name.kind = static_cast<BackendKind>(kind);
+  const auto found = std::ranges::find(kBackendKindNames, text.substr(0, colon));
+  if (found == kBackendKindNames.end()) return std::nullopt;
+  BackendName name{static_cast<BackendKind>(found - kBackendKindNames.begin())};
   if (colon == std::string_view::npos) return name;
   const char* const end = text.data() + text.size();
   int device = -1;

@@ -43,11 +43,11 @@ struct ErrorReason {
   ErrorOrigin origin;
   StatusCode status;  // of the call
   ExitCode exit_code;
+  std::string_view metadata;      // keys of the details, separated by ", "
+  std::string_view meaning;       // one line
+  std::string_view retry = "no";  // "yes, after the delay" …
   /// RetryInfo of errors that carry no delay of their own; unset: none.
-  std::optional<std::chrono::milliseconds> retry_delay;
-  std::string_view retry;     // "no", "yes, after the delay" …
-  std::string_view metadata;  // keys of the details, separated by ", "
-  std::string_view meaning;   // one line
+  std::optional<std::chrono::milliseconds> retry_delay = {};
 };
 
 /// All reasons, by origin and status.

@@ -10,7 +10,6 @@
 #include <utility>
 #include <variant>
 
-#include "meshsmooth/form.hpp"
 #include "meshsmooth/methods.hpp"
 
 /// What a user can name of a method, declared once: `validate`, the wire's codec, the command

@@ -4,6 +4,14 @@
 
 namespace meshsmooth {
 
+/// The order in which the nodes of one sweep see each other's moves.
+enum class Form {
+  automatic,     ///< The method's own: `MethodTraits::forms`, the first.
+  jacobi,        ///< Reads the old positions, writes new ones.
+  gauss_seidel,  ///< In place, colour by colour; deterministic.
+  asynchronous,  ///< In place, unordered; not deterministic.
+};
+
 /// The weights of a node's neighbours.
 enum class Weighting {
   uniform,              ///< The mean of the 1-ring.

@@ -3,9 +3,7 @@
 #include <chrono>
 #include <optional>
 
-#include "meshsmooth/form.hpp"
 #include "meshsmooth/method_traits.hpp"
-#include "meshsmooth/methods.hpp"
 #include "meshsmooth/quality.hpp"
 
 namespace meshsmooth {

@@ -64,7 +64,8 @@ struct DeviceSpace {
 };
 
 /// The result of `Smoother::prepare`, for many jobs on one topology. Immutable; all smoothers of
-/// the backend that made it may use it concurrently.
+/// the backend that made it may use it concurrently. This one is of backends that prepare every
+/// job from scratch.
 class PreparedTopology {
  public:
   virtual ~PreparedTopology() = default;
@@ -73,7 +74,7 @@ class PreparedTopology {
   TopologyView topology;
 
   /// @returns the bytes that it owns
-  [[nodiscard]] virtual MemoryEstimate bytes() const = 0;
+  [[nodiscard]] virtual MemoryEstimate bytes() const { return {}; }
   /// @returns the number of nodes on the boundary; -1: not known yet
   [[nodiscard]] virtual std::int64_t boundary_node_count() const { return -1; }
 };

@@ -1,15 +1,12 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <functional>
-#include <map>
 #include <memory>
 #include <memory_resource>
 #include <mutex>
 #include <string_view>
 #include <unordered_set>
-#include <utility>
 #include <vector>
 
 namespace meshsmooth {
@@ -61,9 +58,7 @@ class StagingMemory final : public std::pmr::memory_resource {
   std::pmr::memory_resource* const upstream_;
 
   mutable std::mutex mutex_;
-  std::map<std::uint64_t, Block> by_age_;  // the idle blocks, by a number that grows
-  std::map<std::pair<std::size_t, std::uint64_t>, void*> by_size_;  // the same: bytes, number
-  std::uint64_t next_age_ = 0;
+  std::vector<Block> idle_;  // the least recently used first; few enough for linear searches
   std::size_t idle_bytes_ = 0;
   std::unordered_set<const void*> unlocked_;  // in use, but could not be locked
 };

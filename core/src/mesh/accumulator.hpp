@@ -110,14 +110,9 @@ struct QualityAccumulator {
   }
 
   void add(const ElementMeasure& measure, ElementType type, std::int64_t element, ChunkSums& sums) {
-    const ElementShape& shape = element_shape(type);
-    inverted += measure.inverted ? 1 : 0;
-    degenerate += measure.degenerate ? 1 : 0;
-    sums.volume += std::abs(measure.volume);
-    if (shape.dimension == 3) sums.enclosed_volume += measure.volume;
-    for_each_metric(shape, measure,
+    for_each_metric(element_shape(type), measure,
                     [&](int, QualityMetric metric, double value) { add(metric, value, sums); });
-    keep_if_worst(quality_of(measure, type, element));
+    add_briefly(measure, type, element, sums);
   }
 
   /// An element of which the cube of the mean ratio is above this, whatever its rounding, is not
@@ -134,13 +129,8 @@ struct QualityAccumulator {
     degenerate += measure.degenerate ? 1 : 0;
     sums.volume += std::abs(measure.volume);
     if (element_shape(type).dimension == 3) sums.enclosed_volume += measure.volume;
-    keep_if_worst(quality_of(measure, type, element));
-  }
-
-  static ElementQuality quality_of(const ElementMeasure& measure, ElementType type,
-                                   std::int64_t element) {
-    return {element, type, finite_measure(measure.mean_ratio),
-            finite_measure(measure.scaled_jacobian)};
+    keep_if_worst({element, type, finite_measure(measure.mean_ratio),
+                   finite_measure(measure.scaled_jacobian)});
   }
 
   void keep_if_worst(const ElementQuality& quality) {

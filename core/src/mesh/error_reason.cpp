@@ -1,140 +1,133 @@
 #include "meshsmooth/error_reason.hpp"
 
 #include <algorithm>
-#include <array>
+#include <iterator>
 
 namespace meshsmooth {
 namespace {
 
 using std::chrono::milliseconds;
 using enum ErrorOrigin;
-constexpr std::nullopt_t kNever = std::nullopt;
+using enum StatusCode;
+using enum ExitCode;
 
-constexpr std::array kReasons = {
-    ErrorReason{"SPEC_MISSING", server, StatusCode::invalid_argument, ExitCode::failed, kNever,
-                "no", "field", "the call does not begin with a complete spec"},
-    ErrorReason{"OPTION_OUT_OF_RANGE", server, StatusCode::invalid_argument, ExitCode::usage,
-                kNever, "no", "field", "a value is out of its range"},
-    ErrorReason{"OPTION_NOT_SUPPORTED", server, StatusCode::invalid_argument, ExitCode::refused,
-                kNever, "no", "field",
-                "the server or the method does not have this option or value"},
-    ErrorReason{"MESH_EMPTY", server, StatusCode::invalid_argument, ExitCode::bad_mesh, kNever,
-                "no", "field", "the mesh has no nodes or no elements"},
-    ErrorReason{"MIXED_DIMENSIONS", server, StatusCode::invalid_argument, ExitCode::bad_mesh,
-                kNever, "no", "field", "surface and volume elements in one mesh"},
-    ErrorReason{"CHUNK_OUT_OF_ORDER", server, StatusCode::invalid_argument, ExitCode::failed,
-                kNever, "no", "array, offset_bytes", "a chunk does not continue its array"},
-    ErrorReason{"ARRAY_SIZE_MISMATCH", server, StatusCode::invalid_argument, ExitCode::bad_mesh,
-                kNever, "no", "array, offset_bytes", "an array does not have the announced size"},
-    ErrorReason{"INDEX_OUT_OF_RANGE", server, StatusCode::invalid_argument, ExitCode::bad_mesh,
-                kNever, "no", "element, node", "an element has a node index that does not exist"},
-    ErrorReason{"REPEATED_NODE", server, StatusCode::invalid_argument, ExitCode::bad_mesh, kNever,
-                "no", "element, node", "an element has a node twice"},
-    ErrorReason{"NON_FINITE_COORDINATE", server, StatusCode::invalid_argument, ExitCode::bad_mesh,
-                kNever, "no", "node", "a coordinate is infinite or not a number"},
-    ErrorReason{"FACET_OVERUSED", server, StatusCode::invalid_argument, ExitCode::bad_mesh, kNever,
-                "no", "facet_nodes", "a facet belongs to more than two elements"},
-    ErrorReason{"ALL_ELEMENTS_INVERTED", server, StatusCode::invalid_argument, ExitCode::bad_mesh,
-                kNever, "no", "inverted_element_count",
-                "every element is inverted: the node order is not VTK's"},
-    ErrorReason{"MESH_TANGLED", server, StatusCode::invalid_argument, ExitCode::bad_mesh, kNever,
-                "no", "inverted_element_count",
-                "inverted elements, and the caller asked to refuse them"},
-    ErrorReason{"NON_FINITE_RESULT", server, StatusCode::invalid_argument, ExitCode::failed, kNever,
-                "no", "", "positions left the range of the coordinate type"},
-    ErrorReason{"CHECKSUM_MISMATCH", server, StatusCode::data_loss, ExitCode::failed, kNever,
-                "once, from the start", "array, offset_bytes", "a chunk arrived damaged"},
-    ErrorReason{"BACKEND_NOT_AVAILABLE", server, StatusCode::failed_precondition, ExitCode::refused,
-                kNever, "no", "field",
-                "the backend does not exist here, or the server runs another"},
-    ErrorReason{"JOB_NOT_FINISHED", server, StatusCode::failed_precondition, ExitCode::refused,
-                kNever, "no", "name", "the job must have ended for this"},
-    ErrorReason{"JOB_NOT_FOUND", server, StatusCode::not_found, ExitCode::failed, kNever, "no",
-                "name", "no job of the caller has this name, or it is no longer retained"},
-    ErrorReason{"RESULT_NOT_KEPT", server, StatusCode::not_found, ExitCode::failed, kNever, "no",
-                "name", "the job has ended and its result is not retained"},
-    ErrorReason{"TOPOLOGY_NOT_FOUND", server, StatusCode::not_found, ExitCode::failed, kNever,
-                "once, inline", "name",
-                "no topology of the caller has this name, or it was evicted"},
-    ErrorReason{"REQUEST_ID_REUSED", server, StatusCode::already_exists, ExitCode::refused, kNever,
-                "no", "field, name", "another job of the caller has this request id"},
-    ErrorReason{"RESULT_OFFSET_PAST_END", server, StatusCode::out_of_range, ExitCode::failed,
-                kNever, "no", "size_bytes", "the result is shorter than the offset"},
-    ErrorReason{"TOKEN_MISSING", server, StatusCode::unauthenticated, ExitCode::refused, kNever,
-                "with a token", "", "the server asks for a token"},
-    ErrorReason{"TOKEN_UNKNOWN", server, StatusCode::unauthenticated, ExitCode::refused, kNever,
-                "with another token", "", "the server does not know the token"},
-    ErrorReason{"QUOTA_EXCEEDED", server, StatusCode::resource_exhausted, ExitCode::refused,
-                milliseconds(1000), "yes, when a job of the caller has ended",
-                "limit_jobs, limit_bytes",
-                "the quota of the caller or of its connection is exceeded"},
-    ErrorReason{"QUEUE_FULL", server, StatusCode::resource_exhausted, ExitCode::refused, kNever,
-                "yes, after the delay", "queued_jobs, queued_bytes", "the queue is full"},
-    ErrorReason{"HOST_MEMORY_BUSY", server, StatusCode::resource_exhausted, ExitCode::refused,
-                milliseconds(1000), "yes, after the delay", "need_bytes, free_bytes",
-                "other jobs use the host's memory"},
-    ErrorReason{"DEVICE_MEMORY_BUSY", server, StatusCode::resource_exhausted, ExitCode::refused,
-                kNever, "yes, after the delay", "need_bytes, free_bytes",
-                "other jobs use the device's memory"},
-    ErrorReason{"MESH_TOO_LARGE", server, StatusCode::resource_exhausted, ExitCode::refused, kNever,
-                "no", "need_bytes, limit_bytes, space", "the job never fits this server"},
-    ErrorReason{"HOST_MEMORY_EXHAUSTED", server, StatusCode::resource_exhausted, ExitCode::refused,
-                kNever, "no", "", "the host ran out of memory during the job"},
-    ErrorReason{"DEVICE_MEMORY_EXHAUSTED", server, StatusCode::resource_exhausted,
-                ExitCode::refused, kNever, "no", "", "the device ran out of memory during the job"},
-    ErrorReason{"DEADLINE_IN_QUEUE", server, StatusCode::deadline_exceeded, ExitCode::stopped,
-                kNever, "the caller decides", "", "the call's deadline passed in the queue"},
-    ErrorReason{"QUEUE_TIMEOUT", server, StatusCode::deadline_exceeded, ExitCode::stopped, kNever,
-                "the caller decides", "", "the job waited longer than its queue timeout"},
-    ErrorReason{"DEADLINE_RUNNING", server, StatusCode::deadline_exceeded, ExitCode::stopped,
-                kNever, "the caller decides", "", "the call's deadline passed during the job"},
-    ErrorReason{"STREAM_IDLE", server, StatusCode::deadline_exceeded, ExitCode::stopped, kNever,
-                "the caller decides", "", "the client neither sent nor read for too long"},
-    ErrorReason{"UPLOAD_TOO_SLOW", server, StatusCode::deadline_exceeded, ExitCode::stopped, kNever,
-                "the caller decides", "", "the upload was slower than the server's minimum rate"},
-    ErrorReason{"CANCELLED_BY_CLIENT", server, StatusCode::cancelled, ExitCode::stopped, kNever,
-                "no", "", "the last call that waited for the job ended"},
-    ErrorReason{"CANCELLED_BY_JOB_CALL", server, StatusCode::cancelled, ExitCode::stopped, kNever,
-                "no", "", "CancelJob ended the job"},
-    ErrorReason{"DRAINING", server, StatusCode::unavailable, ExitCode::refused, milliseconds(0),
-                "yes, elsewhere", "", "the server is shutting down"},
-    ErrorReason{"DEVICE_LOST", server, StatusCode::unavailable, ExitCode::refused, milliseconds(0),
-                "yes, elsewhere", "", "the device failed; its lane is gone"},
-    ErrorReason{"DEVICE_REFUSED", server, StatusCode::unavailable, ExitCode::refused,
-                milliseconds(0), "yes, elsewhere", "", "the device or its driver refused to work"},
-    ErrorReason{"UPLOAD_LOST", server, StatusCode::unavailable, ExitCode::refused, milliseconds(0),
-                "yes, at once", "", "the call that sent the mesh ended before it was complete"},
-    ErrorReason{"INTERNAL", server, StatusCode::internal, ExitCode::failed, kNever, "no",
-                "incident", "the server failed; its log names the incident too"},
-    ErrorReason{"RESPONSE_NOT_UNDERSTOOD", client, StatusCode::data_loss, ExitCode::refused, kNever,
-                "no", "", "an answer of a newer server that this client cannot read"},
-    ErrorReason{"OPTION_MISPLACED", client, StatusCode::invalid_argument, ExitCode::usage, kNever,
-                "no", "", "a flag that the chosen method or command does not have"},
-    ErrorReason{"FIXED_NODES_INVALID", client, StatusCode::invalid_argument, ExitCode::usage,
-                kNever, "no", "", "a file of fixed nodes that is not one"},
-    ErrorReason{"FORMAT_UNKNOWN", client, StatusCode::invalid_argument, ExitCode::usage, kNever,
-                "no", "", "no file format has this extension"},
-    ErrorReason{"CREDENTIALS_UNUSABLE", client, StatusCode::invalid_argument, ExitCode::usage,
-                kNever, "no", "", "a certificate, key or token that cannot be used"},
-    ErrorReason{"NAME_UNKNOWN", client, StatusCode::invalid_argument, ExitCode::usage, kNever, "no",
-                "", "the file has no set or array of this name"},
-    ErrorReason{"ARRAY_NOT_WHOLE", client, StatusCode::invalid_argument, ExitCode::usage, kNever,
-                "no", "", "an array of regions that are not whole numbers"},
-    ErrorReason{"ELEMENT_NOT_SUPPORTED", client, StatusCode::invalid_argument, ExitCode::bad_mesh,
-                kNever, "no", "", "an element type that is not supported"},
-    ErrorReason{"FORMAT_ERROR", client, StatusCode::invalid_argument, ExitCode::bad_mesh, kNever,
-                "no", "", "a file that breaks its format"},
-    ErrorReason{"FILE_TRUNCATED", client, StatusCode::invalid_argument, ExitCode::bad_mesh, kNever,
-                "no", "", "a file that ends too early"},
-    ErrorReason{"FILE_NOT_FOUND", client, StatusCode::not_found, ExitCode::failed, kNever, "no", "",
-                "no such file"},
-    ErrorReason{"FILE_NOT_READABLE", client, StatusCode::failed_precondition, ExitCode::failed,
-                kNever, "no", "", "a file that cannot be read"},
-    ErrorReason{"FILE_NOT_WRITABLE", client, StatusCode::failed_precondition, ExitCode::failed,
-                kNever, "no", "", "a file that cannot be written"},
-    ErrorReason{"GENERATOR_FAILED", client, StatusCode::internal, ExitCode::failed, kNever, "no",
-                "", "a mesh generator gave up"},
+constexpr ErrorReason kReasons[] = {
+    {"SPEC_MISSING", server, invalid_argument, failed, "field",
+     "the call does not begin with a complete spec"},
+    {"OPTION_OUT_OF_RANGE", server, invalid_argument, usage, "field",
+     "a value is out of its range"},
+    {"OPTION_NOT_SUPPORTED", server, invalid_argument, refused, "field",
+     "the server or the method does not have this option or value"},
+    {"MESH_EMPTY", server, invalid_argument, bad_mesh, "field",
+     "the mesh has no nodes or no elements"},
+    {"MIXED_DIMENSIONS", server, invalid_argument, bad_mesh, "field",
+     "surface and volume elements in one mesh"},
+    {"CHUNK_OUT_OF_ORDER", server, invalid_argument, failed, "array, offset_bytes",
+     "a chunk does not continue its array"},
+    {"ARRAY_SIZE_MISMATCH", server, invalid_argument, bad_mesh, "array, offset_bytes",
+     "an array does not have the announced size"},
+    {"INDEX_OUT_OF_RANGE", server, invalid_argument, bad_mesh, "element, node",
+     "an element has a node index that does not exist"},
+    {"REPEATED_NODE", server, invalid_argument, bad_mesh, "element, node",
+     "an element has a node twice"},
+    {"NON_FINITE_COORDINATE", server, invalid_argument, bad_mesh, "node",
+     "a coordinate is infinite or not a number"},
+    {"FACET_OVERUSED", server, invalid_argument, bad_mesh, "facet_nodes",
+     "a facet belongs to more than two elements"},
+    {"ALL_ELEMENTS_INVERTED", server, invalid_argument, bad_mesh, "inverted_element_count",
+     "every element is inverted: the node order is not VTK's"},
+    {"MESH_TANGLED", server, invalid_argument, bad_mesh, "inverted_element_count",
+     "inverted elements, and the caller asked to refuse them"},
+    {"NON_FINITE_RESULT", server, invalid_argument, failed, "",
+     "positions left the range of the coordinate type"},
+    {"CHECKSUM_MISMATCH", server, data_loss, failed, "array, offset_bytes",
+     "a chunk arrived damaged", "once, from the start"},
+    {"BACKEND_NOT_AVAILABLE", server, failed_precondition, refused, "field",
+     "the backend does not exist here, or the server runs another"},
+    {"JOB_NOT_FINISHED", server, failed_precondition, refused, "name",
+     "the job must have ended for this"},
+    {"JOB_NOT_FOUND", server, not_found, failed, "name",
+     "no job of the caller has this name, or it is no longer retained"},
+    {"RESULT_NOT_KEPT", server, not_found, failed, "name",
+     "the job has ended and its result is not retained"},
+    {"TOPOLOGY_NOT_FOUND", server, not_found, failed, "name",
+     "no topology of the caller has this name, or it was evicted", "once, inline"},
+    {"REQUEST_ID_REUSED", server, already_exists, refused, "field, name",
+     "another job of the caller has this request id"},
+    {"RESULT_OFFSET_PAST_END", server, out_of_range, failed, "size_bytes",
+     "the result is shorter than the offset"},
+    {"TOKEN_MISSING", server, unauthenticated, refused, "", "the server asks for a token",
+     "with a token"},
+    {"TOKEN_UNKNOWN", server, unauthenticated, refused, "", "the server does not know the token",
+     "with another token"},
+    {"QUOTA_EXCEEDED", server, resource_exhausted, refused, "limit_jobs, limit_bytes",
+     "the quota of the caller or of its connection is exceeded",
+     "yes, when a job of the caller has ended", milliseconds(1000)},
+    {"QUEUE_FULL", server, resource_exhausted, refused, "queued_jobs, queued_bytes",
+     "the queue is full", "yes, after the delay"},
+    {"HOST_MEMORY_BUSY", server, resource_exhausted, refused, "need_bytes, free_bytes",
+     "other jobs use the host's memory", "yes, after the delay", milliseconds(1000)},
+    {"DEVICE_MEMORY_BUSY", server, resource_exhausted, refused, "need_bytes, free_bytes",
+     "other jobs use the device's memory", "yes, after the delay"},
+    {"MESH_TOO_LARGE", server, resource_exhausted, refused, "need_bytes, limit_bytes, space",
+     "the job never fits this server"},
+    {"HOST_MEMORY_EXHAUSTED", server, resource_exhausted, refused, "",
+     "the host ran out of memory during the job"},
+    {"DEVICE_MEMORY_EXHAUSTED", server, resource_exhausted, refused, "",
+     "the device ran out of memory during the job"},
+    {"DEADLINE_IN_QUEUE", server, deadline_exceeded, stopped, "",
+     "the call's deadline passed in the queue", "the caller decides"},
+    {"QUEUE_TIMEOUT", server, deadline_exceeded, stopped, "",
+     "the job waited longer than its queue timeout", "the caller decides"},
+    {"DEADLINE_RUNNING", server, deadline_exceeded, stopped, "",
+     "the call's deadline passed during the job", "the caller decides"},
+    {"STREAM_IDLE", server, deadline_exceeded, stopped, "",
+     "the client neither sent nor read for too long", "the caller decides"},
+    {"UPLOAD_TOO_SLOW", server, deadline_exceeded, stopped, "",
+     "the upload was slower than the server's minimum rate", "the caller decides"},
+    {"CANCELLED_BY_CLIENT", server, cancelled, stopped, "",
+     "the last call that waited for the job ended"},
+    {"CANCELLED_BY_JOB_CALL", server, cancelled, stopped, "", "CancelJob ended the job"},
+    {"DRAINING", server, unavailable, refused, "", "the server is shutting down", "yes, elsewhere",
+     milliseconds(0)},
+    {"DEVICE_LOST", server, unavailable, refused, "", "the device failed; its lane is gone",
+     "yes, elsewhere", milliseconds(0)},
+    {"DEVICE_REFUSED", server, unavailable, refused, "", "the device or its driver refused to work",
+     "yes, elsewhere", milliseconds(0)},
+    {"UPLOAD_LOST", server, unavailable, refused, "",
+     "the call that sent the mesh ended before it was complete", "yes, at once", milliseconds(0)},
+    {"INTERNAL", server, internal, failed, "incident",
+     "the server failed; its log names the incident too"},
+    {"RESPONSE_NOT_UNDERSTOOD", client, data_loss, refused, "",
+     "an answer of a newer server that this client cannot read"},
+    {"OPTION_MISPLACED", client, invalid_argument, usage, "",
+     "a flag that the chosen method or command does not have"},
+    {"FIXED_NODES_INVALID", client, invalid_argument, usage, "",
+     "a file of fixed nodes that is not one"},
+    {"FORMAT_UNKNOWN", client, invalid_argument, usage, "", "no file format has this extension"},
+    {"CREDENTIALS_UNUSABLE", client, invalid_argument, usage, "",
+     "a certificate, key or token that cannot be used"},
+    {"NAME_UNKNOWN", client, invalid_argument, usage, "",
+     "the file has no set or array of this name"},
+    {"ARRAY_NOT_WHOLE", client, invalid_argument, usage, "",
+     "an array of regions that are not whole numbers"},
+    {"ELEMENT_NOT_SUPPORTED", client, invalid_argument, bad_mesh, "",
+     "an element type that is not supported"},
+    {"FORMAT_ERROR", client, invalid_argument, bad_mesh, "", "a file that breaks its format"},
+    {"FILE_TRUNCATED", client, invalid_argument, bad_mesh, "", "a file that ends too early"},
+    {"FILE_NOT_FOUND", client, not_found, failed, "", "no such file"},
+    {"FILE_NOT_READABLE", client, failed_precondition, failed, "", "a file that cannot be read"},
+    {"FILE_NOT_WRITABLE", client, failed_precondition, failed, "", "a file that cannot be written"},
+    {"GENERATOR_FAILED", client, internal, failed, "", "a mesh generator gave up"},
 };
+
+/// By the number of a code; 0 is gRPC's OK.
+constexpr std::string_view kStatusCodeNames[] = {
+    "OK",        "CANCELLED",      "UNKNOWN",           "INVALID_ARGUMENT",   "DEADLINE_EXCEEDED",
+    "NOT_FOUND", "ALREADY_EXISTS", "PERMISSION_DENIED", "RESOURCE_EXHAUSTED", "FAILED_PRECONDITION",
+    "ABORTED",   "OUT_OF_RANGE",   "UNIMPLEMENTED",     "INTERNAL",           "UNAVAILABLE",
+    "DATA_LOSS", "UNAUTHENTICATED"};
+static_assert(std::size(kStatusCodeNames) == static_cast<std::size_t>(unauthenticated) + 1);
 
 }  // namespace
 
@@ -142,43 +135,11 @@ std::span<const ErrorReason> error_reasons() { return kReasons; }
 
 const ErrorReason* find_error_reason(std::string_view name) {
   const auto* found = std::ranges::find(kReasons, name, &ErrorReason::name);
-  return found == kReasons.end() ? nullptr : found;
+  return found == std::end(kReasons) ? nullptr : found;
 }
 
 std::string_view status_code_name(StatusCode code) {
-  switch (code) {
-    case StatusCode::cancelled:
-      return "CANCELLED";
-    case StatusCode::unknown:
-      return "UNKNOWN";
-    case StatusCode::invalid_argument:
-      return "INVALID_ARGUMENT";
-    case StatusCode::deadline_exceeded:
-      return "DEADLINE_EXCEEDED";
-    case StatusCode::not_found:
-      return "NOT_FOUND";
-    case StatusCode::already_exists:
-      return "ALREADY_EXISTS";
-    case StatusCode::permission_denied:
-      return "PERMISSION_DENIED";
-    case StatusCode::resource_exhausted:
-      return "RESOURCE_EXHAUSTED";
-    case StatusCode::failed_precondition:
-      return "FAILED_PRECONDITION";
-    case StatusCode::out_of_range:
-      return "OUT_OF_RANGE";
-    case StatusCode::unimplemented:
-      return "UNIMPLEMENTED";
-    case StatusCode::internal:
-      return "INTERNAL";
-    case StatusCode::unavailable:
-      return "UNAVAILABLE";
-    case StatusCode::data_loss:
-      return "DATA_LOSS";
-    case StatusCode::unauthenticated:
-      return "UNAUTHENTICATED";
-  }
-  __builtin_unreachable();
+  return kStatusCodeNames[static_cast<std::size_t>(code)];
 }
 
 }  // namespace meshsmooth

@@ -18,13 +18,7 @@ constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 template <class Wrong>
 std::size_t find_first(std::size_t count, const Wrong& wrong) {
   return detail::parallel_reduce(
-      count, kNone,
-      [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-          if (wrong(i)) return i;
-        }
-        return kNone;
-      },
+      count, kNone, [&](std::size_t i) { return wrong(i) ? i : kNone; },
       [](std::size_t a, std::size_t b) { return std::min(a, b); });
 }
 
@@ -134,11 +128,7 @@ std::size_t TopologyView::element_count() const {
 }
 
 PositionsView as_view(const PositionsSpan& positions) {
-  return std::visit(
-      []<class Real>(std::span<Vec3<Real>> span) -> PositionsView {
-        return std::span<const Vec3<Real>>(span);
-      },
-      positions);
+  return std::visit([](auto span) -> PositionsView { return span; }, positions);
 }
 
 std::size_t position_count(const PositionsView& positions) {
@@ -147,26 +137,14 @@ std::size_t position_count(const PositionsView& positions) {
 
 std::size_t Mesh::node_count() const { return position_count(positions_view()); }
 
-std::size_t Mesh::element_count() const {
-  std::size_t count = 0;
-  for (const ElementBlockView& block : block_views()) count += block.element_count();
-  return count;
-}
+std::size_t Mesh::element_count() const { return MeshTopology(*this).view().element_count(); }
 
 PositionsView Mesh::positions_view() const {
-  return std::visit(
-      []<class Real>(const std::vector<Vec3<Real>>& own) -> PositionsView {
-        return std::span<const Vec3<Real>>(own);
-      },
-      positions);
+  return std::visit([](const auto& own) -> PositionsView { return std::span(own); }, positions);
 }
 
 PositionsSpan Mesh::positions_span() {
-  return std::visit(
-      []<class Real>(std::vector<Vec3<Real>>& own) -> PositionsSpan {
-        return std::span<Vec3<Real>>(own);
-      },
-      positions);
+  return std::visit([](auto& own) -> PositionsSpan { return std::span(own); }, positions);
 }
 
 std::vector<ElementBlockView> Mesh::block_views() const {

@@ -12,16 +12,15 @@
 namespace meshsmooth {
 namespace {
 
-[[noreturn]] void throw_out_of_range(const std::string& field, double value,
-                                     const std::string& range) {
+/// By `Form`.
+constexpr std::string_view kFormNames[] = {"automatic", "jacobi", "gauss_seidel", "asynchronous"};
+
+// Written so that a NaN fails.
+void need(bool in_range, const std::string& field, double value, std::string_view range) {
+  if (in_range) return;
   std::ostringstream message;
   message << field << " is " << value << ", it must be " << range;
   throw InvalidOption("OPTION_OUT_OF_RANGE", message.str(), {{"field", field}});
-}
-
-// Written so that a NaN fails.
-void need(bool in_range, const std::string& field, double value, const std::string& range) {
-  if (!in_range) throw_out_of_range(field, value, range);
 }
 
 template <class M>
@@ -31,23 +30,9 @@ void validate_method(const M& method) {
       const std::string name(field.name);
       need(field.is_valid(method),
            field.in_options ? name : std::string(MethodTraits<M>::name) + "." + name,
-           method.*field.member, std::string(field.range_text));
+           method.*field.member, field.range_text);
     }
   });
-}
-
-std::string_view form_name(Form form) {
-  switch (form) {
-    case Form::automatic:
-      return "automatic";
-    case Form::jacobi:
-      return "jacobi";
-    case Form::gauss_seidel:
-      return "gauss_seidel";
-    case Form::asynchronous:
-      return "asynchronous";
-  }
-  __builtin_unreachable();
 }
 
 template <class M>
@@ -58,8 +43,8 @@ void validate_form(const M&, Form form) {
   }
   throw NotSupported("OPTION_NOT_SUPPORTED",
                      std::string(Traits::name) + " " + std::string(Traits::form_reason) +
-                         ", it has only the " + std::string(form_name(Traits::forms.front())) +
-                         " form",
+                         ", it has only the " +
+                         std::string(kFormNames[int(Traits::forms.front())]) + " form",
                      {{"field", "form"}});
 }
 

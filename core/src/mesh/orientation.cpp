@@ -1,5 +1,6 @@
 // The reference normals of surface meshes.
 
+#include <functional>
 #include <limits>
 
 #include "mesh/parallel.hpp"
@@ -27,21 +28,12 @@ struct Farthest {
 
 template <class Value>
 Farthest find_farthest(std::span<const NodeId> nodes, const Value& value) {
-  const auto better = [](Farthest a, Farthest b) {
-    if (a.value != b.value) return a.value > b.value ? a : b;
-    return a.entry < b.entry ? a : b;
-  };
   return detail::parallel_reduce(
       nodes.size(), Farthest{},
-      [&](std::size_t begin, std::size_t end) {
-        Farthest best;
-        for (std::size_t i = begin; i != end; ++i) {
-          const double here = value(nodes[i]);
-          if (here > best.value) best = {here, i};
-        }
-        return best;
+      [&](std::size_t i) {
+        return Farthest{value(nodes[i]), i};
       },
-      better);
+      [](Farthest a, Farthest b) { return b.value > a.value ? b : a; });
 }
 
 template <class Value>
@@ -101,14 +93,10 @@ double sum_areas(const ElementBlockView& block, std::span<const Vec3<Real>> posi
   const auto width = static_cast<std::size_t>(element_shape(block.type).node_count);
   return detail::parallel_reduce(
       block.element_count(), 0.0,
-      [&](std::size_t begin, std::size_t end) {
-        double sum = 0;
-        for (std::size_t e = begin; e != end; ++e) {
-          sum += dot(normal, area_vector(positions, block.type, &block.nodes[e * width]));
-        }
-        return sum;
+      [&](std::size_t e) {
+        return dot(normal, area_vector(positions, block.type, &block.nodes[e * width]));
       },
-      [](double a, double b) { return a + b; });
+      std::plus<>());
 }
 
 template <class Real>

@@ -101,15 +101,17 @@ void parallel_for_ranges(std::size_t count, const Functor& functor) {
                [&](std::size_t r) { functor(r * kRange, std::min(count, (r + 1) * kRange)); });
 }
 
-/// `combine` over zero and all `functor(begin, end)` in order: the same bits for any number of
-/// threads.
+/// `combine` over zero and all `functor(i)`, in an order that depends on `count` alone: the same
+/// bits for any number of threads.
 template <class T, class Functor, class Combine>
 [[nodiscard]] T parallel_reduce(std::size_t count, T zero, const Functor& functor,
                                 const Combine& combine) {
   static_assert(!std::is_same_v<T, bool>, "functors would share the words of a vector<bool>");
   std::vector<T> partial((count + kRange - 1) / kRange, zero);
   parallel_for_ranges(count, [&](std::size_t begin, std::size_t end) {
-    partial[begin / kRange] = functor(begin, end);
+    T sum = zero;
+    for (std::size_t i = begin; i < end; ++i) sum = combine(sum, functor(i));
+    partial[begin / kRange] = sum;
   });
   T sum = zero;
   for (const T& part : partial) sum = combine(sum, part);

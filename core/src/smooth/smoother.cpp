@@ -3,16 +3,10 @@
 #include "meshsmooth/backend_name.hpp"
 #include "meshsmooth/error.hpp"
 #include "smooth/cpu/cpu_smoother.hpp"
-#include "smooth/cuda/device/device_name.hpp"
 #include "smooth/cuda/device/smoother.hpp"
 
 namespace meshsmooth {
 namespace {
-
-/// For a backend that prepares every job from scratch.
-struct UnpreparedTopology final : PreparedTopology {
-  [[nodiscard]] MemoryEstimate bytes() const override { return {}; }
-};
 
 [[noreturn]] void throw_not_available(std::string_view backend) {
   std::string names, problems;
@@ -35,7 +29,7 @@ struct UnpreparedTopology final : PreparedTopology {
 
 std::shared_ptr<const PreparedTopology> Smoother::prepare(const TopologyView& topology,
                                                           const JobControl&) {
-  auto result = std::make_shared<UnpreparedTopology>();
+  auto result = std::make_shared<PreparedTopology>();
   result->topology = topology;
   return result;
 }

@@ -4,7 +4,7 @@
 #include <bit>
 #include <iterator>
 
-#include "smooth/cuda/device/page_lock.hpp"
+#include "smooth/cuda/device/smoother.hpp"
 
 namespace meshsmooth {
 namespace {
@@ -21,7 +21,7 @@ StagingMemory::StagingMemory(PageLock pages, std::size_t max_idle_bytes,
     : pages_(std::move(pages)), max_idle_bytes_(max_idle_bytes), upstream_(upstream) {}
 
 StagingMemory::~StagingMemory() {
-  for (const auto& [age, block] : by_age_) release(block);
+  for (const Block& block : idle_) release(block);
 }
 
 // Eight sizes between successive powers of two; always whole pages.
@@ -58,17 +58,12 @@ void StagingMemory::do_deallocate(void* data, std::size_t bytes, std::size_t ali
       lock.unlock();
       return upstream_->deallocate(data, block.bytes, kPageBytes);
     }
-    by_age_.emplace(next_age_, block);
-    by_size_.emplace(std::pair(block.bytes, next_age_), data);
-    ++next_age_;
+    idle_.push_back(block);
     idle_bytes_ += block.bytes;
-    while (idle_bytes_ > max_idle_bytes_) {
-      const auto oldest = by_age_.begin();
-      surplus.push_back(oldest->second);
-      idle_bytes_ -= oldest->second.bytes;
-      by_size_.erase({oldest->second.bytes, oldest->first});
-      by_age_.erase(oldest);
-    }
+    auto kept = idle_.begin();
+    for (; idle_bytes_ > max_idle_bytes_; ++kept) idle_bytes_ -= kept->bytes;
+    surplus.assign(idle_.begin(), kept);
+    idle_.erase(idle_.begin(), kept);
   }
   for (const Block& old : surplus) release(old);
 }
@@ -80,13 +75,11 @@ bool StagingMemory::do_is_equal(const memory_resource& other) const noexcept {
 // The most recently used: its pages are most likely cached.
 void* StagingMemory::take_idle(std::size_t bytes) {
   const std::lock_guard lock(mutex_);
-  const auto after = by_size_.lower_bound({bytes + 1, 0});
-  if (after == by_size_.begin()) return nullptr;
-  const auto newest = std::prev(after);
-  if (newest->first.first != bytes) return nullptr;
-  void* const data = newest->second;
-  by_age_.erase(newest->first.second);
-  by_size_.erase(newest);
+  const auto newest = std::find_if(idle_.rbegin(), idle_.rend(),
+                                   [&](const Block& block) { return block.bytes == bytes; });
+  if (newest == idle_.rend()) return nullptr;
+  void* const data = newest->data;
+  idle_.erase(std::prev(newest.base()));
   idle_bytes_ -= bytes;
   return data;
 }

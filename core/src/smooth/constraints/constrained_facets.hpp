@@ -1,6 +1,5 @@
 #pragma once
 
-#include "smooth/rules/facet_key.hpp"
 #include "smooth/rules/sliding_constraints.hpp"
 
 namespace meshsmooth::detail {

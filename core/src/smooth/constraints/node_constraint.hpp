@@ -20,7 +20,7 @@ struct NodeConstraintRule {
 /// Planes are distinguished by the distances of the facets' nodes, not by normals, which are
 /// unreliable for slivers. Planes that meet at less than the feature angle count as a curved part;
 /// so do warped facets with four nodes. Two boundary facets back to back are a slit, whose front
-/// is fixed.
+/// is fixed. `get(node)` gives positions in double.
 template <class Get>
 class PlanesAtNode {
  public:
@@ -126,15 +126,6 @@ class PlanesAtNode {
   Vec3d normals_[kMostPlanes];
   int plane_count_ = 0;
 };
-
-/// The constraint of a node by the facets around it. `get(node)` gives positions in double.
-template <class Get>
-MESHSMOOTH_HD NodeConstraint find_constraint_in_space(const ConstrainedFacet* facets,
-                                                      const ElementId* begin, const ElementId* end,
-                                                      Vec3d home, const Get& get,
-                                                      const NodeConstraintRule& rule) {
-  return PlanesAtNode<Get>(facets, begin, end, home, get, rule).find();
-}
 
 /// The constraint of a node of a surface mesh by the edges around it: two that continue straight
 /// are a line, at less than the feature angle a curve.

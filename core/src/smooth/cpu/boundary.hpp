@@ -5,7 +5,7 @@
 
 #include "smooth/cpu/cpu_executor.hpp"
 #include "smooth/cpu/row_counter.hpp"
-#include "smooth/rules/facet_key.hpp"
+#include "smooth/rules/topology.hpp"
 
 namespace meshsmooth::detail {
 

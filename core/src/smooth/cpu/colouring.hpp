@@ -3,7 +3,8 @@
 #include <algorithm>
 
 #include "smooth/cpu/cpu_executor.hpp"
-#include "smooth/steps/colouring.hpp"
+#include "smooth/rules/colouring_rule.hpp"
+#include "smooth/steps/sweep_context.hpp"
 
 namespace meshsmooth::detail {
 

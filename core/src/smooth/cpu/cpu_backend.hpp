@@ -6,7 +6,7 @@
 
 #include "smooth/cpu/colouring.hpp"
 #include "smooth/cpu/optimize_phase.hpp"
-#include "smooth/cpu/prepared_topology.hpp"
+#include "smooth/cpu/prepare.hpp"
 #include "smooth/steps/backend.hpp"
 
 namespace meshsmooth::detail {
@@ -126,15 +126,11 @@ class CpuBackend {
     moved_ = run_in(executor_.arena(), [&] {
       return parallel_reduce(
           positions.size(), std::int64_t{0},
-          [=](std::size_t begin, std::size_t end) {
-            std::int64_t moved = 0;
-            for (std::size_t node = begin; node != end; ++node) {
-              Vec3<Real>& target = to[caller_ids[node]];
-              if (fixed[node] != 0 || from[node] == target) continue;
-              target = from[node];
-              ++moved;
-            }
-            return moved;
+          [=](std::size_t node) -> std::int64_t {
+            Vec3<Real>& target = to[caller_ids[node]];
+            if (fixed[node] != 0 || from[node] == target) return 0;
+            target = from[node];
+            return 1;
           },
           std::plus<>());
     });

@@ -2,8 +2,8 @@
 
 #include <sys/mman.h>
 
+#include <memory>
 #include <string>
-#include <utility>
 
 #include "meshsmooth/error.hpp"
 #include "smooth/steps/byte_count.hpp"
@@ -23,59 +23,49 @@ template <class T>
 class CpuBuffer {
  public:
   CpuBuffer() = default;
-  CpuBuffer(std::size_t size, ByteCount& count) : size_(size), count_(&count) {
+  CpuBuffer(std::size_t size, ByteCount& count) {
     if (size == 0) return;
-    data_ = static_cast<T*>(map_memory(size * sizeof(T)));
-    if (data_ == nullptr) {
+    data_ = {static_cast<T*>(map_memory(size * sizeof(T))), Release{size, &count}};
+    if (!data_) {
       throw OutOfMemory("HOST_MEMORY_EXHAUSTED",
                         "host memory: " + std::to_string(size * sizeof(T)) +
                             " bytes more could not be allocated; use a smaller mesh");
     }
-    count_->add(size * sizeof(T));
-  }
-  CpuBuffer(CpuBuffer&& other) noexcept { swap(other); }
-  CpuBuffer& operator=(CpuBuffer&& other) noexcept {
-    CpuBuffer moved(std::move(other));
-    swap(moved);
-    return *this;
-  }
-  ~CpuBuffer() {
-    if (data_ == nullptr || count_ == nullptr) return;
-    count_->subtract(size_ * sizeof(T));
-    munmap(data_, size_ * sizeof(T));
+    count.add(size * sizeof(T));
   }
 
   /// The same memory, owned by this buffer, which must outlive that one.
   [[nodiscard]] CpuBuffer borrow() const {
     CpuBuffer borrowed;
-    borrowed.data_ = data_;
-    borrowed.size_ = size_;
+    borrowed.data_ = {data_.get(), Release{size()}};
     return borrowed;
   }
 
   /// Moves its bytes to another count.
   void count_by(ByteCount& count) {
-    if (data_ != nullptr) {
-      count.add(size_ * sizeof(T));
-      count_->subtract(size_ * sizeof(T));
-    }
-    count_ = &count;
+    if (!data_) return;
+    count.add(size() * sizeof(T));
+    data_.get_deleter().count->subtract(size() * sizeof(T));
+    data_.get_deleter().count = &count;
   }
 
-  [[nodiscard]] T* data() { return data_; }
-  [[nodiscard]] const T* data() const { return data_; }
-  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] T* data() { return data_.get(); }
+  [[nodiscard]] const T* data() const { return data_.get(); }
+  [[nodiscard]] std::size_t size() const { return data_ ? data_.get_deleter().size : 0; }
 
  private:
-  void swap(CpuBuffer& other) noexcept {
-    std::swap(data_, other.data_);
-    std::swap(size_, other.size_);
-    std::swap(count_, other.count_);
-  }
+  struct Release {
+    std::size_t size = 0;
+    ByteCount* count = nullptr;  // null: borrowed
 
-  T* data_ = nullptr;
-  std::size_t size_ = 0;
-  ByteCount* count_ = nullptr;  // null: borrowed, or empty
+    void operator()(T* data) const noexcept {
+      if (count == nullptr) return;
+      count->subtract(size * sizeof(T));
+      munmap(data, size * sizeof(T));
+    }
+  };
+
+  std::unique_ptr<T, Release> data_;
 };
 
 }  // namespace meshsmooth::detail

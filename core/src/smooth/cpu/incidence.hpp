@@ -22,17 +22,6 @@ namespace meshsmooth::detail {
   return 2 * mesh.edges * 4;
 }
 
-/// Emits every node of an element.
-struct VisitNodes {
-  Elements elements;
-
-  template <class Emit>
-  void operator()(std::size_t element, const Emit& emit) const {
-    const ElementView view = elements[element];
-    for (int n = 0; n < view.shape->node_count; ++n) emit(view.nodes[n]);
-  }
-};
-
 /// The balls: per node the elements around it.
 ///
 /// takes  the elements; `caller_ids` maps them to the caller's element ids
@@ -41,7 +30,11 @@ struct VisitNodes {
 inline RowBuffer<CpuExecutor, ElementId> find_balls(CpuExecutor& executor, std::size_t node_count,
                                                     const Elements& elements,
                                                     const ElementId* caller_ids) {
-  return group_items(executor, node_count, elements.count, VisitNodes{elements},
+  const auto visit_nodes = [=](std::size_t element, const auto& emit) {
+    const ElementView view = elements[element];
+    for (int n = 0; n < view.shape->node_count; ++n) emit(view.nodes[n]);
+  };
+  return group_items(executor, node_count, elements.count, visit_nodes,
                      [=](ElementId element) { return caller_ids[element]; });
 }
 

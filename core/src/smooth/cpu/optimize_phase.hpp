@@ -1,6 +1,7 @@
 #pragma once
 
 #include "smooth/cpu/cpu_executor.hpp"
+#include "smooth/rules/colouring_rule.hpp"
 #include "smooth/steps/optimize_sweeper.hpp"
 #include "smooth/steps/phase_monitor.hpp"
 
@@ -15,37 +16,27 @@ OptimizeStats sweep_optimize(CpuExecutor& executor, OptimizeSweeper<CpuExecutor,
                              const OptimizePhase& phase) {
   constexpr int kStoredCorners = 96;  // of a ball; those of larger ones are computed again
   const Surroundings& around = sweeper.around();
-  const Colouring<CpuExecutor>& colouring = sweeper.colouring();
   const DisplacementLimit<Real> displacement_limit = sweeper.displacement_limit();
   std::uint8_t* const states = sweeper.states();
   Vec3<Real>* const positions = sweeper.positions();
   const QuietPositions<Real> x{positions};
-  OptimizeStats stats;
-  for (std::size_t c = 0; c < colouring.count(); ++c) {
-    const NodeId* const nodes = colouring.nodes.data() + colouring.first[c];
-    stats = stats + executor.reduce(
-                        colouring.first[c + 1] - colouring.first[c], OptimizeStats{},
-                        [=](std::size_t n) {
-                          const auto node = static_cast<std::size_t>(nodes[n]);
-                          if ((states[node] & kAwake) == 0) return stats_asleep(states[node]);
-                          const Vec3<Real> before = x[node];
-                          const Visit<Real> visit = optimize_node<kDimension, kStoredCorners>(
-                              SingleThread{}, around, x, node, phase, displacement_limit);
-                          states[node] = state_after(before, visit);
-                          if (!(visit.position == before)) {
-                            positions[node] = visit.position;
-                            visit_adjacent(around, node, [&](NodeId other) {
-                              if (static_cast<std::size_t>(other) != node) {
-                                CpuExecutor::store(states[other], std::uint8_t{kAwake});
-                              }
-                              return true;
-                            });
-                          }
-                          return stats_of_visit(before, visit);
-                        },
-                        Plus{});
-  }
-  return stats;
+  return reduce_by_colour<OptimizeStats>(executor, sweeper.colouring(), [=](std::size_t node) {
+    if ((states[node] & kAwake) == 0) return stats_asleep(states[node]);
+    const Vec3<Real> before = x[node];
+    const Visit<Real> visit = optimize_node<kDimension, kStoredCorners>(
+        SingleThread{}, around, x, node, phase, displacement_limit);
+    states[node] = state_after(before, visit);
+    if (!(visit.position == before)) {
+      positions[node] = visit.position;
+      visit_adjacent(around, node, [&](NodeId other) {
+        if (static_cast<std::size_t>(other) != node) {
+          CpuExecutor::store(states[other], std::uint8_t{kAwake});
+        }
+        return true;
+      });
+    }
+    return stats_of_visit(before, visit);
+  });
 }
 
 /// The sweeps of one phase, until its monitor reports the end.

@@ -111,15 +111,10 @@ void with_mean(Weighting weighting, const Functor& functor) {
 }
 
 /// Calls `functor(mean)` with the mean of a method whose sweeps step towards it by the method's
-/// `relaxation`: one overload for each such method.
-template <class Functor>
-void with_mean_of(const Laplacian& method, const Functor& functor) {
-  with_mean(method.weighting, functor);
-}
-template <class Functor>
-void with_mean_of(const SmartLaplacian& method, const Functor& functor) {
-  with_mean(method.weighting, functor);
-}
+/// `relaxation`: one overload for each kind of such methods.
+template <class M, class Functor>
+requires requires(const M& method) { Weighting{method.weighting}; }
+void with_mean_of(const M& method, const Functor& functor) { with_mean(method.weighting, functor); }
 
 /// What takes any mean.
 struct AnyMean {
@@ -140,20 +135,17 @@ struct MeanProperties {
   bool reads_balls = false;  // its mean reads the balls, not only the rings
 };
 
-template <class M>
-[[nodiscard]] MeanProperties mean_properties_of(const M& method) {
-  MeanProperties result;
-  if constexpr (AveragingMethod<M>) {
-    with_mean_of(method, [&](const auto& mean) {
-      using Mean = std::decay_t<decltype(mean)>;
-      result = {true, std::is_same_v<Mean, UniformMean>, Mean::reads_balls};
-    });
-  }
-  return result;
-}
-
 [[nodiscard]] inline MeanProperties mean_properties(const Method& method) {
-  return std::visit([](const auto& m) { return mean_properties_of(m); }, method);
+  MeanProperties result;
+  const auto find = [&]<class M>(const M& averaging) {
+    if constexpr (AveragingMethod<M>) {
+      with_mean_of(averaging, [&]<class Mean>(const Mean&) {
+        result = {true, std::is_same_v<Mean, UniformMean>, Mean::reads_balls};
+      });
+    }
+  };
+  std::visit(find, method);
+  return result;
 }
 
 /// One relaxed step towards a goal. A node at its goal stays, and factor 1 reaches the goal

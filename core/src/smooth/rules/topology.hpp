@@ -1,5 +1,6 @@
 #pragma once
 
+#include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
@@ -45,6 +46,27 @@ struct Elements {
     return {r.shape, r.nodes + (element - r.first) * static_cast<std::size_t>(r.shape->node_count)};
   }
 };
+
+/// The nodes of a facet in ascending order; missing ones are -1 and come first.
+struct FacetKey {
+  NodeId nodes[kMaxFacetNodes];
+
+  friend bool operator==(const FacetKey& a, const FacetKey& b) = default;
+  friend auto operator<=>(const FacetKey& a, const FacetKey& b) = default;
+};
+
+MESHSMOOTH_HD inline FacetKey facet_key(const ElementView& element, int facet) {
+  const FacetShape& shape = element.shape->facets[facet];
+  static_assert(kMaxFacetNodes == 4, "a key has as many -1 as a facet may have nodes");
+  FacetKey key{{-1, -1, -1, -1}};
+  for (int n = 0; n < shape.node_count; ++n) {
+    const NodeId node = element.nodes[shape.nodes[n]];
+    int at = kMaxFacetNodes - shape.node_count + n;
+    for (; at > 0 && key.nodes[at - 1] > node; --at) key.nodes[at] = key.nodes[at - 1];
+    key.nodes[at] = node;
+  }
+  return key;
+}
 
 /// Rows of ids, in executor memory: row i is entries[offsets[i] .. offsets[i+1]).
 template <class Id>

@@ -136,7 +136,7 @@ SlidingCounts find_node_constraints(E& executor, const JobMesh<E, Real>& job,
         const ElementId* const begin = sliding.facets_of.begin(slot);
         const ElementId* const end = sliding.facets_of.end(slot);
         node_constraints[slot] =
-            volume ? find_constraint_in_space(sliding.facets, begin, end, home, get, rule)
+            volume ? PlanesAtNode(sliding.facets, begin, end, home, get, rule).find()
                    : find_constraint_on_surface(sliding.facets, node, begin, end, home, get, rule);
         const NodeConstraint& found = node_constraints[slot];
         if (found.kind == NodeConstraint::plane || found.kind == NodeConstraint::line)

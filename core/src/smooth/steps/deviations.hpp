@@ -2,36 +2,26 @@
 
 #include <cmath>
 
+#include "meshsmooth/summary.hpp"
 #include "smooth/rules/closest_point.hpp"
 #include "smooth/steps/executor.hpp"
 
 namespace meshsmooth::detail {
-
-/// One-sided (Hausdorff) deviations of the nodes of curved parts, in the mesh's unit.
-struct OneSidedDeviations {
-  double result_to_input = 0;  // largest distance of a node from the input facets
-  double input_to_result = 0;  // largest distance of an input position from the current facets
-
-  friend MESHSMOOTH_HD OneSidedDeviations operator+(const OneSidedDeviations& a,
-                                                    const OneSidedDeviations& b) {
-    return {a.result_to_input > b.result_to_input ? a.result_to_input : b.result_to_input,
-            a.input_to_result > b.input_to_result ? a.input_to_result : b.input_to_result};
-  }
-};
 
 /// Measures the nodes with a curved constraint. If a node seems farther off than `tolerance`, all
 /// facets are searched.
 ///
 /// cost   O(curved nodes)
 template <Executor E, class Real>
-OneSidedDeviations measure_deviations(E& executor, std::size_t node_count,
-                                      const SlidingConstraints& sliding, double tolerance,
-                                      const Vec3<Real>* positions) {
+BoundaryDeviation measure_deviations(E& executor, std::size_t node_count,
+                                     const SlidingConstraints& sliding, double tolerance,
+                                     const Vec3<Real>* positions) {
   return executor.reduce(
-      node_count, OneSidedDeviations{},
+      node_count, BoundaryDeviation{.tolerance = tolerance},
       [=] MESHSMOOTH_HD(std::size_t node) {
         const NodeConstraint* const constraint = sliding.constraint(node);
-        if (constraint == nullptr || !constraint->curved()) return OneSidedDeviations{};
+        if (constraint == nullptr || !constraint->curved())
+          return BoundaryDeviation{.tolerance = tolerance};
         const auto came = [&](NodeId n) { return sliding.home(n); };
         const auto lies = [&](NodeId n) { return vec3_cast<double>(positions[n]); };
         const Vec3d position = lies(static_cast<NodeId>(node));
@@ -41,11 +31,16 @@ OneSidedDeviations measure_deviations(E& executor, std::size_t node_count,
           const double found = closest_on_facet(sliding.facets[f], position, came).squared;
           if (found < off) off = found;
         }
-        return OneSidedDeviations{
-            std::sqrt(off),
+        return BoundaryDeviation{
+            tolerance, std::sqrt(off),
             std::sqrt(closest_of_constraint(sliding, node, position, home, lies).squared)};
       },
-      Plus{});
+      [] MESHSMOOTH_HD(const BoundaryDeviation& a, const BoundaryDeviation& b) {
+        return BoundaryDeviation{
+            a.tolerance,
+            a.result_to_input > b.result_to_input ? a.result_to_input : b.result_to_input,
+            a.input_to_result > b.input_to_result ? a.input_to_result : b.input_to_result};
+      });
 }
 
 }  // namespace meshsmooth::detail

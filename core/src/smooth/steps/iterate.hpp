@@ -2,7 +2,6 @@
 
 #include <type_traits>
 
-#include "smooth/steps/form.hpp"
 #include "smooth/steps/mesh_counts.hpp"
 #include "smooth/steps/optimize.hpp"
 

@@ -61,11 +61,8 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
     summary.quality_after = std::move(report.quality);
     summary.locked = std::move(report.locked);
     if (constraints.curved) {
-      const OneSidedDeviations deviations =
-          measure_deviations(executor, job.node_count, constraints.view(), constraints.tolerance,
-                             job.positions.data());
-      summary.deviation = {constraints.tolerance, deviations.result_to_input,
-                           deviations.input_to_result};
+      summary.deviation = measure_deviations(executor, job.node_count, constraints.view(),
+                                             constraints.tolerance, job.positions.data());
     }
   }
   const std::int64_t* moved = nullptr;  // known when all work is finished

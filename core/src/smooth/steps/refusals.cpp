@@ -6,13 +6,11 @@
 #include <vector>
 
 #include "meshsmooth/error.hpp"
-#include "smooth/rules/facet_key.hpp"
+#include "smooth/rules/topology.hpp"
 
 namespace meshsmooth::detail {
 
-/// Throws the `InvalidMesh` of a facet used more than twice. Called once something
-/// is known to be wrong; O(elements log elements).
-[[noreturn]] void throw_overused_facet(const TopologyView& topology) {
+void throw_overused_facet(const TopologyView& topology) {
   struct Use {
     FacetKey key;
     std::size_t element;
@@ -48,7 +46,6 @@ namespace meshsmooth::detail {
   throw InvalidMesh("FACET_OVERUSED", "a facet is used by more than two elements");
 }
 
-/// Ids inside a job are 32-bit.
 void refuse_too_large(const TopologyView& topology) {
   if (topology.node_count > std::numeric_limits<NodeId>::max()) {
     throw NotSupported("MESH_TOO_LARGE", "a mesh has at most 2147483647 nodes, this one has " +
@@ -60,26 +57,24 @@ void refuse_too_large(const TopologyView& topology) {
   }
 }
 
-[[noreturn]] void throw_node_order(const QualityStats& quality) {
-  throw InvalidMesh(
-      "ALL_ELEMENTS_INVERTED",
-      "all " + std::to_string(quality.element_count) +
-          " elements are inverted: the nodes of an element are in the other orientation; use "
-          "VTK's node order (swap two nodes of every element)",
-      {{"inverted_element_count", std::to_string(quality.inverted_count)}});
-}
-
 void refuse_tangled(const QualityStats& quality, TangledPolicy policy, bool volume) {
   if (quality.inverted_count == 0) return;
-  if (volume && quality.inverted_count == quality.element_count) throw_node_order(quality);
+  const std::string inverted = std::to_string(quality.inverted_count);
+  if (volume && quality.inverted_count == quality.element_count) {
+    throw InvalidMesh(
+        "ALL_ELEMENTS_INVERTED",
+        "all " + inverted +
+            " elements are inverted: the nodes of an element are in the other orientation; use "
+            "VTK's node order (swap two nodes of every element)",
+        {{"inverted_element_count", inverted}});
+  }
   if (policy == TangledPolicy::refuse) {
     const std::string element = std::to_string(quality.worst.front().element);
-    throw InvalidMesh(
-        "MESH_TANGLED",
-        std::to_string(quality.inverted_count) + " of " + std::to_string(quality.element_count) +
-            " elements are inverted, the worst is element " + element +
-            "; allow repair, or fix the mesh first",
-        {{"inverted_element_count", std::to_string(quality.inverted_count)}, {"element", element}});
+    throw InvalidMesh("MESH_TANGLED",
+                      inverted + " of " + std::to_string(quality.element_count) +
+                          " elements are inverted, the worst is element " + element +
+                          "; allow repair, or fix the mesh first",
+                      {{"inverted_element_count", inverted}, {"element", element}});
   }
 }
 

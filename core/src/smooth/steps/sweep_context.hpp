@@ -1,9 +1,53 @@
 #pragma once
 
+#include <vector>
+
+#include "meshsmooth/options.hpp"
 #include "smooth/rules/acceptance.hpp"
-#include "smooth/steps/colouring.hpp"
+#include "smooth/rules/means.hpp"
+#include "smooth/steps/executor.hpp"
 
 namespace meshsmooth::detail {
+
+[[nodiscard]] inline Form resolve_form(const SmoothOptions& options) {
+  return options.form != Form::automatic ? options.form : forms_of(options.method).front();
+}
+
+[[nodiscard]] inline Acceptance acceptance_of(const SmoothOptions& options) {
+  return {options.guard, std::holds_alternative<SmartLaplacian>(options.method),
+          options.boundary == BoundaryPolicy::slide};
+}
+
+/// Whether a job needs the balls beyond finding rings and boundary.
+[[nodiscard]] inline bool needs_balls(const SmoothOptions& options) {
+  return acceptance_of(options).active() || resolve_form(options) == Form::gauss_seidel ||
+         mean_properties(options.method).reads_balls;
+}
+
+/// Free nodes grouped so that no two of one colour share an element: all nodes of a colour can
+/// move concurrently.
+template <Executor E>
+struct Colouring {
+  typename E::template Buffer<NodeId> nodes;  // colour after colour, ascending inside
+  std::vector<std::size_t> first;             // colour c: nodes[first[c] .. first[c + 1])
+
+  [[nodiscard]] std::size_t count() const { return first.empty() ? 0 : first.size() - 1; }
+};
+
+/// Visits every node of a colouring, colour by colour; returns the sum of what `visit(node)` gives.
+template <class Stats, Executor E, class Visit>
+Stats reduce_by_colour(E& executor, const Colouring<E>& colouring, const Visit& visit) {
+  Stats sum;
+  for (std::size_t c = 0; c < colouring.count(); ++c) {
+    const NodeId* const nodes = colouring.nodes.data() + colouring.first[c];
+    const std::size_t count = colouring.first[c + 1] - colouring.first[c];
+    const auto visit_nth = [=] MESHSMOOTH_HD(std::size_t n) {
+      return visit(static_cast<std::size_t>(nodes[n]));
+    };
+    sum = sum + executor.reduce(count, Stats{}, visit_nth, Plus{});
+  }
+  return sum;
+}
 
 /// What all sweeps of a job share. Functors capture it by value; `colouring` is for the host.
 template <Executor E, class Real>

@@ -47,26 +47,16 @@ SweepStats sweep_gauss_seidel(E& executor, const SweepContext<E, Real>& context,
   const Surroundings& around = context.around;
   const Acceptance acceptance = context.acceptance;
   const DisplacementLimit<Real> displacement_limit = context.displacement_limit;
-  const Colouring<E>& colouring = *context.colouring;
   const QuietPositions<Real> x{positions};
-  SweepStats stats;
-  for (std::size_t c = 0; c < colouring.count(); ++c) {
-    const NodeId* const nodes = colouring.nodes.data() + colouring.first[c];
-    stats = stats + executor.reduce(
-                        colouring.first[c + 1] - colouring.first[c], SweepStats{},
-                        [=] MESHSMOOTH_HD(std::size_t n) {
-                          const auto node = static_cast<std::size_t>(nodes[n]);
-                          bool held = false;
-                          const Vec3<Real> before = x[node];
-                          const Vec3<Real> position =
-                              move_node(SingleThread{}, around, x, node, mean, factor, acceptance,
-                                        held, displacement_limit);
-                          positions[node] = position;
-                          return stats_of_move(before, position, held);
-                        },
-                        Plus{});
-  }
-  return stats;
+  return reduce_by_colour<SweepStats>(
+      executor, *context.colouring, [=] MESHSMOOTH_HD(std::size_t node) {
+        bool held = false;
+        const Vec3<Real> before = x[node];
+        const Vec3<Real> position = move_node(SingleThread{}, around, x, node, mean, factor,
+                                              acceptance, held, displacement_limit);
+        positions[node] = position;
+        return stats_of_move(before, position, held);
+      });
 }
 
 /// Asynchronous relaxation: in place, without an order. Not deterministic.

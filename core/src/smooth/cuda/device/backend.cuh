@@ -5,10 +5,30 @@
 #include "smooth/cuda/sweeps/sweeps.cuh"
 #include "smooth/cuda/topology/colouring.cuh"
 #include "smooth/cuda/topology/prepare.cuh"
-#include "smooth/cuda/topology/result.cuh"
 #include "smooth/steps/backend.hpp"
 
 namespace meshsmooth::detail {
+
+/// Queues the copy of the moved positions into the caller's order, on the device. Returns how many
+/// differ from the input, known at the next `synchronize`.
+template <class Real>
+std::int64_t* restore_order(CudaExecutor& executor, JobMesh<CudaExecutor, Real>& job) {
+  auto* const moved = executor.lane().mapped<std::int64_t>(CudaLane::kMovedOffset);
+  Vec3<Real>* const given = job.given.data();
+  const Vec3<Real>* const positions = job.positions.data();
+  const NodeId* const caller_ids = job.caller_ids.data();
+  const std::uint8_t* const fixed = job.fixed.data();
+  executor.reduce_later(
+      job.node_count, std::int64_t{0},
+      [=] __device__(std::size_t node) -> std::int64_t {
+        Vec3<Real>& target = given[caller_ids[node]];
+        if (fixed[node] != 0 || positions[node] == target) return 0;
+        target = positions[node];
+        return 1;
+      },
+      Plus{}, moved);
+  return moved;
+}
 
 /// The steps of the CUDA backend; see `Backend`. Every call returns when its work is queued,
 /// those that return a value when it is known.
@@ -21,7 +41,7 @@ class CudaBackend {
 
   /// The caller's mesh must outlive the object.
   CudaBackend(CudaExecutor& executor, const TopologyView& topology, PositionsView positions)
-      : executor_(executor), evaluator_(executor, topology, positions), result_(executor) {}
+      : executor_(executor), evaluator_(executor, topology, positions) {}
 
   [[nodiscard]] CudaExecutor& executor() { return executor_; }
 
@@ -67,18 +87,21 @@ class CudaBackend {
 
   template <class Real>
   [[nodiscard]] QualityReport evaluate_result(Job<Real>& job, const Orientation& orientation) {
-    return evaluator_.evaluate(job, orientation, [&] { result_.restore_order(job); });
+    // While the host reads the evaluation this costs no time (100k download 51 to 28 us, H200).
+    return evaluator_.evaluate(job, orientation, [&] { moved_ = restore_order(executor_, job); });
   }
 
   template <class Real>
   [[nodiscard]] const std::int64_t* write_back(Job<Real>& job, std::span<Vec3<Real>> positions) {
-    return result_.write_back(job, positions);
+    if (moved_ == nullptr) moved_ = restore_order(executor_, job);
+    executor_.download_later(job.given.data(), positions.data(), positions.size());
+    return moved_;
   }
 
  private:
   CudaExecutor& executor_;
   CudaEvaluator evaluator_;
-  ResultWriter result_;
+  std::int64_t* moved_ = nullptr;  // once the caller's order is restored
 };
 
 static_assert(Backend<CudaBackend>);

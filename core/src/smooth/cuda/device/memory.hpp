@@ -2,8 +2,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
-#include <utility>
 
 #include "smooth/cuda/device/stream.hpp"
 #include "smooth/cuda/device/suballocator.hpp"
@@ -89,40 +89,30 @@ template <class T>
 class DeviceBuffer {
  public:
   DeviceBuffer() = default;
-  DeviceBuffer(std::size_t size, const DeviceMemory& memory)
-      : size_(size), pool_(&memory.pool), count_(&memory.count) {
+  DeviceBuffer(std::size_t size, const DeviceMemory& memory) {
     if (size == 0) return;
-    data_ = static_cast<T*>(pool_->allocate(size * sizeof(T)));
-    count_->add(size * sizeof(T));
-  }
-  DeviceBuffer(DeviceBuffer&& other) noexcept { swap(other); }
-  DeviceBuffer& operator=(DeviceBuffer&& other) noexcept {
-    DeviceBuffer moved(std::move(other));
-    swap(moved);
-    return *this;
-  }
-  ~DeviceBuffer() {
-    if (data_ == nullptr) return;
-    count_->subtract(size_ * sizeof(T));
-    pool_->release(data_, size_ * sizeof(T));
+    data_ = {static_cast<T*>(memory.pool.allocate(size * sizeof(T))),
+             Release{size, &memory.pool, &memory.count}};
+    memory.count.add(size * sizeof(T));
   }
 
-  [[nodiscard]] T* data() { return data_; }
-  [[nodiscard]] const T* data() const { return data_; }
-  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] T* data() { return data_.get(); }
+  [[nodiscard]] const T* data() const { return data_.get(); }
+  [[nodiscard]] std::size_t size() const { return data_ ? data_.get_deleter().size : 0; }
 
  private:
-  void swap(DeviceBuffer& other) noexcept {
-    std::swap(data_, other.data_);
-    std::swap(size_, other.size_);
-    std::swap(pool_, other.pool_);
-    std::swap(count_, other.count_);
-  }
+  struct Release {
+    std::size_t size = 0;
+    DevicePool* pool = nullptr;
+    ByteCount* count = nullptr;
 
-  T* data_ = nullptr;
-  std::size_t size_ = 0;
-  DevicePool* pool_ = nullptr;
-  ByteCount* count_ = nullptr;
+    void operator()(T* data) const noexcept {
+      count->subtract(size * sizeof(T));
+      pool->release(data, size * sizeof(T));
+    }
+  };
+
+  std::unique_ptr<T, Release> data_;
 };
 
 /// Owns page-locked host memory mapped into the device's address space.

@@ -1,6 +1,5 @@
 // Replaces the CUDA backend in builds without it.
 #include "meshsmooth/error.hpp"
-#include "smooth/cuda/device/page_lock.hpp"
 #include "smooth/cuda/device/smoother.hpp"
 
 namespace meshsmooth::detail {

@@ -1,8 +1,6 @@
-#include "smooth/cuda/device/page_lock.hpp"
-
 #include <cuda_runtime_api.h>
 
-#include "smooth/cuda/device/device_name.hpp"
+#include "smooth/cuda/device/smoother.hpp"
 
 namespace meshsmooth::detail {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "smooth/cuda/device/executor.cuh"
-#include "smooth/steps/colouring.hpp"
+#include "smooth/steps/sweep_context.hpp"
 
 namespace meshsmooth::detail {
 

@@ -6,7 +6,8 @@
 #include <vector>
 
 #include "smooth/cuda/device/executor.cuh"
-#include "smooth/steps/colouring.hpp"
+#include "smooth/rules/colouring_rule.hpp"
+#include "smooth/steps/sweep_context.hpp"
 
 namespace meshsmooth::detail {
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "smooth/cuda/topology/ball_rows.cuh"
 #include "smooth/cuda/topology/balls.cuh"
 #include "smooth/cuda/topology/ring_block.cuh"
 

@@ -3,11 +3,10 @@
 #include "smooth/cuda/primitives/vector_access.cuh"
 #include "smooth/cuda/primitives/warp.cuh"
 #include "smooth/cuda/topology/prepare_state.hpp"
-#include "smooth/rules/facet_key.hpp"
 #include "smooth/rules/fixed_nodes.hpp"
 #include "smooth/rules/topology.hpp"
-#include "smooth/steps/form.hpp"
 #include "smooth/steps/mesh_counts.hpp"
+#include "smooth/steps/sweep_context.hpp"
 
 namespace meshsmooth::detail {
 
