@@ -71,7 +71,7 @@ class BadMesh(CliTest):
 
     def test_wholly_inverted_mesh_is_the_node_order(self):
         error = self.smooth_error(vtk_text(BALL, [(b, a, c, d) for a, b, c, d in BALL_CELLS]))
-        self.assertIn("ALL_ELEMENTS_INVERTED", error)
+        self.assertIn("MESH_MIRRORED", error)
         self.assertIn("order", error)
 
     def test_tangled_mesh_is_refused_on_request(self):

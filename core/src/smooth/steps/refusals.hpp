@@ -13,8 +13,9 @@ void refuse_too_large(const TopologyView& topology);
 /// once a backend has found that there is one; O(elements log elements).
 [[noreturn]] void throw_overused_facet(const TopologyView& topology);
 
-/// Throws InvalidMesh where inverted elements end the job: ALL_ELEMENTS_INVERTED in a volume
-/// mesh, whatever the policy; MESH_TANGLED if the policy is to refuse.
+/// Throws InvalidMesh where inverted elements end the job: MESH_MIRRORED, whatever the policy, in a
+/// volume mesh most of whose elements are inverted and whose boundary encloses a negative volume
+/// (what happens inside does not change that); MESH_TANGLED if the policy is to refuse.
 void refuse_tangled(const QualityStats& quality, TangledPolicy policy, bool volume);
 
 }  // namespace meshsmooth::detail
