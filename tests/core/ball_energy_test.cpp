@@ -154,10 +154,10 @@ TEST(BallEnergy, WithEpsilonHasTheGradientAndAPositiveDefiniteMatrix) {
     for (std::size_t node = 0; node < mesh.node_count(); ++node) {
       if (held[node]) continue;
       with_terms<3>(around, node, [&](const auto& terms) {
-        const BallScan scan = scan_ball<3>(SingleThread{}, terms);
+        const BallScan scan = scan_ball<3>(SingleThread{}, terms, false);
         if (scan.valid) return;
         ++tangled;
-        const BallEnergy energy{.power = 1, .epsilon_squared = epsilon_squared<3>(scan)};
+        const BallEnergy energy{.power = 1, .epsilon_squared = epsilon_squared<3>(scan, 0)};
         const BallDerivatives at = differentiate<3>(SingleThread{}, terms, energy);
         const double h = 1e-6;
         Point slope;

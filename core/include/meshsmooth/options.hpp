@@ -23,7 +23,8 @@ enum class TangledPolicy {
 
 /// When a method has converged: the largest move of a sweep is below `value`. For `Optimize` with a
 /// relative tolerance: a sweep lowers the p-norm of a ball's inverse mean ratios by less than this
-/// share, in the mean over the free nodes.
+/// share, in the mean over the nodes that still move, and the sweeps to come are estimated to add
+/// little (docs/methods.md, Termination). It does not depend on the size of the mesh.
 struct Tolerance {
   double value = 1e-4;   ///< Finite, >= 0.
   bool relative = true;  ///< As a share of the bounding box's diagonal; else in the mesh's unit.

@@ -96,8 +96,9 @@ struct BallScan {
   double count = 0;
 };
 
+/// The sums of a valid ball are known only if `sums`.
 template <int kDimension, class Team, class Terms>
-MESHSMOOTH_HD BallScan scan_ball(const Team& team, const Terms& terms) {
+MESHSMOOTH_HD BallScan scan_ball(const Team& team, const Terms& terms, bool sums) {
   BallScan scan;
   terms.for_each([&](const CornerTerm& term) {
     scan.valid = scan.valid && CornerEnergy<kDimension>(term.volume, term.size).positive;
@@ -106,19 +107,20 @@ MESHSMOOTH_HD BallScan scan_ball(const Team& team, const Terms& terms) {
     scan.count += 1;
   });
   scan.valid = team.all(scan.valid);
-  if (scan.valid) return scan;
+  if (scan.valid && !sums) return scan;
   scan.lowest_volume = team.lowest(scan.lowest_volume);
   scan.size = team.sum(scan.size);
   scan.count = team.sum(scan.count);
   return scan;
 }
 
-/// e^2 of a tangled ball: a fifth of its deepest inversion, and a little of its size.
+/// e^2 of a tangled or softened ball: a fifth of its deepest inversion, and a share of its size.
 template <int kDimension>
-MESHSMOOTH_HD double epsilon_squared(const BallScan& scan) {
+MESHSMOOTH_HD double epsilon_squared(const BallScan& scan, double softness) {
   const double h2 = scan.size / (kDimension * scan.count);
   const double volume_squared = kDimension == 3 ? h2 * h2 * h2 : h2 * h2;
-  return 1e-8 * volume_squared + 0.04 * scan.lowest_volume * scan.lowest_volume;
+  return (1e-8 + softness * softness) * volume_squared +
+         0.04 * scan.lowest_volume * scan.lowest_volume;
 }
 
 /// The worst corner of a ball: its inverse mean ratio; HUGE_VAL unless all are certainly

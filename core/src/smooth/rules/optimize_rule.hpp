@@ -10,13 +10,17 @@ struct OptimizePhase {
   int power = 2;      // of the energy of valid balls, a power of two
   double poor = 0;    // visit only balls whose worst inverse mean ratio is above
   bool guard = true;  // in a tangled ball valid corners stay valid
+  /// Above 0 valid balls descend a regularized energy too: e is at least this share of the
+  /// volume of an ideal corner of the ball's size.
+  double softness = 0;
 };
 
 /// What one visit did.
 template <class Real>
 struct Visit {
   Vec3<Real> position;
-  double gain = 0;       // relative fall of the ball's energy to the power of 1/p
+  double gain = 0;       // relative fall of the ball's energy to the power of 1/p; 0 in repair
+  double depth = 0;      // of the deepest inversion of a tangled ball: its -D
   bool tangled = false;  // a corner is not certainly positive
   bool held = false;     // no trial of its move was better
 };
@@ -96,9 +100,9 @@ class NodeOptimizer {
         phase_(phase),
         displacement_limit_(displacement_limit) {}
 
-  /// In a valid ball one descent step of its energy. In a tangled one two of the regularized
-  /// energy; once it is valid, the second as in a valid ball. One loop for all of them, so that
-  /// device code has each pass over a ball only once.
+  /// In a valid ball, or a softened one, one descent step of its energy. In a tangled ball two of
+  /// the regularized energy; once it is valid, the second as in a valid ball. One loop for all of
+  /// them, so that device code has each pass over a ball only once.
   MESHSMOOTH_HD Visit<Real> visit() {
     Visit<Real> visit{.position = terms_.position()};
     BallEnergy energy{.power = phase_.power};
@@ -107,34 +111,39 @@ class NodeOptimizer {
       if (worst <= phase_.poor) return visit;
       if (worst < HUGE_VAL) energy.unit = worst;
     }
-    bool repairing = false;
-    for (int steps = 0; steps < 2;) {
+    const bool soft = phase_.softness > 0;
+    bool repairing = soft;
+    bool changed = soft;  // the ball must be scanned
+    for (int steps = 0;;) {
+      if (changed) {
+        const BallScan scan = scan_ball<kDimension>(team_, terms_, soft);
+        visit.tangled = !scan.valid;
+        visit.depth = scan.valid ? 0 : -scan.lowest_volume;
+        if (steps == 2 || (soft && steps > 0)) return visit;
+        energy = scan.valid && !soft ? BallEnergy{} : regularize(scan);
+        changed = false;
+      }
       const BallDerivatives at = differentiate<kDimension>(team_, terms_, energy);
       if (!repairing && !at.valid()) {
-        repairing = visit.tangled = visit.held = true;
-        visit.gain = 1;
-        energy = regularize(scan_ball<kDimension>(team_, terms_));
+        repairing = changed = visit.held = true;
         continue;
       }
       const NewtonStep newton_step = newton(at);
       if (!(newton_step.decrement >= kRestDecrement)) return visit;
       const Found<Real> found = search(energy, at.energy, newton_step);
       const bool stays = found.position == terms_.position();
-      if (!repairing) {
+      if (!repairing || soft) {
         visit.gain = (at.energy - found.value) / (at.energy * energy.power);
         visit.held = stays;
       }
       if (stays) return visit;
       visit.position = found.position;
-      if (!visit.tangled) return visit;
+      if (!repairing || (steps == 1 && !visit.tangled)) return visit;
       visit.held = false;
       terms_.move_to(found.position);
-      const BallScan scan = scan_ball<kDimension>(team_, terms_);
-      visit.tangled = !scan.valid;
-      energy = scan.valid ? BallEnergy{} : regularize(scan);
+      changed = true;
       ++steps;
     }
-    return visit;
   }
 
  private:
@@ -149,8 +158,8 @@ class NodeOptimizer {
     return kDimension == 3 ? newton_step(at) : newton_step_in_plane(at, normal_);
   }
 
-  [[nodiscard]] static MESHSMOOTH_HD BallEnergy regularize(const BallScan& scan) {
-    return {.power = 1, .epsilon_squared = epsilon_squared<kDimension>(scan)};
+  [[nodiscard]] MESHSMOOTH_HD BallEnergy regularize(const BallScan& scan) const {
+    return {.power = 1, .epsilon_squared = epsilon_squared<kDimension>(scan, phase_.softness)};
   }
 
   /// `search_along` a Newton step from the node's position, where the ball's energy is `value`.

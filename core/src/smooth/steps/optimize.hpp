@@ -1,5 +1,9 @@
 #pragma once
 
+#include <array>
+#include <cmath>
+
+#include "smooth/steps/anderson.hpp"
 #include "smooth/steps/backend.hpp"
 #include "smooth/steps/limit_moves.hpp"
 #include "smooth/steps/mesh_counts.hpp"
@@ -19,17 +23,228 @@ struct CallerPositions {
   const NodeId* caller_ids;     // of a node of ours
 };
 
-/// Bytes of `optimize`: states, opposite nodes, and where a tangled mesh is repaired its input
-/// and `limit_moves`.
+/// Sweeps of untangling, and of the descent, after which an error counts as long.
+inline constexpr int kUntanglingSweeps = 10;
+inline constexpr int kDescentSweeps = 15;
+
+/// Bytes of `optimize`: states, opposite nodes; where a tangled mesh is repaired its input and
+/// `limit_moves`, or the positions to return to and what accelerates a long descent.
 [[nodiscard]] inline std::int64_t optimize_bytes(const MeshCounts& mesh,
                                                  const SmoothOptions& options) {
   const bool repairs = options.tangled == TangledPolicy::repair;
+  const bool far = iteration_limit(options) > kDescentSweeps;
+  const std::int64_t positions = mesh.nodes * mesh.position_bytes;
   return mesh.nodes + (mesh.only(4) ? 3 * 4 * mesh.entries : 0) +
-         (repairs ? mesh.nodes * mesh.position_bytes + limit_moves_bytes(mesh.nodes, false) : 0);
+         std::max(repairs ? positions + limit_moves_bytes(mesh.nodes, false) : 0,
+                  far ? positions + anderson_bytes(mesh) : 0);
 }
 
 /// The method Optimize: untangles where a ball is not valid, then descends the goal's energy,
 /// then refines poor balls by high powers for Goal::worst.
+///
+/// Errors that are short or few are gone after some sweeps of each phase. What is left then is
+/// long: its way out leads through nodes that hold each other. Tangled meshes are then softened
+/// (see `soften`), also those that are valid but nearly flat somewhere, and the descent is
+/// accelerated.
+template <Backend B, class Real>
+class Optimizer {
+ public:
+  using E = typename B::Executor;
+
+  Optimizer(B& backend, const SweepContext<E, Real>& context, const Optimize& method,
+            ConvergenceMonitor& monitor, Vec3<Real>* positions)
+      : backend_(backend),
+        executor_(backend.executor()),
+        context_(context),
+        method_(method),
+        monitor_(monitor),
+        options_(monitor.options()),
+        opposite_(backend.find_opposite_nodes(context.around)),
+        sweeper_(executor_, with_opposite(context, opposite_.data()), positions) {}
+
+  void run(const CallerPositions<Real>& given) {
+    const MeshEnergy start = sweeper_.measure(1);
+    if (method_.target_quality > 0 && start.worst >= method_.target_quality) {
+      monitor_.end(StopReason::target_reached);
+      return;
+    }
+    if (start.invalid > 0 && !untangle(given)) return;
+    const PhaseEnd converged = converged_end();
+    if (!descend(converged)) return;
+    if (method_.goal == Goal::worst) {
+      // Few balls are poor, which is no reason to ask more of them; and what high powers gain in
+      // many sweeps is little (cube of 10,000 nodes: 0.1 degrees for twice the sweeps).
+      PhaseEnd refined = converged;
+      refined.free_count = 0;
+      refined.tolerance *= 3;
+      const double poor = method_.target_quality > 0 ? method_.target_quality : kPoorMeanRatio;
+      for (const int power : kRefinementPowers) {
+        if (!run_phase({.power = power, .poor = 1 / poor, .guard = options_.guard}, refined))
+          return;
+      }
+    }
+    const bool stuck = last_.moves.moved == 0 && last_.moves.held > 0;
+    monitor_.end(last_.tangled > 0 || stuck ? StopReason::stagnated : StopReason::converged);
+  }
+
+ private:
+  /// A valid mesh with a corner below is nearly tangled: its nodes may hold each other there.
+  static constexpr double kNearlyFlat = 0.05;
+
+  static SweepContext<E, Real> with_opposite(SweepContext<E, Real> context,
+                                             const NodeId* opposite) {
+    context.around.opposite = opposite;
+    return context;
+  }
+
+  [[nodiscard]] PhaseEnd converged_end() const {
+    const Tolerance& tolerance = options_.tolerance;
+    return {.tolerance = tolerance.relative ? tolerance.value : 0,
+            .free_count = static_cast<double>(monitor_.free_count()),
+            .least_move = tolerance.relative ? 0 : tolerance.value};
+  }
+
+  /// Runs a part of a phase; true when the job goes on.
+  bool run_part(PhaseMonitor& phase_monitor, const OptimizePhase& phase, int most_sweeps) {
+    if (monitor_.sweeps_left() == 0) return !monitor_.end(StopReason::iteration_limit);
+    phase_monitor.limit(most_sweeps);
+    backend_.optimize_phase(sweeper_, phase, phase_monitor);
+    last_ = phase_monitor.last();
+    return !phase_monitor.job_ended();
+  }
+
+  /// Runs a whole phase; true when the job goes on.
+  bool run_phase(const OptimizePhase& phase, const PhaseEnd& end,
+                 int most_sweeps = PhaseMonitor::kNoLimit) {
+    PhaseMonitor phase_monitor(monitor_, phase, end, method_.target_quality);
+    sweeper_.wake_all();
+    return run_part(phase_monitor, phase, most_sweeps);
+  }
+
+  /// Repairs tangled balls until none is left or they do not improve.
+  bool repair(int most_sweeps = PhaseMonitor::kNoLimit) {
+    return run_phase({.power = 1, .guard = false}, {.when_untangled = true}, most_sweeps);
+  }
+
+  /// Sweeps of an energy that is regularized in every ball, by less and less: continuation. At
+  /// first it is nearly that of springs, in which elements pass through each other; at last the
+  /// true one of power 1.
+  bool soften() {
+    constexpr int kStages = 10;
+    constexpr int kSweepsOfStage = 10;
+    double softness = 1;
+    for (int stage = 0; stage < kStages; ++stage, softness /= 2) {
+      if (!run_phase({.power = 1, .guard = false, .softness = softness}, {.least_gain = 1e-3},
+                     kSweepsOfStage))
+        return false;
+    }
+    return true;
+  }
+
+  /// True when the job goes on. Where inverted elements are left, moves that inverted a valid one
+  /// are undone.
+  bool untangle(const CallerPositions<Real>& given) {
+    bool goes_on = repair(kUntanglingSweeps);
+    if (goes_on && last_.tangled > 0) {
+      const std::int64_t invalid = sweeper_.measure(1).invalid;
+      const Saved saved = save();
+      goes_on = soften() && repair();
+      if (last_.tangled > 0 && sweeper_.measure(1).invalid > invalid) restore(saved);
+    }
+    if (last_.tangled > 0 && options_.guard) {
+      const auto before = positions_in_order(executor_, given.positions, given.caller_ids,
+                                             context_.around.node_count);
+      auto repaired = context_;
+      repaired.acceptance = {.guard = true, .facets = context_.around.sliding.any()};
+      repaired.displacement_limit = {};
+      limit_moves(executor_, repaired, before.data(), sweeper_.positions());
+    }
+    return goes_on;
+  }
+
+  /// Descends the goal's energy; true when the job goes on.
+  bool descend(const PhaseEnd& converged) {
+    const OptimizePhase phase{.power = power_of(method_.goal), .guard = options_.guard};
+    PhaseMonitor phase_monitor(monitor_, phase, converged, method_.target_quality);
+    sweeper_.wake_all();
+    if (!run_part(phase_monitor, phase, kDescentSweeps)) return false;
+    if (last_.tangled > 0) {
+      return phase_monitor.ended() || run_part(phase_monitor, phase, PhaseMonitor::kNoLimit);
+    }
+    const MeshEnergy reached = sweeper_.measure(phase.power);
+    if (reached.invalid == 0 && reached.worst < kNearlyFlat) {
+      return escape(phase, converged, reached.energy);
+    }
+    return phase_monitor.ended() || descend_far(phase, converged);
+  }
+
+  /// Accelerated sweeps of a valid mesh.
+  bool descend_far(const OptimizePhase& phase, const PhaseEnd& converged) {
+    constexpr int kSpan = 3;               // sweeps over which the fall of the gains is taken
+    constexpr double kFarTolerance = 0.1;  // of a long error each sweep is a smaller share
+    PhaseMonitor phase_monitor(monitor_, phase, {.least_move = converged.least_move},
+                               method_.target_quality);
+    AndersonMixing<E, Real> mixing(executor_, sweeper_, phase.power);
+    PhaseEnd end = converged;
+    end.tolerance *= kFarTolerance;
+    std::array<double, kSpan + 1> gains{};
+    for (int sweep = 0;; ++sweep) {
+      mixing.begin();
+      if (!run_part(phase_monitor, phase, 1)) return false;
+      if (phase_monitor.ended()) return true;
+      const double factor = mixing.extrapolate();
+      OptimizeStats whole = last_;  // with what the extrapolation added
+      whole.gain *= factor;
+      whole.squared_gain *= factor * factor;
+      const double earlier = gains[(sweep + 1) % gains.size()];
+      gains[sweep % gains.size()] = whole.gain;
+      if (sweep < kSpan) continue;
+      const auto moved = static_cast<double>(last_.moves.moved);
+      if (factor == 1 && last_.gain < 2 * kRestDecrement * moved) return true;  // nearly at rest
+      if (end.settled(whole, whole.gain * std::cbrt(earlier / whole.gain))) return true;
+    }
+  }
+
+  /// From a valid mesh that is nearly flat somewhere: softens it, then descends. Returns to where
+  /// it was unless the outcome is valid and better.
+  bool escape(const OptimizePhase& phase, const PhaseEnd& converged, double energy) {
+    const Saved saved = save();
+    const bool goes_on = soften() && repair() && last_.tangled == 0;
+    const bool descends = goes_on && descend_far(phase, converged);
+    const MeshEnergy after = sweeper_.measure(phase.power);
+    if (after.invalid > 0 || !(after.energy < energy)) restore(saved);
+    return descends;
+  }
+
+  /// Where to return to.
+  struct Saved {
+    typename E::template Buffer<Vec3<Real>> positions;
+    OptimizeStats last;
+  };
+  [[nodiscard]] Saved save() {
+    const std::size_t node_count = context_.around.node_count;
+    Saved saved{executor_.template allocate<Vec3<Real>>(node_count), last_};
+    copy_positions(executor_, node_count, sweeper_.positions(), saved.positions.data());
+    return saved;
+  }
+  void restore(const Saved& saved) {
+    copy_positions(executor_, context_.around.node_count, saved.positions.data(),
+                   sweeper_.positions());
+    last_ = saved.last;
+  }
+
+  B& backend_;
+  E& executor_;
+  const SweepContext<E, Real>& context_;
+  const Optimize& method_;
+  ConvergenceMonitor& monitor_;
+  const SmoothOptions& options_;
+  typename E::template Buffer<NodeId> opposite_;
+  OptimizeSweeper<E, Real> sweeper_;
+  OptimizeStats last_;
+};
+
+/// The method Optimize.
 ///
 /// takes  positions in internal order; surroundings with balls; a colouring
 /// gives  the optimized positions in place. Valid elements stay valid; where not all
@@ -37,60 +252,10 @@ struct CallerPositions {
 /// cost   per sweep two to four passes over each ball; `optimize_bytes`
 /// order  deterministic
 template <Backend B, class Real>
-void optimize(B& backend, const SweepContext<typename B::Executor, Real>& given_context,
+void optimize(B& backend, const SweepContext<typename B::Executor, Real>& context,
               const Optimize& method, ConvergenceMonitor& monitor,
               const CallerPositions<Real>& given, Vec3<Real>* positions) {
-  auto& executor = backend.executor();
-  const SmoothOptions& options = monitor.options();
-  auto context = given_context;
-  const auto opposite = backend.find_opposite_nodes(context.around);
-  context.around.opposite = opposite.data();
-  OptimizeSweeper<typename B::Executor, Real> sweeper(executor, context, positions);
-  const MeshEnergy start = sweeper.measure(1);
-  bool tangled = start.invalid > 0;
-  if (method.target_quality > 0 && start.worst >= method.target_quality) {
-    monitor.end(StopReason::target_reached);
-    return;
-  }
-
-  OptimizeStats last;
-  // True when the job goes on.
-  const auto run = [&](const OptimizePhase& phase, const PhaseEnd& end) {
-    if (monitor.sweeps_left() == 0) return !monitor.end(StopReason::iteration_limit);
-    PhaseMonitor phase_monitor(monitor, phase, end, method.target_quality);
-    sweeper.wake_all();
-    backend.optimize_phase(sweeper, phase, phase_monitor);
-    last = phase_monitor.last();
-    return !phase_monitor.job_ended();
-  };
-
-  if (tangled) {
-    const bool goes_on = run({.power = 1, .guard = false}, {.when_untangled = true});
-    tangled = last.tangled > 0;
-    if (tangled && options.guard) {
-      const auto before = positions_in_order(executor, given.positions, given.caller_ids,
-                                             context.around.node_count);
-      auto repair = context;
-      repair.acceptance = {.guard = true, .facets = context.around.sliding.any()};
-      repair.displacement_limit = {};
-      limit_moves(executor, repair, before.data(), positions);
-    }
-    if (!goes_on) return;
-  }
-
-  const double tolerance = options.tolerance.value;
-  const auto free_count = static_cast<double>(monitor.free_count());
-  const PhaseEnd converged{.least_gain = options.tolerance.relative ? tolerance * free_count : 0,
-                           .least_move = options.tolerance.relative ? 0 : tolerance};
-  if (!run({.power = power_of(method.goal), .guard = options.guard}, converged)) return;
-  if (method.goal == Goal::worst) {
-    const double poor = method.target_quality > 0 ? method.target_quality : kPoorMeanRatio;
-    for (const int power : kRefinementPowers) {
-      if (!run({.power = power, .poor = 1 / poor, .guard = options.guard}, converged)) return;
-    }
-  }
-  const bool stuck = last.moves.moved == 0 && last.moves.held > 0;
-  monitor.end(last.tangled > 0 || stuck ? StopReason::stagnated : StopReason::converged);
+  Optimizer<B, Real>(backend, context, method, monitor, positions).run(given);
 }
 
 }  // namespace meshsmooth::detail

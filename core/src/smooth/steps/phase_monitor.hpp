@@ -9,13 +9,19 @@
 
 namespace meshsmooth::detail {
 
-/// Decides after every sweep of a phase whether the phase continues, and the job.
+/// Decides after every sweep of a phase whether the phase continues, and the job. A phase may be
+/// run in parts: `limit` sets how many sweeps the next part has.
 class PhaseMonitor {
  public:
+  static constexpr int kNoLimit = std::numeric_limits<int>::max();
+
   PhaseMonitor(ConvergenceMonitor& job, const OptimizePhase& phase, PhaseEnd end, double target)
       : job_(job), phase_(phase), end_(end), target_(target) {}
 
-  /// True when the sweep just done was the phase's last. `energy` may be null unless
+  /// The part that begins has at most this many sweeps.
+  void limit(int sweeps) { part_end_ = sweeps < kNoLimit - sweeps_ ? sweeps_ + sweeps : kNoLimit; }
+
+  /// True when the sweep just done was the part's last. `energy` may be null unless
   /// `needs_energy`.
   [[nodiscard]] bool done(const OptimizeStats& stats, const MeshEnergy* energy) {
     return ended_by(stats, energy) || interrupted();
@@ -24,14 +30,18 @@ class PhaseMonitor {
   /// `done` by the sweeps alone.
   [[nodiscard]] bool ended_by(const OptimizeStats& stats, const MeshEnergy* energy) {
     job_.record(stats.moves);
+    gain_before_ = last_.gain;
     last_ = stats;
     ++sweeps_;
     if (job_.options().history)
       job_.record_energy(mean_energy(*energy, phase_.power), energy->worst);
     if (target_ > 0 && energy->worst >= target_) return end_job(StopReason::target_reached);
-    if (end_.after(stats)) return true;
+    ended_ = end_.after(stats, gain_before_);
+    if (ended_) return true;
     if (job_.sweeps_left() == 0) return end_job(StopReason::iteration_limit);
-    return end_.when_untangled && stuck();
+    ended_ =
+        stats.tangled > 0 && stuck() && (end_.when_untangled || end_.settled(stats, gain_before_));
+    return ended_ || sweeps_ == part_end_;
   }
 
   [[nodiscard]] bool interrupted() {
@@ -43,15 +53,18 @@ class PhaseMonitor {
   [[nodiscard]] bool needs_energy() const { return job_.options().history || target_ > 0; }
 
   /// How many sweeps a backend may run in one batch if it applies `end()` itself after each: no
-  /// other rule ends the phase earlier.
+  /// other rule ends the part earlier.
   [[nodiscard]] int sweeps_ahead() const {
     if (needs_energy()) return 1;
-    const int left = job_.sweeps_left();
-    return end_.when_untangled ? std::min(left, lowest_at_ + kPatience - sweeps_) : left;
+    const int left = std::min(job_.sweeps_left(), part_end_ - sweeps_);
+    const bool patient = sweeps_ > 0 && last_.tangled == 0;
+    return patient ? left : std::clamp(lowest_at_ + kPatience - sweeps_, 1, left);
   }
   [[nodiscard]] const PhaseEnd& end() const { return end_; }
 
-  /// After the phase: whether the job is over.
+  /// After a part: whether the phase is over, by `end()` or because tangled balls do not improve.
+  [[nodiscard]] bool ended() const { return ended_ || job_ended_; }
+  /// After a part: whether the job is over.
   [[nodiscard]] bool job_ended() const { return job_ended_; }
   [[nodiscard]] const OptimizeStats& last() const { return last_; }
 
@@ -60,12 +73,12 @@ class PhaseMonitor {
 
   bool end_job(StopReason reason) { return job_ended_ = job_.end(reason); }
 
-  /// The tangled balls have not become fewer for many sweeps.
+  /// The tangled balls have become neither fewer nor less deep for many sweeps. The number alone
+  /// rises at first where an inversion must spread before it can go.
   bool stuck() {
-    if (last_.tangled < lowest_) {
-      lowest_ = last_.tangled;
-      lowest_at_ = sweeps_;
-    }
+    if (last_.tangled < fewest_ || last_.depth < 0.999 * least_depth_) lowest_at_ = sweeps_;
+    fewest_ = std::min(fewest_, last_.tangled);
+    least_depth_ = std::min(least_depth_, last_.depth);
     return sweeps_ - lowest_at_ >= kPatience;
   }
 
@@ -74,9 +87,13 @@ class PhaseMonitor {
   PhaseEnd end_;
   double target_;
   OptimizeStats last_;
+  double gain_before_ = 0;
   int sweeps_ = 0;
+  int part_end_ = kNoLimit;
   int lowest_at_ = 0;
-  std::int64_t lowest_ = std::numeric_limits<std::int64_t>::max();
+  std::int64_t fewest_ = std::numeric_limits<std::int64_t>::max();
+  double least_depth_ = std::numeric_limits<double>::infinity();
+  bool ended_ = false;
   bool job_ended_ = false;
 };
 

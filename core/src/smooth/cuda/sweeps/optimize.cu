@@ -59,7 +59,7 @@ void run_with(CudaExecutor& executor, OptimizeSweeper<CudaExecutor, Real>& sweep
         launch_cooperative<kKernel>(
             executor.stream(), {blocks, kOptimizeThreads}, around, phase,
             sweeper.displacement_limit(), balls.nodes(), states, x,
-            OptimizeBatch{most, monitor.end(), partial.data(), stats, &done});
+            OptimizeBatch{most, monitor.end(), monitor.last().gain, partial.data(), stats, &done});
       },
       [&] {
         if (monitor.needs_energy()) {

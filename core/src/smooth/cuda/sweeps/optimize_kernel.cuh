@@ -14,6 +14,7 @@ inline constexpr unsigned int kOptimizeThreads = 128;
 struct OptimizeBatch {
   int most;
   PhaseEnd end;
+  double gain_before;      // the gain of the sweep before the batch
   OptimizeStats* partial;  // [sweep's parity][block]
   OptimizeStats* stats;    // [sweep], host memory
   int* done;               // sweeps, host memory
@@ -127,6 +128,7 @@ __global__ void __launch_bounds__(kOptimizeThreads, 4)
   __shared__ alignas(
       OptimizeStats) unsigned char seen_bytes[kOptimizeThreads / kTeam * sizeof(OptimizeStats)];
   OptimizeStats& seen = reinterpret_cast<OptimizeStats*>(seen_bytes)[threadIdx.x / kTeam];
+  double gain_before = batch.gain_before;
   int sweep = 0;
   for (bool last = false; !last; ++sweep) {
     if (team.rank == 0) seen = {};
@@ -137,7 +139,8 @@ __global__ void __launch_bounds__(kOptimizeThreads, 4)
     const OptimizeStats stats = sum_over_grid(grid, team.rank == 0 ? seen : OptimizeStats{},
                                               batch.partial + (sweep % 2) * gridDim.x, sums);
     if (blockIdx.x == 0 && threadIdx.x == 0) batch.stats[sweep] = stats;
-    last = batch.end.after(stats) || sweep + 1 == batch.most;
+    last = batch.end.after(stats, gain_before) || sweep + 1 == batch.most;
+    gain_before = stats.gain;
   }
   if (blockIdx.x == 0 && threadIdx.x == 0) *batch.done = sweep;
 }
