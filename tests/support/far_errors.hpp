@@ -57,9 +57,9 @@ inline std::vector<FarError> far_errors(int scale) {
       {"bar turned by 180 degrees, sides free",
        [] { return with_fixed_set(formats::generate_bar({.degrees = 180})); }, BoundaryPolicy::free,
        0.2},
-      moved_cube("squeezed cube", 10 * scale, {.squeeze = 0.2}),
-      moved_cube("bent cube", 10 * scale, {.bend = 120}),
-      moved_cube("twisted cube", 10 * scale, {.twist = 180})};
+      moved_cube("squeeze of a cube", 10 * scale, {.squeeze = 0.2}),
+      moved_cube("bend of a cube", 10 * scale, {.bend = 120}),
+      moved_cube("twist of a cube", 10 * scale, {.twist = 180})};
   if (scale > 1) {
     cases.push_back(hub(96, 15, 0.8));
     cases.push_back(hub(96, 30, 0.8));
