@@ -83,6 +83,7 @@ namespace detail {
 inline constexpr std::array<std::string_view, 4> kWeightingNames = {
     "uniform", "inverse-edge-length", "edge-length", "ball-volume"};
 inline constexpr std::array<std::string_view, 3> kGoalNames = {"average", "balanced", "worst"};
+inline constexpr std::array<std::string_view, 3> kTargetNames = {"automatic", "ideal", "input"};
 
 inline constexpr Range kAboveZeroToOne{.lower = 0, .upper = 1, .lower_included = false};
 inline constexpr Range kZeroToOne{.lower = 0, .upper = 1};
@@ -170,7 +171,15 @@ struct MethodTraits<Optimize> {
                             "--target-quality",
                             "Worst mean ratio of movable elements that ends the run, [0, 1)",
                             nullptr,
-                            true}};
+                            true},
+      ChoiceField<Optimize, Target>{"target", &Optimize::target, detail::kTargetNames, "--target",
+                                    "Shape that elements aim at without a reference"},
+      NumberField<Optimize>{"stay",
+                            &Optimize::stay,
+                            {.lower = 0},
+                            "finite and 0 or more",
+                            "--stay",
+                            "Weight that holds nodes at their input positions, 0 or more"}};
 };
 
 /// Calls `visit(M{})` for each method M, in the order of `Method`.

@@ -65,12 +65,22 @@ enum class Goal {
   worst,     ///< The worst: sum of their fourth powers, then up to the 32nd in poor balls.
 };
 
+/// The shape that `Optimize` gives each element.
+enum class Target {
+  /// Its shape in `SmoothOptions::reference`. Without one: simplices their ideal shape; other
+  /// elements right angles at their own aspect ratio where it is meant, as in a boundary layer,
+  /// else equal edges (docs/methods.md, Targets).
+  automatic,
+  ideal,  ///< The ideal shape of its type: equal edges.
+  input,  ///< Its shape in the input.
+};
+
 /// Moves each node down the energy of its ball: the sum over the element corners around it of f^p,
-/// with f the inverse mean ratio against the ideal corner of the element's type; the corners of an
+/// with f the inverse mean ratio against the corner of the element's target; the corners of an
 /// element weigh one together. A visit is one exact Newton step on the p-norm, colour by colour.
 ///
 /// A valid element stays valid and the energy never rises; tangled balls are untangled first, by
-/// the regularized energy. The ideal has a shape, no size.
+/// the regularized energy. A target has a shape, no size.
 ///
 /// Sources: Knupp 2001, "Algebraic mesh quality metrics", for the mean ratio; Garanzha et al. 2021,
 /// "Foldover-free maps in 50 lines of code", for the regularization. O(elements) per sweep.
@@ -79,6 +89,10 @@ struct Optimize {
   /// The run ends once the worst mean ratio of the elements that are not locked reaches this; with
   /// Goal::worst only balls below it are refined. [0, 1); 0: no target.
   double target_quality = 0;
+  Target target = Target::automatic;
+  /// Holds each node near its input position: adds this times its squared distance from there, over
+  /// the mean squared length of the edges at it, to the energy. >= 0.
+  double stay = 0;
 };
 
 /// A smoothing method with its parameters; `MethodTraits` describes each.

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <optional>
 
+#include "meshsmooth/mesh.hpp"
 #include "meshsmooth/method_traits.hpp"
 #include "meshsmooth/quality.hpp"
 
@@ -36,6 +37,13 @@ struct MovementLimit {
   bool relative = false;  ///< As a share of the bounding box's diagonal; else in the mesh's unit.
 };
 
+/// Restricts a job to bad elements: all nodes are fixed but those of elements with a mean ratio,
+/// for `Optimize` against their target, below `quality`, and of `rings` rings around them.
+struct OnlyBelow {
+  double quality = 0;  ///< (0, 1].
+  int rings = 2;       ///< >= 0.
+};
+
 /// The options of a job. The defaults are those of the wire and of the command line.
 struct SmoothOptions {
   Method method = Optimize{};
@@ -54,6 +62,10 @@ struct SmoothOptions {
   std::optional<MovementLimit> movement_limit = {};  ///< Unset: no limit.
   bool history = false;                              ///< Statistics of each sweep in the summary.
   QualityDetail quality_detail = QualityDetail::full;
+  std::optional<OnlyBelow> only_below = {};  ///< Unset: all nodes may move.
+  /// Of `Optimize`: positions of the mesh in which each element has the shape it shall have,
+  /// [node_count] in the mesh's unit, not owned; or empty. What slides where is read from it too.
+  PositionsView reference = {};
 };
 
 /// Returns `max_iterations`, or the method's own limit when it is unset.

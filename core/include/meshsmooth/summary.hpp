@@ -45,6 +45,7 @@ struct NodeCounts {
   std::int64_t isolated = 0;  ///< In no element; they stay.
   std::int64_t moved = 0;     ///< The position differs from the input.
   std::int64_t between_regions = 0;
+  std::int64_t outside_only_below = 0;  ///< Fixed by `SmoothOptions::only_below`.
   /// With BoundaryPolicy::slide, of the nodes on the boundary and between regions; the rest of them
   /// is fixed.
   std::int64_t sliding_in_plane = 0;
@@ -82,6 +83,8 @@ struct SmoothSummary {
   LockedStats locked;
   NodeCounts nodes;
   BoundaryDeviation deviation;
+  /// Elements that are flat or inverted in the reference: they aim at their ideal shape.
+  std::int64_t flat_reference_element_count = 0;
   StageTimes times;
   std::string backend;  ///< "cpu", "cuda:0".
   std::string device_name;

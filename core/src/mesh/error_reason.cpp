@@ -30,6 +30,8 @@ constexpr ErrorReason kReasons[] = {
      "an element has a node index that does not exist"},
     {"REPEATED_NODE", server, invalid_argument, bad_mesh, "element, node",
      "an element has a node twice"},
+    {"REFERENCE_FLAT", server, invalid_argument, bad_mesh, "",
+     "every element of the reference is flat or inverted"},
     {"NON_FINITE_COORDINATE", server, invalid_argument, bad_mesh, "node",
      "a coordinate is infinite or not a number"},
     {"FACET_OVERUSED", server, invalid_argument, bad_mesh, "facet_nodes",

@@ -106,7 +106,7 @@ void validate_elements(const ElementBlockView& block, std::size_t first_id,
 }
 
 template <class Real>
-void validate_finite(std::span<const Vec3<Real>> positions) {
+void validate_finite(std::span<const Vec3<Real>> positions, const std::string& of = "") {
   const std::size_t wrong = find_first(positions.size(), [&](std::size_t node) {
     const Vec3<Real> p = positions[node];
     return !(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z));
@@ -114,7 +114,7 @@ void validate_finite(std::span<const Vec3<Real>> positions) {
   if (wrong == kNone) return;
   const Vec3<Real> p = positions[wrong];
   std::ostringstream message;
-  message << "node " << wrong << ": its position (" << p.x << ", " << p.y << ", " << p.z
+  message << of << "node " << wrong << ": its position (" << p.x << ", " << p.y << ", " << p.z
           << ") is not finite";
   throw InvalidMesh("NON_FINITE_COORDINATE", message.str(), {{"node", std::to_string(wrong)}});
 }
@@ -179,6 +179,15 @@ void validate(const TopologyView& topology, const PositionsView& positions) {
 void validate_positions(const TopologyView& topology, const PositionsView& positions) {
   validate_sizes(topology, positions);
   std::visit([](auto span) { validate_finite(span); }, positions);
+}
+
+void validate_reference(const TopologyView& topology, const PositionsView& reference) {
+  if (position_count(reference) == 0) return;
+  if (position_count(reference) != topology.node_count) {
+    throw_size("the mesh has " + std::to_string(topology.node_count) + " nodes, its reference " +
+               std::to_string(position_count(reference)));
+  }
+  std::visit([](auto span) { validate_finite(span, "reference: "); }, reference);
 }
 
 }  // namespace meshsmooth

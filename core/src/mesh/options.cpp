@@ -48,6 +48,24 @@ void validate_form(const M&, Form form) {
                      {{"field", "form"}});
 }
 
+void validate_target(const SmoothOptions& options) {
+  if (position_count(options.reference) == 0) return;
+  const auto* method = std::get_if<Optimize>(&options.method);
+  if (method == nullptr) {
+    throw NotSupported("OPTION_NOT_SUPPORTED",
+                       "only optimize aims at a reference, the method is " +
+                           std::string(method_name(options.method)),
+                       {{"field", "reference"}});
+  }
+  if (method->target != Target::automatic) {
+    throw NotSupported("OPTION_NOT_SUPPORTED",
+                       "optimize.target is " +
+                           std::string(detail::kTargetNames[int(method->target)]) +
+                           ", but there is a reference; leave out one of them",
+                       {{"field", "optimize.target"}});
+  }
+}
+
 }  // namespace
 
 void validate(const SmoothOptions& options) {
@@ -70,7 +88,14 @@ void validate(const SmoothOptions& options) {
          options.movement_limit->relative ? "movement_limit" : "absolute_movement_limit", length,
          "finite and above 0");
   }
+  if (options.only_below) {
+    const double quality = options.only_below->quality;
+    need(quality > 0 && quality <= 1, "only_below", quality, "above 0 and at most 1");
+    need(options.only_below->rings >= 0, "only_below_rings", options.only_below->rings,
+         "0 or more");
+  }
   std::visit([&](const auto& method) { validate_form(method, options.form); }, options.method);
+  validate_target(options);
 }
 
 }  // namespace meshsmooth

@@ -41,7 +41,10 @@ class CpuSmoother final : public Smoother {
   SmoothSummary smooth(const TopologyView& topology, PositionsSpan positions,
                        const SmoothOptions& options, const JobControl& control) override {
     validate(options);
-    run_in(arena_, [&] { validate(topology, as_view(positions)); });
+    run_in(arena_, [&] {
+      validate(topology, as_view(positions));
+      validate_reference(topology, options.reference);
+    });
     return run(topology, positions, options, control, nullptr);
   }
 
@@ -63,7 +66,10 @@ class CpuSmoother final : public Smoother {
                        const SmoothOptions& options, const JobControl& control) override {
     validate(options);
     const auto& own = dynamic_cast<const CpuPreparedTopology&>(prepared);
-    run_in(arena_, [&] { validate_positions(own.topology, as_view(positions)); });
+    run_in(arena_, [&] {
+      validate_positions(own.topology, as_view(positions));
+      validate_reference(own.topology, options.reference);
+    });
     return run(own.topology, positions, options, control, &own);
   }
 

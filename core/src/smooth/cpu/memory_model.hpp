@@ -6,7 +6,9 @@
 #include "smooth/cpu/incidence.hpp"
 #include "smooth/cpu/job_elements.hpp"
 #include "smooth/steps/constrain.hpp"
+#include "smooth/steps/find_targets.hpp"
 #include "smooth/steps/iterate.hpp"
+#include "smooth/steps/only_below.hpp"
 
 namespace meshsmooth::detail {
 
@@ -25,7 +27,8 @@ namespace meshsmooth::detail {
   const MeshCounts mesh = count_mesh(size);
   const std::int64_t n = mesh.nodes;
   const std::int64_t kept = n * (mesh.position_bytes + 4) +  // positions, caller's ids
-                            element_bytes(mesh) + constraint_bytes(mesh, options);
+                            element_bytes(mesh) + constraint_bytes(mesh, options) +
+                            target_bytes(mesh, options);
   const std::int64_t rings = ring_bytes(mesh);
   const std::int64_t rows = ball_bytes(mesh) + rings;
   const bool colours = resolve_form(options) == Form::gauss_seidel;
@@ -38,7 +41,8 @@ namespace meshsmooth::detail {
   const std::int64_t peak =
       kept + std::max({n * 4 + renumbering_bytes(mesh), rows + finding_rings_bytes(mesh),
                        rows + n + (colours ? colouring_nodes_bytes(n) : 0),
-                       rows + n + constraining_bytes(mesh, options), iterating});
+                       rows + n + constraining_bytes(mesh, options),
+                       rows + n + normals + only_below_bytes(mesh, options), iterating});
   const std::int64_t histograms = (1 + thread_count) * (std::int64_t{192} << 10);
   return peak + peak / 50 + histograms;
 }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <cstring>
 
+#include "smooth/rules/anchor.hpp"
 #include "smooth/rules/corner_term.hpp"
 
 namespace meshsmooth::detail {
@@ -57,18 +58,19 @@ struct CornerEnergy {
   double stretch;  // S / D^(2/d): the inverse mean ratio times d
   bool positive;   // certainly; else the other members have no meaning
 
-  MESHSMOOTH_HD CornerEnergy(double volume, double size)
+  /// `certainty` as in `Targets`.
+  MESHSMOOTH_HD CornerEnergy(double volume, double size, double certainty)
       : inverse(volume),
         stretch(size * inverse.scale),
-        positive(volume > 0 && stretch < kCertainStretch<kDimension>) {}
+        positive(volume > 0 && stretch < certainty * kCertainStretch<kDimension>) {}
 };
 
 /// A moved corner: to be certainly positive it must also not have shrunk by more than a factor of
 /// ten in one step, or cancellation leaves only rounding in D and S.
 template <int kDimension>
 struct MovedCorner : CornerEnergy<kDimension> {
-  MESHSMOOTH_HD MovedCorner(const CornerTerm& term, double volume, double size)
-      : CornerEnergy<kDimension>(volume, size) {
+  MESHSMOOTH_HD MovedCorner(const CornerTerm& term, double volume, double size, double certainty)
+      : CornerEnergy<kDimension>(volume, size, certainty) {
     this->positive = this->positive && size > 0.01 * term.size;
   }
 };
@@ -101,7 +103,7 @@ template <int kDimension, class Team, class Terms>
 MESHSMOOTH_HD BallScan scan_ball(const Team& team, const Terms& terms, bool sums) {
   BallScan scan;
   terms.for_each([&](const CornerTerm& term) {
-    scan.valid = scan.valid && CornerEnergy<kDimension>(term.volume, term.size).positive;
+    scan.valid = scan.valid && CornerEnergy<kDimension>(term.volume, term.size, terms.certainty()).positive;
     if (term.volume < scan.lowest_volume) scan.lowest_volume = term.volume;
     scan.size += term.size;
     scan.count += 1;
@@ -130,7 +132,8 @@ MESHSMOOTH_HD double worst_inverse_ratio(const Team& team, const Terms& terms, V
   bool valid = true;
   double highest = 0;
   terms.for_each([&](const CornerTerm& term) {
-    const MovedCorner<kDimension> corner(term, term.volume_at(d), term.size_at(d));
+    const MovedCorner<kDimension> corner(term, term.volume_at(d), term.size_at(d),
+                                         terms.certainty());
     valid = valid && corner.positive;
     if (corner.stretch > highest) highest = corner.stretch;
   });
@@ -161,13 +164,13 @@ MESHSMOOTH_HD double energy_as(const Team& team, const Terms& terms, const BallE
     const double size = term.size_at(d);
     double stretch = 0;
     if constexpr (kRegularised) {
-      if (guard && CornerEnergy<kDimension>(term.volume, term.size).positive) {
-        allowed = allowed && MovedCorner<kDimension>(term, volume, size).positive;
+      if (guard && CornerEnergy<kDimension>(term.volume, term.size, terms.certainty()).positive) {
+        allowed = allowed && MovedCorner<kDimension>(term, volume, size, terms.certainty()).positive;
       }
       volume = Regularized(volume, energy.epsilon_squared).chi;
       stretch = size * InverseVolume<kDimension>(volume).scale;
     } else {
-      const MovedCorner<kDimension> corner(term, volume, size);
+      const MovedCorner<kDimension> corner(term, volume, size, terms.certainty());
       allowed = allowed && corner.positive;
       stretch = corner.stretch;
     }
@@ -198,6 +201,17 @@ struct BallDerivatives {
   [[nodiscard]] MESHSMOOTH_HD bool valid() const { return energy < HUGE_VAL; }
 };
 
+/// Adds an anchor's share at a position to the derivatives of the energy of this power.
+MESHSMOOTH_HD inline void add_anchor(const Anchor& anchor, Vec3d position, int power,
+                                     BallDerivatives& at) {
+  const double second = 2 * anchor.weight / power;
+  at.energy += anchor.energy(position);
+  at.gradient += second * (position - anchor.home);
+  at.xx += second;
+  at.yy += second;
+  at.zz += second;
+}
+
 /// `differentiate` for epsilon above 0 or not.
 template <int kDimension, bool kRegularised, class Team, class Terms>
 MESHSMOOTH_HD BallDerivatives differentiate_as(const Team& team, const Terms& terms,
@@ -216,7 +230,7 @@ MESHSMOOTH_HD BallDerivatives differentiate_as(const Team& team, const Terms& te
       stretch = term.size * InverseVolume<kDimension>(regularized.chi).scale;
       slope = regularized.slope;
     } else {
-      const CornerEnergy<kDimension> corner(term.volume, term.size);
+      const CornerEnergy<kDimension> corner(term.volume, term.size, terms.certainty());
       valid = valid && corner.positive;
       stretch = corner.stretch;
       slope = corner.inverse.whole;

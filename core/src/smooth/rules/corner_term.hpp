@@ -38,19 +38,14 @@ MESHSMOOTH_HD inline int role_in_corner(const CornerShape& corner, int own, int 
   return 3;
 }
 
-/// The term of corner `k` as local node `own` moves. `get(n)` gives the position of
-/// local node n relative to it.
-template <int kDimension, class Get>
-MESHSMOOTH_HD CornerTerm corner_term(const ElementShape& shape, int k, int role, const Get& get,
-                                     Vec3d reference) {
-  const CornerShape& corner = shape.corners[k];
-  const auto& w = shape.ideal.inverse;
-  const Vec3d origin = get(corner.node);
-  Vec3d edges[kDimension];
-  for (int m = 0; m < kDimension; ++m) edges[m] = get(corner.neighbours[m]) - origin;
-
+/// The term of a corner against a target. `edges` begin at `origin`, which is relative to the node
+/// that moves; `role` as from `role_in_corner`.
+template <int kDimension>
+MESHSMOOTH_HD CornerTerm term_of_edges(const Vec3d (&edges)[kDimension], Vec3d origin, int role,
+                                       const IdealCorner& target, Vec3d reference, double weight) {
+  const auto& w = target.inverse;
   CornerTerm term{};
-  term.weight = is_simplex(shape) ? 1.0 : 1.0 / shape.corner_count;
+  term.weight = weight;
   for (int column = 0; column < kDimension; ++column) {
     Vec3d t{0, 0, 0};
     double share = 0;  // of the displacement in t
@@ -65,28 +60,32 @@ MESHSMOOTH_HD CornerTerm corner_term(const ElementShape& shape, int k, int role,
   }
 
   // D is the node's height over the opposite facet (edge), times that.
-  const double inverse = 1 / shape.ideal.determinant;
-  Vec3d foot;
+  const double inverse = 1 / target.determinant;
+  const Vec3d foot = role < 0 ? edges[0] : origin;
   if constexpr (kDimension == 3) {
-    if (role < 0) {
-      foot = get(corner.neighbours[0]);
-      term.volume_gradient = cross(edges[2] - edges[0], edges[1] - edges[0]);
-    } else {
-      foot = origin;
-      term.volume_gradient = cross(edges[(role + 1) % 3], edges[(role + 2) % 3]);
-    }
+    term.volume_gradient = role < 0 ? cross(edges[2] - edges[0], edges[1] - edges[0])
+                                    : cross(edges[(role + 1) % 3], edges[(role + 2) % 3]);
   } else {
-    if (role < 0) {
-      foot = get(corner.neighbours[0]);
-      term.volume_gradient = cross(reference, edges[1] - edges[0]);
-    } else {
-      foot = origin;
-      term.volume_gradient = role == 0 ? cross(edges[1], reference) : cross(reference, edges[0]);
-    }
+    term.volume_gradient = role < 0    ? cross(reference, edges[1] - edges[0])
+                           : role == 0 ? cross(edges[1], reference)
+                                       : cross(reference, edges[0]);
   }
   term.volume_gradient = inverse * term.volume_gradient;
   term.volume = -dot(foot, term.volume_gradient);
   return term;
+}
+
+/// The term of corner `k` as local node `own` moves. `get(n)` gives the position of
+/// local node n relative to it.
+template <int kDimension, class Get>
+MESHSMOOTH_HD CornerTerm corner_term(const ElementShape& shape, int k, int role, const Get& get,
+                                     const IdealCorner& target, Vec3d reference) {
+  const CornerShape& corner = shape.corners[k];
+  const Vec3d origin = get(corner.node);
+  Vec3d edges[kDimension];
+  for (int m = 0; m < kDimension; ++m) edges[m] = get(corner.neighbours[m]) - origin;
+  return term_of_edges<kDimension>(edges, origin, role, target, reference,
+                                   is_simplex(shape) ? 1.0 : 1.0 / shape.corner_count);
 }
 
 inline constexpr double kTetrahedronWeight = 1;
@@ -108,6 +107,18 @@ MESHSMOOTH_HD inline CornerTerm tetrahedron_term(Vec3d a, Vec3d b, Vec3d c) {
   return term;
 }
 
+/// The same against a tetrahedron of a reference mesh, its nodes relative to each other in the same
+/// order; `some_flat` as in `Targets`.
+MESHSMOOTH_HD inline CornerTerm tetrahedron_term(Vec3d a, Vec3d b, Vec3d c,
+                                                 const Vec3d (&target)[3],
+                                                 const ElementShape& shape, bool some_flat) {
+  const Vec3d edges[] = {a, b, c};
+  const auto get = [&](int n) { return n == 0 ? Vec3d{0, 0, 0} : target[n - 1]; };
+  const IdealCorner corner =
+      some_flat ? reference_corner<3>(shape, 0, true, get) : corner_of_edges<3>(target);
+  return term_of_edges<3>(edges, {0, 0, 0}, -1, corner, {0, 0, 0}, kTetrahedronWeight);
+}
+
 /// The local number of `node` in an element.
 MESHSMOOTH_HD inline int local_node(const ElementView& element, NodeId node) {
   int own = 0;
@@ -126,11 +137,20 @@ MESHSMOOTH_HD void visit_terms(const Team& team, const Surroundings& around, con
   const auto relative = [&](NodeId other) {
     return vec3_cast<double>(x[static_cast<std::size_t>(other)]) - own_position;
   };
+  const Targets& targets = around.targets;
   if (kDimension == 3 && around.opposite != nullptr) {
     const std::int64_t last = around.balls.offsets[node + 1];
     for (std::int64_t e = around.balls.offsets[node] + team.rank; e < last; e += team.size) {
       const NodeId* const others = around.opposite + 3 * e;
-      visit(tetrahedron_term(relative(others[0]), relative(others[1]), relative(others[2])));
+      const Vec3d a = relative(others[0]), b = relative(others[1]), c = relative(others[2]);
+      if (targets.reference == nullptr) {
+        visit(tetrahedron_term(a, b, c));
+        continue;
+      }
+      const Vec3d own = targets.reference[node];
+      const Vec3d target[] = {targets.reference[others[0]] - own, targets.reference[others[1]] - own,
+                              targets.reference[others[2]] - own};
+      visit(tetrahedron_term(a, b, c, target, *around.elements.runs[0].shape, targets.some_flat));
     }
     return;
   }
@@ -145,13 +165,17 @@ MESHSMOOTH_HD void visit_terms(const Team& team, const Surroundings& around, con
       reference = around.reference_of(*e);
       if (reference == Vec3d{0, 0, 0}) reference = normal;  // it had no area in the input
     }
+    const auto visit_corner = [&](int k, int role) {
+      visit(corner_term<kDimension>(shape, k, role, get,
+                                    corner_target<kDimension>(targets, *e, element, k), reference));
+    };
     if (is_simplex(shape)) {
-      visit(corner_term<kDimension>(shape, own, -1, get, reference));
+      visit_corner(own, -1);
       continue;
     }
     for (int k = 0; k < shape.corner_count; ++k) {
       const int role = role_in_corner(shape.corners[k], own, kDimension);
-      if (role < 3) visit(corner_term<kDimension>(shape, k, role, get, reference));
+      if (role < 3) visit_corner(k, role);
     }
   }
 }
@@ -181,6 +205,7 @@ class BallTerms {
 
   [[nodiscard]] MESHSMOOTH_HD Vec3<Real> position() const { return position_; }
   [[nodiscard]] MESHSMOOTH_HD const P& positions() const { return x_; }
+  [[nodiscard]] MESHSMOOTH_HD double certainty() const { return around_.targets.certainty; }
 
   template <class Visitor>
   MESHSMOOTH_HD void for_each(const Visitor& visit) const {

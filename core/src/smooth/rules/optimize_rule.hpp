@@ -5,6 +5,9 @@
 
 namespace meshsmooth::detail {
 
+/// Below this Newton decrement a ball has converged.
+inline constexpr double kRestDecrement = 4e-6;
+
 /// What the visits of a phase do.
 struct OptimizePhase {
   int power = 2;      // of the energy of valid balls, a power of two
@@ -13,6 +16,7 @@ struct OptimizePhase {
   /// Above 0 valid balls descend a regularized energy too: e is at least this share of the
   /// volume of an ideal corner of the ball's size.
   double softness = 0;
+  double rest = kRestDecrement;  // nodes of balls with a smaller one stay
 };
 
 /// What one visit did.
@@ -27,9 +31,7 @@ struct Visit {
 
 /// The least relative gain of an accepted move: more than rounding.
 inline constexpr double kLeastFall = 1e-12;
-/// Below this Newton decrement a ball has converged.
-inline constexpr double kRestDecrement = 4e-6;
-/// Above it, multiples of the step are tried too.
+/// Above this Newton decrement, multiples of the step are tried too.
 inline constexpr double kStretchDecrement = 0.1;
 /// Over-relaxation: neighbours move too.
 inline constexpr double kOverRelaxation = 1.4;
@@ -82,7 +84,7 @@ MESHSMOOTH_HD Vec3d node_normal(const Team& team, const Surroundings& around, st
 }
 
 /// One visit of one node. Reads positions, writes none. Without `kBound` the node has neither a
-/// displacement limit nor a constraint.
+/// displacement limit, nor a constraint, nor an anchor.
 template <int kDimension, bool kBound, class Team, class Terms>
 class NodeOptimizer {
  public:
@@ -96,6 +98,7 @@ class NodeOptimizer {
         terms_(terms),
         node_(node),
         constraint_(kBound ? around.sliding.constraint(node) : nullptr),
+        anchor_(kBound && around.anchors != nullptr ? around.anchors + node : nullptr),
         normal_(normal),
         phase_(phase),
         displacement_limit_(displacement_limit) {}
@@ -123,13 +126,16 @@ class NodeOptimizer {
         energy = scan.valid && !soft ? BallEnergy{} : regularize(scan);
         changed = false;
       }
-      const BallDerivatives at = differentiate<kDimension>(team_, terms_, energy);
+      BallDerivatives at = differentiate<kDimension>(team_, terms_, energy);
       if (!repairing && !at.valid()) {
         repairing = changed = visit.held = true;
         continue;
       }
+      if (anchored(energy)) {
+        add_anchor(*anchor_, vec3_cast<double>(terms_.position()), energy.power, at);
+      }
       const NewtonStep newton_step = newton(at);
-      if (!(newton_step.decrement >= kRestDecrement)) return visit;
+      if (!(newton_step.decrement >= phase_.rest)) return visit;
       const Found<Real> found = search(energy, at.energy, newton_step);
       const bool stays = found.position == terms_.position();
       if (!repairing || soft) {
@@ -185,8 +191,14 @@ class NodeOptimizer {
             return HUGE_VAL;
           }
           const Vec3d d = vec3_cast<double>(position) - vec3_cast<double>(terms_.position());
-          return energy_at<kDimension>(team_, terms_, energy, d, phase_.guard);
+          const double found = energy_at<kDimension>(team_, terms_, energy, d, phase_.guard);
+          return anchored(energy) ? found + anchor_->energy(vec3_cast<double>(position)) : found;
         });
+  }
+
+  /// Refinement and repair leave anchors out.
+  [[nodiscard]] MESHSMOOTH_HD bool anchored(const BallEnergy& energy) const {
+    return anchor_ != nullptr && phase_.poor == 0 && energy.epsilon_squared == 0;
   }
 
   /// Newton's method on the p-norm of f: the direction of the sum's step, but longer.
@@ -200,6 +212,7 @@ class NodeOptimizer {
   Terms& terms_;
   std::size_t node_;
   const NodeConstraint* constraint_;
+  const Anchor* anchor_;
   Vec3d normal_;
   const OptimizePhase& phase_;
   const DisplacementLimit<Real>& displacement_limit_;

@@ -1,7 +1,9 @@
 #pragma once
 
 #include "meshsmooth/quality.hpp"
+#include "smooth/rules/anchor.hpp"
 #include "smooth/rules/sliding_constraints.hpp"
+#include "smooth/rules/targets.hpp"
 #include "smooth/rules/topology.hpp"
 
 namespace meshsmooth::detail {
@@ -20,6 +22,8 @@ struct Surroundings {
   // node, neighbours' order, positions.
   const NodeId* opposite = nullptr;
   SlidingConstraints sliding{};
+  Targets targets{};                // of Optimize
+  const Anchor* anchors = nullptr;  // the same, by node; null: none
 
   [[nodiscard]] MESHSMOOTH_HD Vec3d reference_of(std::size_t element) const {
     return references == nullptr ? reference : unpack_direction(references[element]);

@@ -116,12 +116,11 @@ std::size_t number_slots(E& executor, std::size_t node_count, const ConstrainedF
 /// Nodes next to curved parts get a preliminary curved one, and stay fixed.
 ///
 /// cost   O(facets at a node squared)
-template <Executor E, class Real>
+template <Executor E, class Real, class Position>
 SlidingCounts find_node_constraints(E& executor, const JobMesh<E, Real>& job,
-                                    const SlidingConstraints& sliding,
+                                    const Position* positions, const SlidingConstraints& sliding,
                                     const NodeConstraintRule& rule, const std::uint8_t* mask,
                                     NodeConstraint* node_constraints, std::uint8_t* fixed) {
-  const Vec3<Real>* const positions = job.positions.data();
   const NodeId* const caller_ids = job.caller_ids.data();
   const bool volume = job.volume();
   return executor.reduce(
@@ -195,15 +194,30 @@ SlidingCounts find_curved_constraints(E& executor, const JobMesh<E, Real>& job,
       Plus{});
 }
 
+/// Nodes that slide in a plane or on a line do so through their input position, which need not be
+/// where the reference has them.
+template <Executor E, class Real>
+void slide_from_input(E& executor, const JobMesh<E, Real>& job, const SlidingConstraints& sliding,
+                      NodeConstraint* node_constraints) {
+  const Vec3<Real>* const positions = job.positions.data();
+  executor.for_each(job.node_count, [=] MESHSMOOTH_HD(std::size_t node) {
+    const std::int32_t slot = sliding.slots[node];
+    if (slot >= 0) node_constraints[slot].home = vec3_cast<double>(positions[node]);
+  });
+}
+
 /// After step 2: fixes the nodes between regions, and lets those of the boundary and between
 /// regions slide, as the options say.
 ///
+/// takes  `reference`: if not null, positions that tell what is planar, a crease, a corner, instead
+///        of the job's own
 /// gives  `job.fixed` and the counts of the job's nodes; empty constraints unless nodes slide
 /// cost   O(ball entries); while nodes slide 4 B a node and about 350 B a node of the boundary
 ///        and between regions, 8 B a node while it runs
 template <Executor E, class Real>
 Constraints<E> constrain(E& executor, const TopologyView& topology, const SmoothOptions& options,
-                         const JobControl& control, JobMesh<E, Real>& job, StageTimes& times) {
+                         const JobControl& control, const Vec3d* reference, JobMesh<E, Real>& job,
+                         StageTimes& times) {
   Constraints<E> result;
   const bool slide = options.boundary == BoundaryPolicy::slide;
   if (options.boundary == BoundaryPolicy::free || (!slide && topology.regions.empty())) {
@@ -228,8 +242,12 @@ Constraints<E> constrain(E& executor, const TopologyView& topology, const Smooth
   if (!slide) return result;
 
   auto mask = executor.in_executor_memory(topology.fixed);
-  result.facets = find_constrained_facets(executor, node_count, job.elements.view, balls, regions,
-                                          job.fixed.data(), job.positions.data());
+  const auto find_facets = [&](const auto* positions) {
+    return find_constrained_facets(executor, node_count, job.elements.view, balls, regions,
+                                   job.fixed.data(), positions);
+  };
+  result.facets =
+      reference != nullptr ? find_facets(reference) : find_facets(job.positions.data());
   result.slots = executor.template allocate<std::int32_t>(node_count);
   const ConstrainedFacet* const facets = result.facets.data();
   const std::size_t slot_count =
@@ -240,11 +258,18 @@ Constraints<E> constrain(E& executor, const TopologyView& topology, const Smooth
   result.node_constraints = executor.template allocate<NodeConstraint>(slot_count);
   const NodeConstraintRule rule{flatness_of<Real>(job.box),
                                 std::cos(options.feature_angle * std::numbers::pi / 180)};
-  SlidingCounts found = find_node_constraints(executor, job, result.view(), rule,
-                                              topology.fixed.empty() ? nullptr : mask.data(),
-                                              result.node_constraints.data(), job.fixed.data());
-  if (found.curved > 0)
+  const auto find_constraints = [&](const auto* positions) {
+    return find_node_constraints(executor, job, positions, result.view(), rule,
+                                 topology.fixed.empty() ? nullptr : mask.data(),
+                                 result.node_constraints.data(), job.fixed.data());
+  };
+  SlidingCounts found =
+      reference != nullptr ? find_constraints(reference) : find_constraints(job.positions.data());
+  if (found.curved > 0) {
     found = find_curved_constraints(executor, job, result, rule, job.fixed.data());
+  } else if (reference != nullptr) {
+    slide_from_input(executor, job, result.view(), result.node_constraints.data());
+  }
   result.tolerance = rule.flatness;
   job.nodes.sliding_in_plane = found.in_plane;
   job.nodes.sliding_on_line = found.on_line;

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "meshsmooth/smoother.hpp"
+#include "smooth/rules/topology.hpp"
 
 namespace meshsmooth::detail {
 
@@ -14,6 +15,7 @@ struct MeshCounts {
   std::int64_t elements = 0;
   std::int64_t entries = 0;  // of the connectivity
   std::int64_t edges = 0;    // an upper bound for ordinary meshes
+  std::int64_t boxes = 0;    // elements that are no simplices
   std::int64_t surface = 0;  // nodes of the boundary and between regions, the same
   std::int64_t position_bytes = 24;
   int dimension = 3;
@@ -44,6 +46,7 @@ struct MeshCounts {
     counts.dimension = shape.dimension;
     counts.elements += count;
     counts.entries += count * shape.node_count;
+    if (!is_simplex(shape)) counts.boxes += count;
     edge_bound += count * shape.edge_count;
     half_edges +=
         static_cast<double>(count) * (shape.dimension == 3 ? shape.facet_count / 2.0 - 1.0 : 1.0);

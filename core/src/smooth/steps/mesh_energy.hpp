@@ -23,10 +23,10 @@ struct MeshEnergy {
 };
 
 template <int kDimension>
-MESHSMOOTH_HD MeshEnergy energy_of(const CornerTerm& term, int power) {
+MESHSMOOTH_HD MeshEnergy energy_of(const CornerTerm& term, int power, double certainty) {
   const double volume = std::abs(term.volume);
   if (!(volume > 0)) return {0, term.weight, 0, 1};
-  const CornerEnergy<kDimension> corner(volume, term.size);
+  const CornerEnergy<kDimension> corner(volume, term.size, certainty);
   const double f = corner.stretch / kDimension;
   if (term.volume > 0 && corner.positive)
     return {term.weight * raise(f, power), term.weight, 1 / f, 0};
@@ -54,9 +54,10 @@ MeshEnergy measure_energy(E& executor, const Surroundings& around, const Vec3<Re
           if (!counts) continue;
           const Vec3d origin = get(corner.node);
           const auto relative = [&](int n) { return get(n) - origin; };
-          sum = sum +
-                energy_of<kDimension>(
-                    corner_term<kDimension>(shape, k, -1, relative, around.reference_of(e)), power);
+          const IdealCorner target = corner_target<kDimension>(around.targets, e, element, k);
+          sum = sum + energy_of<kDimension>(corner_term<kDimension>(shape, k, -1, relative, target,
+                                                                    around.reference_of(e)),
+                                            power, around.targets.certainty);
         }
         return sum;
       },

@@ -175,7 +175,21 @@ class Optimizer {
     if (reached.invalid == 0 && reached.worst < kNearlyFlat) {
       return escape(phase, converged, reached.energy);
     }
-    return phase_monitor.ended() || descend_far(phase, converged);
+    if (!phase_monitor.ended() && !descend_far(phase, converged)) return false;
+    return attain(phase, converged);
+  }
+
+  /// Where all elements come near their shape in the reference, the energy is flat: goes on until
+  /// they have it.
+  bool attain(OptimizePhase phase, PhaseEnd converged) {
+    constexpr double kNear = 1.02;  // p-mean of f; 1: they have it
+    constexpr double kPrecision = 1e-2;
+    if (context_.around.targets.reference == nullptr || converged.tolerance == 0) return true;
+    if (iteration_limit(options_) <= kDescentSweeps) return true;  // as `optimize_bytes` assumes
+    if (!(mean_energy(sweeper_.measure(phase.power), phase.power) < kNear)) return true;
+    phase.rest *= kPrecision * kPrecision;
+    converged.tolerance *= kPrecision;
+    return descend_far(phase, converged);
   }
 
   /// Accelerated sweeps of a valid mesh.
@@ -200,7 +214,7 @@ class Optimizer {
       gains[sweep % gains.size()] = whole.gain;
       if (sweep < kSpan) continue;
       const auto moved = static_cast<double>(last_.moves.moved);
-      if (factor == 1 && last_.gain < 2 * kRestDecrement * moved) return true;  // nearly at rest
+      if (factor == 1 && last_.gain < 2 * phase.rest * moved) return true;  // nearly at rest
       if (end.settled(whole, whole.gain * std::cbrt(earlier / whole.gain))) return true;
     }
   }

@@ -24,7 +24,17 @@ class OptimizeSweeper {
   }
 
   [[nodiscard]] MeshEnergy measure(int power) {
-    return measure_energy(executor_, around(), positions_, power);
+    MeshEnergy result = measure_energy(executor_, around(), positions_, power);
+    if (const Anchor* const anchors = around().anchors; anchors != nullptr) {
+      const Vec3<Real>* const positions = positions_;
+      result.energy += executor_.reduce(
+          around().node_count, 0.0,
+          [=] MESHSMOOTH_HD(std::size_t node) {
+            return anchors[node].energy(vec3_cast<double>(positions[node]));
+          },
+          Plus{});
+    }
+    return result;
   }
 
   [[nodiscard]] bool surface() const { return around().surface(); }

@@ -5,7 +5,9 @@
 
 #include "smooth/steps/constrain.hpp"
 #include "smooth/steps/deviations.hpp"
+#include "smooth/steps/find_targets.hpp"
 #include "smooth/steps/iterate.hpp"
+#include "smooth/steps/only_below.hpp"
 #include "smooth/steps/refusals.hpp"
 
 namespace meshsmooth::detail {
@@ -26,9 +28,11 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
   StageTimes times;
   auto job =
       backend.prepare(topology, std::span<const Vec3<Real>>(positions), options, control, times);
-  const Constraints<E> constraints = constrain(executor, topology, options, control, job, times);
+  TargetArrays<E> targets = find_reference(executor, job, options);
+  const Constraints<E> constraints =
+      constrain(executor, topology, options, control, targets.view.reference, job, times);
   SmoothSummary summary;
-  summary.nodes = job.nodes;
+  summary.flat_reference_element_count = targets.flat;
 
   typename B::Orientation orientation;
   {
@@ -43,6 +47,14 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
                         job.balls.view(),    job.fixed.data(),  orientation.references(),
                         orientation.common()};
     around.sliding = constraints.view();
+    if (has_boxes(options)) {
+      find_boxes(executor, around, job.positions.data(), simplex_count(topology), targets);
+    }
+    around.targets = targets.view;
+    const auto anchors = find_anchors(executor, around, job.positions.data(), options);
+    around.anchors = anchors.data();
+    if (options.only_below) fix_outside(executor, around, *options.only_below, job);
+    summary.nodes = job.nodes;
     Colouring<E> colouring;
     if (resolve_form(options) == Form::gauss_seidel) {
       colouring = backend.colour(around, job.caller_ids.data());

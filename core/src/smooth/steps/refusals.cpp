@@ -82,4 +82,12 @@ void refuse_tangled(const QualityStats& quality, TangledPolicy policy, bool volu
   }
 }
 
+void refuse_flat_reference(std::int64_t flat_count, std::size_t element_count) {
+  if (static_cast<std::size_t>(flat_count) < element_count) return;
+  throw InvalidMesh("REFERENCE_FLAT",
+                    "all " + std::to_string(element_count) +
+                        " elements of the reference are flat or inverted; a reference has the same "
+                        "nodes in the same order, in positions that are valid");
+}
+
 }  // namespace meshsmooth::detail
