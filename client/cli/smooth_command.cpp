@@ -33,6 +33,8 @@ struct SmoothCommand {
   SmoothFlags smoothing;
   std::optional<fs::path> fixed_nodes;
   std::vector<std::string> fixed_sets;
+  std::vector<std::string> fixed_types;
+  std::optional<fs::path> reference;
   std::string regions = "auto";
   std::string backend = "auto";
   std::optional<double> result_ttl_seconds;
@@ -69,6 +71,37 @@ void fix_nodes(formats::MeshFile& file, const SmoothCommand& command, BoundaryPo
   for (const std::string& name : command.fixed_sets) {
     mark_fixed(file.mesh.fixed, formats::find_node_set(file, name), node_count);
   }
+  for (const ElementBlock& block : file.mesh.blocks) {
+    const std::string_view type = element_shape(block.type).name;
+    if (std::ranges::find(command.fixed_types, type) == command.fixed_types.end()) continue;
+    mark_fixed(file.mesh.fixed, block.nodes, node_count);
+  }
+}
+
+/// The mesh that elements take their shape from; it has the same elements.
+std::optional<formats::MeshFile> read_reference(const SmoothCommand& command,
+                                                const formats::MeshFile& input) {
+  if (!command.reference) {
+    const auto& choices = command.smoothing.choices;
+    const auto target = choices.find("--target");
+    if (target == choices.end() || target->second != "reference") return std::nullopt;
+    throw InvalidOption("OPTION_MISPLACED", "--target reference needs --reference FILE",
+                        {{"field", "--reference"}});
+  }
+  formats::MeshFile reference = formats::read_mesh_file(*command.reference);
+  const auto same = [](const ElementBlock& a, const ElementBlock& b) {
+    return a.type == b.type && a.nodes == b.nodes;
+  };
+  if (reference.mesh.node_count() != input.mesh.node_count() ||
+      !std::ranges::equal(reference.mesh.blocks, input.mesh.blocks, same)) {
+    throw InvalidMesh("REFERENCE_DIFFERS",
+                      command.reference->string() + " is no reference of " +
+                          command.input.string() +
+                          ": a reference has the same elements of the same nodes, in the same "
+                          "order, in other positions",
+                      {{"field", "--reference"}});
+  }
+  return reference;
 }
 
 /// Gives the mesh its regions; with a free boundary they would fix nothing.
@@ -108,7 +141,7 @@ client::SmoothReport call_server(formats::MeshFile& file, const SmoothCommand& c
 
 ExitCode run(const SmoothCommand& command) {
   const auto start = std::chrono::steady_clock::now();
-  const SmoothOptions options = to_smooth_options(command.smoothing);
+  SmoothOptions options = to_smooth_options(command.smoothing);
   if (!command.server.address.empty() && parse_backend_name(command.backend)->device) {
     throw InvalidOption("OPTION_MISPLACED",
                         "--backend " + command.backend +
@@ -123,6 +156,11 @@ ExitCode run(const SmoothCommand& command) {
   set_precision(command.output, file.mesh);
   fix_nodes(file, command, options.boundary);
   const formats::Regions regions = set_regions(file, command, options.boundary);
+  const std::optional<formats::MeshFile> reference = read_reference(command, file);
+  if (reference) {
+    options.reference = reference->mesh.positions_view();
+    validate(options);
+  }
   interrupt.check();
 
   const client::SmoothReport report = call_server(file, command, options, interrupt);
@@ -152,6 +190,15 @@ void add_smooth_command(CLI::App& app, Action& action) {
                   "Nodes to fix, by name: a physical group of any dimension, or a point array of "
                   "the file (not 0: fixed); may be repeated")
       ->allow_extra_args(false);
+  std::vector<std::string> types;
+  for (const ElementType type : kElementTypes) types.emplace_back(element_shape(type).name);
+  sub->add_option("--fixed-types", command->fixed_types,
+                  "Element types whose nodes are fixed, separated by commas")
+      ->delimiter(',')
+      ->check(CLI::IsMember(types));
+  sub->add_option("--reference", command->reference,
+                  "optimize: mesh file with the same elements, whose shapes they take; what slides "
+                  "where is read from it too");
   sub->add_option("--regions", command->regions,
                   "Regions of elements, by a cell array of whole numbers: facets between elements "
                   "of different numbers are kept as the boundary is. auto: physical groups, "

@@ -244,6 +244,14 @@ void add_smooth_flags(CLI::App& command, SmoothFlags& flags) {
       "--movement-limit", flags.movement_limit,
       "Largest distance of a node from its original position, in the mesh's unit or, "
       "with %, as a share of the bounding box's diagonal [none]");
+  CLI::Option* only_below = command.add_option(
+      "--only-below", flags.only_below,
+      "Mean ratio, for optimize against the target: only elements below it are improved, (0, 1] "
+      "[all are]");
+  command
+      .add_option("--only-below-rings", flags.only_below_rings,
+                  "Rings of nodes around the elements of --only-below that move too [2]")
+      ->needs(only_below);
   command.add_option("--compute-budget", flags.compute_budget_seconds,
                      "Computing time after which the best result so far is returned, in seconds "
                      "[none]");
@@ -273,6 +281,8 @@ SmoothOptions to_smooth_options(const SmoothFlags& flags) {
   }
   options.guard = flags.guard == "on";
   options.tangled = flags.tangled == "refuse" ? TangledPolicy::refuse : TangledPolicy::repair;
+  if (flags.only_below) options.only_below = {.quality = *flags.only_below};
+  if (flags.only_below_rings) options.only_below->rings = *flags.only_below_rings;
   if (flags.compute_budget_seconds) {
     options.compute_budget = to_duration("--compute-budget", *flags.compute_budget_seconds);
   }

@@ -28,6 +28,8 @@ struct SmoothFlags {
   std::optional<double> absolute_tolerance;
   std::optional<std::string> movement_limit;  // "0.5", "2%"
   std::optional<double> compute_budget_seconds;
+  std::optional<double> only_below;
+  std::optional<int> only_below_rings;
   bool history = false;
 };
 

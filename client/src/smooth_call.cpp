@@ -76,6 +76,25 @@ JobProgress decode_progress(const v1::Progress& message) {
   return progress;
 }
 
+namespace {
+
+/// The reference in the mesh's precision, if it comes in the other one.
+Positions converted_reference(const Mesh& mesh, const SmoothOptions& options) {
+  return std::visit(
+      []<class Real, class Other>(const std::vector<Vec3<Real>>&,
+                                  std::span<const Vec3<Other>> reference) -> Positions {
+        std::vector<Vec3<Real>> converted;
+        if constexpr (!std::is_same_v<Real, Other>) {
+          converted.reserve(reference.size());
+          for (const Vec3<Other>& p : reference) converted.push_back(vec3_cast<Real>(p));
+        }
+        return converted;
+      },
+      mesh.positions, options.reference);
+}
+
+}  // namespace
+
 SmoothCall::SmoothCall(const CallTarget& target, Mesh& mesh, const SmoothOptions& options,
                        const RequestOptions& request, Attempt attempt, Positions& memory)
     : server_(target.server),
@@ -85,6 +104,7 @@ SmoothCall::SmoothCall(const CallTarget& target, Mesh& mesh, const SmoothOptions
       topology_(std::move(attempt.topology)),
       left_(attempt.left),
       stub_(target.channel),
+      reference_(converted_reference(mesh, options)),
       to_send_(parts_to_send()),
       early_bytes_(attempt.early_bytes),
       result_(mesh),
@@ -239,6 +259,14 @@ std::vector<SmoothCall::Part> SmoothCall::parts_to_send() const {
         add(v1::ARRAY_ID_COORDINATES, std::as_bytes(std::span(positions)));
       },
       std::as_const(mesh_.positions));
+  if (aims_at_reference(options_)) {
+    validate_reference(MeshTopology(mesh_).view(), options_.reference);
+    const auto add_reference = [&](const auto& reference) {
+      add(v1::ARRAY_ID_REFERENCE_COORDINATES, std::as_bytes(std::span(reference)));
+    };
+    std::visit(add_reference, reference_);
+    if (parts.back().id == v1::ARRAY_ID_COORDINATES) std::visit(add_reference, options_.reference);
+  }
   std::ranges::reverse(parts);
   return parts;
 }

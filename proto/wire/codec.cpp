@@ -186,6 +186,7 @@ TangledPolicy decode_tangled(v1::TangledPolicy policy) {
 v1::SmoothingOptions encode_options(const SmoothOptions& options) {
   v1::SmoothingOptions message;
   std::visit([&](const auto& method) { encode_method(method, message); }, options.method);
+  if (aims_at_reference(options)) message.mutable_optimize()->set_target(v1::TARGET_REFERENCE);
   message.set_form(encode_form(options.form));
   message.set_max_iteration_count(iteration_limit(options));
   if (options.tolerance.relative) {
@@ -206,6 +207,10 @@ v1::SmoothingOptions encode_options(const SmoothOptions& options) {
     } else {
       message.set_absolute_movement_limit(options.movement_limit->value);
     }
+  }
+  if (options.only_below) {
+    message.set_only_below(options.only_below->quality);
+    message.set_only_below_rings(options.only_below->rings);
   }
   if (options.compute_budget) {
     *message.mutable_compute_budget() = encode_duration(*options.compute_budget);
@@ -236,6 +241,12 @@ SmoothOptions decode_options(const v1::SmoothingOptions& message) {
     options.movement_limit = {.value = message.absolute_movement_limit(), .relative = false};
   } else if (message.has_movement_limit()) {
     options.movement_limit = {.value = message.movement_limit(), .relative = true};
+  }
+  if (message.has_only_below()) {
+    options.only_below = {.quality = message.only_below()};
+    if (message.has_only_below_rings()) options.only_below->rings = message.only_below_rings();
+  } else if (message.has_only_below_rings()) {
+    throw_not_supported("only_below_rings", "only a job with only_below has it");
   }
   if (message.has_compute_budget()) {
     options.compute_budget = decode_duration(message.compute_budget(), "compute_budget");

@@ -60,7 +60,9 @@ std::int64_t TopologyArrays::size_bytes() const {
 }
 
 MeshAssembler::MeshAssembler(MeshLayout layout, std::pmr::memory_resource* memory)
-    : layout_(std::move(layout)), coordinates_(size_of(layout_.coordinates_bytes), memory) {
+    : layout_(std::move(layout)),
+      coordinates_(size_of(layout_.coordinates_bytes), memory),
+      reference_(size_of(layout_.reference_bytes), memory) {
   const auto topology = std::make_shared<TopologyArrays>(layout_, memory);
   const auto array = [](v1::ArrayId id, ByteArray& bytes) {
     return Array{id, bytes.data(), bytes.size()};
@@ -68,7 +70,8 @@ MeshAssembler::MeshAssembler(MeshLayout layout, std::pmr::memory_resource* memor
   arrays_ = {array(v1::ARRAY_ID_ELEMENTS, topology->elements_),
              array(v1::ARRAY_ID_FIXED_MASK, topology->fixed_mask_),
              array(v1::ARRAY_ID_ELEMENT_REGIONS, topology->element_regions_),
-             array(v1::ARRAY_ID_COORDINATES, coordinates_)};
+             array(v1::ARRAY_ID_COORDINATES, coordinates_),
+             array(v1::ARRAY_ID_REFERENCE_COORDINATES, reference_)};
   topology_ = topology;
   skip_complete_arrays();
 }
@@ -78,9 +81,11 @@ MeshAssembler::MeshAssembler(MeshLayout layout, std::shared_ptr<const TopologyAr
     : layout_(std::move(layout)),
       topology_(std::move(topology)),
       coordinates_(size_of(layout_.coordinates_bytes), memory),
+      reference_(size_of(layout_.reference_bytes), memory),
       arrays_{Array{v1::ARRAY_ID_ELEMENTS, nullptr, 0}, Array{v1::ARRAY_ID_FIXED_MASK, nullptr, 0},
               Array{v1::ARRAY_ID_ELEMENT_REGIONS, nullptr, 0},
-              Array{v1::ARRAY_ID_COORDINATES, coordinates_.data(), coordinates_.size()}} {
+              Array{v1::ARRAY_ID_COORDINATES, coordinates_.data(), coordinates_.size()},
+              Array{v1::ARRAY_ID_REFERENCE_COORDINATES, reference_.data(), reference_.size()}} {
   skip_complete_arrays();
 }
 
@@ -128,7 +133,7 @@ void MeshAssembler::add(const ChunkView& chunk) {
                       where(chunk));
   }
   chunk.copy_to(array.data + array.received_bytes);
-  if (namer_ && array.id != v1::ARRAY_ID_COORDINATES) {
+  if (namer_ && array.id < v1::ARRAY_ID_COORDINATES) {
     namer_->add({array.data + array.received_bytes, chunk.size_bytes});
   }
   array.received_bytes += chunk.size_bytes;
@@ -144,6 +149,14 @@ void MeshAssembler::finish() const {
       array_name(array.id) + " ended after " + std::to_string(array.received_bytes) + " of " +
           std::to_string(array.size_bytes) + " bytes",
       {{"array", array_name(array.id)}, {"offset_bytes", std::to_string(array.received_bytes)}});
+}
+
+PositionsView MeshAssembler::reference() const {
+  const std::byte* const data = reference_.data();
+  if (layout_.float64) {
+    return std::span(reinterpret_cast<const Vec3d*>(data), reference_.size() / sizeof(Vec3d));
+  }
+  return std::span(reinterpret_cast<const Vec3f*>(data), reference_.size() / sizeof(Vec3f));
 }
 
 PositionsSpan MeshAssembler::positions() {

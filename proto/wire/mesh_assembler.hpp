@@ -50,8 +50,8 @@ class MeshAssembler {
   /// outlive the assembler. Throws std::bad_alloc.
   explicit MeshAssembler(MeshLayout layout,
                          std::pmr::memory_resource* memory = std::pmr::new_delete_resource());
-  /// Only coordinates come, for a topology that is there; the layout announces
-  /// bytes of them alone.
+  /// Only coordinates come, and those of a reference, for a topology that is there; the layout
+  /// announces bytes of them alone.
   MeshAssembler(MeshLayout layout, std::shared_ptr<const TopologyArrays> topology,
                 std::pmr::memory_resource* memory);
   MeshAssembler(const MeshAssembler&) = delete;
@@ -78,6 +78,8 @@ class MeshAssembler {
   /// Views of the arrays; need a complete mesh and live as long as this.
   [[nodiscard]] TopologyView topology() const { return topology_->view(); }
   [[nodiscard]] PositionsSpan positions();
+  /// Empty unless the layout announces a reference.
+  [[nodiscard]] PositionsView reference() const;
   [[nodiscard]] std::span<const std::byte> coordinate_bytes() const { return coordinates_.bytes(); }
 
   /// The topology, to be shared.
@@ -99,7 +101,8 @@ class MeshAssembler {
   MeshLayout layout_;
   std::shared_ptr<const TopologyArrays> topology_;
   ByteArray coordinates_;
-  std::array<Array, 4> arrays_;  // in the order of the stream; absent ones have no bytes
+  ByteArray reference_;
+  std::array<Array, 5> arrays_;  // in the order of the stream; absent ones have no bytes
   std::size_t current_ = 0;
   std::int64_t received_bytes_ = 0;
   std::optional<TopologyNamer> namer_;

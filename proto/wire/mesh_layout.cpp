@@ -47,10 +47,17 @@ std::int64_t MeshLayout::element_count() const {
       [](std::int64_t sum, const Block& block) { return sum + block.element_count; });
 }
 
+void MeshLayout::expect_reference(const MeshLimits& limits) {
+  reference_bytes = coordinates_bytes;
+  need_at_most(saturating_add(total_bytes() - reference_bytes, reference_bytes),
+               limits.max_mesh_bytes, "bytes");
+}
+
 MeshLayout MeshLayout::coordinates_only(bool as_float64) const {
   MeshLayout layout = *this;
   layout.float64 = as_float64;
   layout.elements_bytes = layout.fixed_mask_bytes = layout.element_regions_bytes = 0;
+  layout.reference_bytes = 0;
   layout.coordinates_bytes =
       node_count * static_cast<std::int64_t>(as_float64 ? sizeof(Vec3d) : sizeof(Vec3f));
   return layout;

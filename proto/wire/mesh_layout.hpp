@@ -31,10 +31,14 @@ struct MeshLayout {
   std::int64_t fixed_mask_bytes = 0;       // 0: no mask follows
   std::int64_t element_regions_bytes = 0;  // 0: no regions follow
   std::int64_t coordinates_bytes = 0;
+  std::int64_t reference_bytes = 0;  // 0: no reference follows
 
   [[nodiscard]] std::int64_t total_bytes() const {
-    return elements_bytes + fixed_mask_bytes + element_regions_bytes + coordinates_bytes;
+    return elements_bytes + fixed_mask_bytes + element_regions_bytes + coordinates_bytes +
+           reference_bytes;
   }
+  /// The coordinates of a reference follow too. Throws OutOfMemory (MESH_TOO_LARGE).
+  void expect_reference(const MeshLimits& limits);
   [[nodiscard]] std::int64_t element_count() const;
   /// Of a mesh whose topology is there already: only coordinates come, of this type.
   [[nodiscard]] MeshLayout coordinates_only(bool as_float64) const;

@@ -219,12 +219,14 @@ v1::Summary encode_summary(const SmoothSummary& summary) {
   nodes->set_isolated(summary.nodes.isolated);
   nodes->set_moved(summary.nodes.moved);
   nodes->set_between_regions(summary.nodes.between_regions);
+  nodes->set_outside_only_below(summary.nodes.outside_only_below);
   nodes->set_sliding_in_plane(summary.nodes.sliding_in_plane);
   nodes->set_sliding_on_line(summary.nodes.sliding_on_line);
   nodes->set_curved(summary.nodes.curved);
   nodes->set_sliding_on_surface(summary.nodes.sliding_on_surface);
   nodes->set_sliding_on_curve(summary.nodes.sliding_on_curve);
 
+  message.set_flat_reference_element_count(summary.flat_reference_element_count);
   if (summary.deviation.tolerance > 0) {
     v1::BoundaryDeviation* deviation = message.mutable_boundary_deviation();
     deviation->set_tolerance(summary.deviation.tolerance);
@@ -262,11 +264,13 @@ SmoothSummary decode_summary(const v1::Summary& message) {
                    .isolated = message.nodes().isolated(),
                    .moved = message.nodes().moved(),
                    .between_regions = message.nodes().between_regions(),
+                   .outside_only_below = message.nodes().outside_only_below(),
                    .sliding_in_plane = message.nodes().sliding_in_plane(),
                    .sliding_on_line = message.nodes().sliding_on_line(),
                    .curved = message.nodes().curved(),
                    .sliding_on_surface = message.nodes().sliding_on_surface(),
                    .sliding_on_curve = message.nodes().sliding_on_curve()};
+  summary.flat_reference_element_count = message.flat_reference_element_count();
   summary.deviation = {.tolerance = message.boundary_deviation().tolerance(),
                        .result_to_input = message.boundary_deviation().result_to_input(),
                        .input_to_result = message.boundary_deviation().input_to_result()};

@@ -91,7 +91,8 @@ void Lane::run_job(Job& job) {
 
 SmoothSummary Lane::smooth(Job& job, const JobControl& control) {
   wire::MeshAssembler& mesh = job.mesh();
-  const SmoothOptions& options = job.request().options;
+  SmoothOptions options = job.request().options;
+  options.reference = mesh.reference();
   const auto topology = job.topology();
   if (!topology) return smoother_->smooth(mesh.topology(), mesh.positions(), options, control);
   const PreparedForJob prepared = topologies_.prepare(*topology, *smoother_, device_, control);

@@ -93,7 +93,7 @@ void validate(const TopologyView& topology);
 /// The part of `validate` for new positions of a valid topology. O(nodes), multi-threaded.
 void validate_positions(const TopologyView& topology, const PositionsView& positions);
 
-/// The same for the positions of a reference, which may be empty; errors name it.
+/// The same for the positions of a reference; errors name it.
 void validate_reference(const TopologyView& topology, const PositionsView& reference);
 
 /// The part of `validate` that reads sizes and types only, not the arrays. O(blocks).

@@ -83,7 +83,8 @@ namespace detail {
 inline constexpr std::array<std::string_view, 4> kWeightingNames = {
     "uniform", "inverse-edge-length", "edge-length", "ball-volume"};
 inline constexpr std::array<std::string_view, 3> kGoalNames = {"average", "balanced", "worst"};
-inline constexpr std::array<std::string_view, 3> kTargetNames = {"automatic", "ideal", "input"};
+inline constexpr std::array<std::string_view, 4> kTargetNames = {"automatic", "ideal", "input",
+                                                                 "reference"};
 
 inline constexpr Range kAboveZeroToOne{.lower = 0, .upper = 1, .lower_included = false};
 inline constexpr Range kZeroToOne{.lower = 0, .upper = 1};
@@ -173,7 +174,7 @@ struct MethodTraits<Optimize> {
                             nullptr,
                             true},
       ChoiceField<Optimize, Target>{"target", &Optimize::target, detail::kTargetNames, "--target",
-                                    "Shape that elements aim at without a reference"},
+                                    "Shape that elements aim at"},
       NumberField<Optimize>{"stay",
                             &Optimize::stay,
                             {.lower = 0},

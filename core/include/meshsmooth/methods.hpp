@@ -71,8 +71,9 @@ enum class Target {
   /// elements right angles at their own aspect ratio where it is meant, as in a boundary layer,
   /// else equal edges (docs/methods.md, Targets).
   automatic,
-  ideal,  ///< The ideal shape of its type: equal edges.
-  input,  ///< Its shape in the input.
+  ideal,      ///< The ideal shape of its type: equal edges.
+  input,      ///< Its shape in the input.
+  reference,  ///< Its shape in `SmoothOptions::reference`, which must be there.
 };
 
 /// Moves each node down the energy of its ball: the sum over the element corners around it of f^p,

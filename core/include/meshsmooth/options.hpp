@@ -92,6 +92,9 @@ template <class Length>
   return in_mesh_unit(options.tolerance, bounding_box_diagonal);
 }
 
+/// Returns whether `Optimize` aims at `SmoothOptions::reference`.
+[[nodiscard]] bool aims_at_reference(const SmoothOptions& options);
+
 /// Checks all ranges and combinations.
 /// @throws InvalidOption OPTION_OUT_OF_RANGE, detail "field".
 /// @throws NotSupported OPTION_NOT_SUPPORTED, detail "field".

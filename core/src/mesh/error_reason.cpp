@@ -104,6 +104,8 @@ constexpr ErrorReason kReasons[] = {
      "an answer of a newer server that this client cannot read"},
     {"OPTION_MISPLACED", client, invalid_argument, usage, "",
      "a flag that the chosen method or command does not have"},
+    {"REFERENCE_DIFFERS", client, invalid_argument, bad_mesh, "field",
+     "a reference has other elements than the mesh"},
     {"FIXED_NODES_INVALID", client, invalid_argument, usage, "",
      "a file of fixed nodes that is not one"},
     {"FORMAT_UNKNOWN", client, invalid_argument, usage, "", "no file format has this extension"},

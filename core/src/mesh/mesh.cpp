@@ -182,7 +182,6 @@ void validate_positions(const TopologyView& topology, const PositionsView& posit
 }
 
 void validate_reference(const TopologyView& topology, const PositionsView& reference) {
-  if (position_count(reference) == 0) return;
   if (position_count(reference) != topology.node_count) {
     throw_size("the mesh has " + std::to_string(topology.node_count) + " nodes, its reference " +
                std::to_string(position_count(reference)));

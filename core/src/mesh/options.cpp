@@ -57,7 +57,7 @@ void validate_target(const SmoothOptions& options) {
                            std::string(method_name(options.method)),
                        {{"field", "reference"}});
   }
-  if (method->target != Target::automatic) {
+  if (method->target == Target::ideal || method->target == Target::input) {
     throw NotSupported("OPTION_NOT_SUPPORTED",
                        "optimize.target is " +
                            std::string(detail::kTargetNames[int(method->target)]) +
@@ -67,6 +67,13 @@ void validate_target(const SmoothOptions& options) {
 }
 
 }  // namespace
+
+bool aims_at_reference(const SmoothOptions& options) {
+  const auto* method = std::get_if<Optimize>(&options.method);
+  return method != nullptr && (method->target == Target::reference ||
+                               (method->target == Target::automatic &&
+                                position_count(options.reference) > 0));
+}
 
 void validate(const SmoothOptions& options) {
   std::visit([](const auto& method) { validate_method(method); }, options.method);

@@ -191,6 +191,9 @@ DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& caller, Engi
   decoded.job.priority = decode_priority(spec.priority());
   decoded.job.options.quality_detail = decode_quality_detail(spec.quality_detail());
   decode_topology(spec, engine, decoded.job);
+  if (aims_at_reference(decoded.job.options)) {
+    decoded.job.layout.expect_reference(engine.mesh_limits());
+  }
 
   if (spec.has_progress_interval()) {
     decoded.call.progress_interval =

@@ -43,7 +43,7 @@ class CpuSmoother final : public Smoother {
     validate(options);
     run_in(arena_, [&] {
       validate(topology, as_view(positions));
-      validate_reference(topology, options.reference);
+      if (aims_at_reference(options)) validate_reference(topology, options.reference);
     });
     return run(topology, positions, options, control, nullptr);
   }
@@ -68,7 +68,7 @@ class CpuSmoother final : public Smoother {
     const auto& own = dynamic_cast<const CpuPreparedTopology&>(prepared);
     run_in(arena_, [&] {
       validate_positions(own.topology, as_view(positions));
-      validate_reference(own.topology, options.reference);
+      if (aims_at_reference(options)) validate_reference(own.topology, options.reference);
     });
     return run(own.topology, positions, options, control, &own);
   }

@@ -24,8 +24,7 @@ struct TargetArrays {
 /// Whether elements aim at those of a reference mesh, given or the input.
 [[nodiscard]] inline bool has_reference(const SmoothOptions& options) {
   const auto* method = std::get_if<Optimize>(&options.method);
-  return method != nullptr &&
-         (method->target == Target::input || position_count(options.reference) > 0);
+  return aims_at_reference(options) || (method != nullptr && method->target == Target::input);
 }
 /// Whether elements aim at boxes, simplices at their ideal shape.
 [[nodiscard]] inline bool has_boxes(const SmoothOptions& options) {

@@ -46,7 +46,7 @@ class CudaSmoother final : public Smoother {
                        const SmoothOptions& options, const JobControl& control) override {
     validate(options);
     validate_sizes(topology, as_view(positions));
-    validate_reference(topology, options.reference);
+    if (aims_at_reference(options)) validate_reference(topology, options.reference);
     use_device(lane_.device());
     return std::visit(
         [&](auto span) {
