@@ -12,6 +12,7 @@ namespace meshsmooth {
 namespace {
 
 using namespace detail;
+using test::points;
 using test::oracle::Descent;
 using test::oracle::Point;
 using test::oracle::Points;
@@ -39,8 +40,12 @@ class Around {
             {offsets_.data(), entries_.data()},
             nullptr,
             nullptr,
-            {0, 0, surface ? 1.0 : 0.0}};
+            {0, 0, surface ? 1.0 : 0.0},
+            nullptr,
+            {},
+            targets_};
   }
+  void aim(const Targets& targets) { targets_ = targets; }
   [[nodiscard]] QuietPositions<double> positions() const { return {test::points(mesh_).data()}; }
   void place(std::size_t node, Vec3d p) { test::points(mesh_)[node] = p; }
 
@@ -49,6 +54,7 @@ class Around {
   Elements elements_{};
   std::vector<std::int64_t> offsets_;
   std::vector<ElementId> entries_;
+  Targets targets_;
 };
 
 template <int kDimension, class Body>
@@ -80,6 +86,44 @@ Vec3d to_vec(const Point& p) { return {p.x(), p.y(), p.z()}; }
 
 Mesh noisy(ElementType type) { return test::noisy(test::lattice(type, 3), 0.17, 4); }
 
+/// Gradient and Hessian at a node against finite differences; strictly convex.
+template <int kDimension>
+void expect_differences(Around& around, std::size_t node, const Point& home,
+                        const BallEnergy& energy) {
+  const int power = energy.power;
+  const BallDerivatives at = derivatives<kDimension>(around, node, energy);
+  const double h = 1e-5;
+  Point slope = Point::Zero();
+  Eigen::Matrix3d curvature = Eigen::Matrix3d::Zero();
+  for (int k = 0; k < kDimension; ++k) {
+    const Point step = h * Point::Unit(k);
+    const auto value = [&](double sign) {
+      double found = 0;
+      with_terms<kDimension>(around, node, [&](const auto& terms) {
+        found = energy_at<kDimension>(SingleThread{}, terms, energy, to_vec(sign * step), true);
+      });
+      return found;
+    };
+    slope[k] = (value(1) - value(-1)) / (2 * h);
+    const auto gradient = [&](double sign) {
+      around.place(node, to_vec(home + sign * step));
+      const Point found = to_point(derivatives<kDimension>(around, node, energy).gradient);
+      around.place(node, to_vec(home));
+      return found;
+    };
+    curvature.col(k) = (gradient(1) - gradient(-1)) / (2 * h);
+  }
+  const Point exact =
+      power * to_point(at.gradient).cwiseProduct(Point(1, 1, kDimension == 3 ? 1 : 0));
+  EXPECT_LT((slope - exact).norm(), 1e-6 * (exact.norm() + at.energy));
+  const Eigen::Matrix3d hessian = matrix(at);
+  const Eigen::MatrixXd found = curvature.topLeftCorner(kDimension, kDimension);
+  const Eigen::MatrixXd told = hessian.topLeftCorner(kDimension, kDimension);
+  EXPECT_LT((found - told).norm(), 1e-6 * told.norm());
+  // Strictly convex where the ball is valid.
+  EXPECT_GT(told.selfadjointView<Eigen::Lower>().eigenvalues().minCoeff(), 0);
+}
+
 template <int kDimension>
 void expect_true_derivatives(const std::string& name, const Mesh& mesh, int power) {
   Around around(mesh);
@@ -99,37 +143,7 @@ void expect_true_derivatives(const std::string& name, const Mesh& mesh, int powe
     EXPECT_NEAR(at.energy, truth.value, 1e-12 * truth.value);
     EXPECT_LT((power * to_point(at.gradient) - truth.gradient).norm(),
               1e-11 * (truth.gradient.norm() + truth.value));
-
-    const double h = 1e-5;
-    Point slope = Point::Zero();
-    Eigen::Matrix3d curvature = Eigen::Matrix3d::Zero();
-    for (int k = 0; k < kDimension; ++k) {
-      const Point step = h * Point::Unit(k);
-      const auto value = [&](double sign) {
-        double found = 0;
-        with_terms<kDimension>(around, node, [&](const auto& terms) {
-          found = energy_at<kDimension>(SingleThread{}, terms, energy, to_vec(sign * step), true);
-        });
-        return found;
-      };
-      slope[k] = (value(1) - value(-1)) / (2 * h);
-      const auto gradient = [&](double sign) {
-        around.place(node, to_vec(x[node] + sign * step));
-        const Point found = to_point(derivatives<kDimension>(around, node, energy).gradient);
-        around.place(node, to_vec(x[node]));
-        return found;
-      };
-      curvature.col(k) = (gradient(1) - gradient(-1)) / (2 * h);
-    }
-    const Point exact =
-        power * to_point(at.gradient).cwiseProduct(Point(1, 1, kDimension == 3 ? 1 : 0));
-    EXPECT_LT((slope - exact).norm(), 1e-6 * (exact.norm() + at.energy));
-    const Eigen::Matrix3d hessian = matrix(at);
-    const Eigen::MatrixXd found = curvature.topLeftCorner(kDimension, kDimension);
-    const Eigen::MatrixXd told = hessian.topLeftCorner(kDimension, kDimension);
-    EXPECT_LT((found - told).norm(), 1e-6 * told.norm());
-    // Strictly convex where the ball is valid.
-    EXPECT_GT(told.selfadjointView<Eigen::Lower>().eigenvalues().minCoeff(), 0);
+    expect_differences<kDimension>(around, node, x[node], energy);
   }
   EXPECT_GT(compared, 0) << name;
 }
@@ -142,6 +156,35 @@ TEST(BallEnergy, HasTheTextbooksValueGradientAndHessian) {
                                      : expect_true_derivatives<3>(name, noisy(type), power);
     }
     expect_true_derivatives<3>("mixed", test::noisy(test::mixed_stack(3), 0.12, 4), power);
+  }
+}
+
+/// Every element aims at another random shape.
+template <int kDimension>
+void expect_true_derivatives_against_random_targets(const Mesh& mesh, unsigned seed) {
+  const Mesh reference = test::noisy(mesh, 0.1, seed);
+  ASSERT_EQ(measure_quality(reference).inverted_count, 0);
+  Around around(mesh);
+  around.aim({.reference = points(reference).data()});
+  const Points x = test::oracle::to_points(mesh);
+  const std::vector<bool> held = test::oracle::held_nodes(mesh);
+  for (std::size_t node = 0; node < x.size(); ++node) {
+    if (held[node]) continue;
+    for (const int power : {1, 2, 4}) {
+      expect_differences<kDimension>(around, node, x[node], {.power = power});
+    }
+  }
+}
+
+TEST(BallEnergy, HasTheGradientAndHessianOfFiniteDifferencesForRandomTargets) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    for (const ElementType type : kElementTypes) {
+      SCOPED_TRACE(element_shape(type).name);
+      const Mesh mesh = test::noisy(test::lattice(type, 3), 0.1, seed + 100);
+      test::oracle::is_surface(type)
+          ? expect_true_derivatives_against_random_targets<2>(mesh, seed)
+          : expect_true_derivatives_against_random_targets<3>(mesh, seed);
+    }
   }
 }
 

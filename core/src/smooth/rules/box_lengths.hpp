@@ -19,7 +19,7 @@ MESHSMOOTH_HD inline int box_length(const ElementShape& shape, int a, int b) {
   return sum == 1 ? 1 : sum == 3 ? 2 : 3;
 }
 
-/// The mean edge lengths of an element; of a pyramid's height that of the ideal one with such edges.
+/// The mean edge lengths of an element; a pyramid's third one is of the edges at its apex.
 template <class Get>
 MESHSMOOTH_HD void mean_lengths(const ElementShape& shape, const Get& get, double (&lengths)[4]) {
   int counts[4] = {0, 0, 0, 0};
@@ -73,13 +73,13 @@ MESHSMOOTH_HD inline double blend(double ratio, double power) {
   return power <= 0 ? 1 : power >= 1 ? ratio : std::exp(power * std::log(ratio));
 }
 
-/// How much of an aspect ratio is meant: all of it from `kMeantAspect` on, nothing below
-/// `kChanceAspect`, which distorted elements of equal edges have too.
-inline constexpr double kChanceAspect = 3;
-inline constexpr double kMeantAspect = 6;
+/// How much of an aspect ratio is meant: nothing up to `kChanceAspect`, which distorted elements of
+/// equal edges have too, quadrilaterals more than hexahedra; all of it from twice that on.
+template <int kDimension>
+inline constexpr double kChanceAspect = kDimension == 3 ? 3 : 4;
 /// From this quality against its own box on an element has right angles.
-inline constexpr double kNearlySquare = 0.9995;
-inline constexpr double kSquare = 0.9999;
+inline constexpr double kNearlySquare = 0.9999;
+inline constexpr double kSquare = 0.99999;
 
 /// The box that an element without a reference aims at: right angles at its own aspect ratio where
 /// this is meant, as in a boundary layer, else equal edges. It counts as meant where the angles are
@@ -89,17 +89,14 @@ inline constexpr double kSquare = 0.9999;
 /// triangles of wedges pull sideways only.
 template <int kDimension, class Get>
 MESHSMOOTH_HD BoxLengths box_of(const ElementShape& shape, const Get& get, Vec3d reference) {
-  constexpr double kRoot2 = 1.41421356237309504880;
+  constexpr BoxLengths kEqual{{1, 1, 1, 1}};
   const bool wedge = shape.node_count == 6;
-  const bool pyramid = shape.node_count == 5;
-  const BoxLengths equal{{1, 1, pyramid ? static_cast<float>(1 / kRoot2) : 1, 1}};
   double own[4];
   mean_lengths(shape, get, own);
   // A pyramid's height follows from its base: its own one is the least certain of all lengths.
-  if (pyramid) own[2] = std::sqrt(own[0] * own[1] / 2);
+  if (shape.node_count == 5) own[2] = std::sqrt(own[0] * own[1]);
   // Lengths of which the ratio is 1 in the ideal element.
   double lengths[3] = {own[0], own[1], kDimension == 3 ? own[2] : own[0]};
-  if (pyramid) lengths[2] *= kRoot2;
   if (wedge) lengths[1] = lengths[2] = std::cbrt(own[1] * own[2] * own[3]);
   double longest = 0, shortest = HUGE_VAL, mean = 1;
   for (int m = 0; m < kDimension; ++m) {
@@ -107,7 +104,7 @@ MESHSMOOTH_HD BoxLengths box_of(const ElementShape& shape, const Get& get, Vec3d
     shortest = lengths[m] < shortest ? lengths[m] : shortest;
     mean *= lengths[m];
   }
-  if (!(shortest > 0 && longest < 1e12 * shortest)) return equal;
+  if (!(shortest > 0 && longest < 1e12 * shortest)) return kEqual;
   mean = kDimension == 3 ? std::cbrt(mean) : std::sqrt(mean);
 
   double box[4] = {own[0] / mean, own[1] / mean, own[2] / mean, own[3] / mean};
@@ -115,22 +112,22 @@ MESHSMOOTH_HD BoxLengths box_of(const ElementShape& shape, const Get& get, Vec3d
     return BoxLengths{{static_cast<float>(box[0]), static_cast<float>(box[1]),
                        static_cast<float>(box[2]), static_cast<float>(box[3])}};
   };
-  const double aspect = smooth_step(kChanceAspect, kMeantAspect, longest / shortest);
+  const double aspect =
+      smooth_step(kChanceAspect<kDimension>, 2 * kChanceAspect<kDimension>, longest / shortest);
   const double ratio = least_mean_ratio<kDimension>(shape, get, reference, [&](int k) {
     return box_corner<kDimension>(shape, stored(), k);
   });
   const double square = smooth_step(kNearlySquare, kSquare, ratio);
   const double meant = aspect > square ? aspect : square;
-  if (meant == 0) return equal;
+  if (meant == 0) return kEqual;
   for (int m = 0; m < kDimension; ++m) box[m] = blend(lengths[m] / mean, meant);
-  if (pyramid) box[2] /= kRoot2;
   if (wedge) {
     // Its triangle keeps its shape in a thin element only.
     const double own_triangle[4] = {1, own[1] / lengths[1], own[2] / lengths[1],
                                     own[3] / lengths[1]};
     const double side = box[1];
     for (int k = 1; k < 4; ++k) box[k] = blend(own_triangle[k], aspect);
-    if (!fit_triangle(own_triangle, box)) return equal;
+    if (!fit_triangle(own_triangle, box)) return kEqual;
     for (int k = 1; k < 4; ++k) box[k] *= side;
   }
   return stored();

@@ -8,8 +8,8 @@
 namespace meshsmooth::detail {
 
 /// The edge lengths of an element with right angles. Quadrilateral, hexahedron: along its two or
-/// three directions. Pyramid: along its base, and its height. Wedge: its height, then the edges 0-1,
-/// 1-2 and 2-0 of its triangle.
+/// three directions. Pyramid: along its base, and the edge of an ideal one of its height. Wedge: its
+/// height, then the edges 0-1, 1-2 and 2-0 of its triangle.
 struct alignas(16) BoxLengths {
   float of[4];
 };
@@ -123,7 +123,8 @@ MESHSMOOTH_HD inline int box_direction(int a, int b) {
 MESHSMOOTH_HD inline Vec3d box_node(const ElementShape& shape, const BoxLengths& box, int n) {
   const double a = box.of[0], b = box.of[1], c = box.of[2];
   if (shape.node_count == 5) {
-    if (n == 4) return {a / 2, b / 2, c};
+    constexpr double kIdealHeight = 0.70710678118654752440;
+    if (n == 4) return {a / 2, b / 2, kIdealHeight * c};
     return {n == 1 || n == 2 ? a : 0, n >= 2 ? b : 0, 0};
   }
   const double z = n < 3 ? 0 : -a;

@@ -70,6 +70,15 @@ ReferenceCheck check_reference(E& executor, const Elements& elements, const Vec3
       Plus{});
 }
 
+/// The positions `from` in an order, null for the same, in double.
+template <Executor E, class Real>
+void order_reference(E& executor, std::size_t node_count, const Vec3<Real>* from,
+                     const NodeId* order, Vec3d* to) {
+  executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) {
+    to[node] = vec3_cast<double>(from[order == nullptr ? node : order[node]]);
+  });
+}
+
 /// The reference of a job in internal order, and how many of its elements are flat or inverted.
 ///
 /// gives  nothing unless elements aim at a reference
@@ -83,19 +92,12 @@ TargetArrays<E> find_reference(E& executor, const JobMesh<E, Real>& job,
   result.reference = executor.template allocate<Vec3d>(job.node_count);
   Vec3d* const reference = result.reference.data();
   if (position_count(options.reference) == 0) {
-    const Vec3<Real>* const positions = job.positions.data();
-    executor.for_each(job.node_count, [=] MESHSMOOTH_HD(std::size_t node) {
-      reference[node] = vec3_cast<double>(positions[node]);
-    });
+    order_reference<E, Real>(executor, job.node_count, job.positions.data(), nullptr, reference);
   } else {
-    const NodeId* const caller_ids = job.caller_ids.data();
     std::visit(
         [&](const auto& given) {
-          auto array = executor.in_executor_memory(given);
-          const auto* const from = array.data();
-          executor.for_each(job.node_count, [=] MESHSMOOTH_HD(std::size_t node) {
-            reference[node] = vec3_cast<double>(from[caller_ids[node]]);
-          });
+          const auto array = executor.in_executor_memory(given);
+          order_reference(executor, job.node_count, array.data(), job.caller_ids.data(), reference);
         },
         options.reference);
   }

@@ -4,7 +4,9 @@
 #include "smooth/cuda/topology/colouring.cuh"
 #include "smooth/cuda/topology/prepare.cuh"
 #include "smooth/steps/constrain.hpp"
+#include "smooth/steps/find_targets.hpp"
 #include "smooth/steps/iterate.hpp"
+#include "smooth/steps/only_below.hpp"
 
 namespace meshsmooth::detail {
 
@@ -25,7 +27,8 @@ namespace meshsmooth::detail {
   }
   if (optimizes ||
       (form == Form::gauss_seidel && !std::holds_alternative<Taubin>(options.method))) {
-    const std::int64_t visiting = padded_bytes(mesh) + BallRecords::bytes(n);
+    const std::int64_t reference = has_reference(options) && mesh.only(4) ? padded_bytes(mesh) : 0;
+    const std::int64_t visiting = padded_bytes(mesh) + reference + BallRecords::bytes(n);
     // Freed before moves that broke valid elements are undone.
     const bool repairs = optimizes && options.tangled == TangledPolicy::repair;
     bytes += visiting - (repairs ? std::min(visiting, n * (mesh.position_bytes + 3)) : 0);
@@ -41,7 +44,8 @@ namespace meshsmooth::detail {
   const std::int64_t n = mesh.nodes;
   const BallPlan plan = BallPlan::of(size, options);
   // The surface is a cube's; a plate has twice as much.
-  const std::int64_t kept = job_bytes(mesh) + 2 * constraint_bytes(mesh, options);
+  const std::int64_t kept =
+      job_bytes(mesh) + 2 * constraint_bytes(mesh, options) + target_bytes(mesh, options);
   const std::int64_t balls = row_bytes(n, mesh.entries), rings = row_bytes(n, 2 * mesh.edges);
   const std::int64_t counting = FoundBalls::bytes(mesh, plan);
   const std::int64_t look_back = n / 4;
@@ -64,12 +68,14 @@ namespace meshsmooth::detail {
   const std::int64_t held = (plan.kept ? balls : 0) + rings + look_back;  // after `prepare`
   const std::int64_t regions =
       size.regions && options.boundary != BoundaryPolicy::free ? mesh.elements * 4 : 0;
+  const std::int64_t given = has_reference(options) ? padded_bytes(mesh) : 0;  // the reference
   const std::int64_t mask = options.boundary == BoundaryPolicy::slide ? n : 0;
   const std::int64_t finding = plan.slotted ? counting + held - look_back
                                             : std::max(counting + balls, balls + rings + look_back);
   const std::int64_t peak =
       kept + std::max({order_bytes(n), finding, held + (colours ? colour_search_bytes(n) : 0),
-                       held + constraining_bytes(mesh, options) + regions + mask, iterating});
+                       held + constraining_bytes(mesh, options) + regions + mask,
+                       held + given, held + only_below_bytes(mesh, options) + normals, iterating});
   const std::int64_t histograms = std::int64_t{128} << 10;
   return peak + peak / 50 + batch_bytes(blocks) + histograms;
 }

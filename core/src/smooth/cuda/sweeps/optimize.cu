@@ -44,6 +44,17 @@ void run_with(CudaExecutor& executor, OptimizeSweeper<CudaExecutor, Real>& sweep
   auto padded = executor.allocate<Real>(PaddedPositions<Real>::size(around.node_count));
   const PaddedPositions<Real> x(padded.data(), around.node_count);
   pad_positions(executor, around.node_count, sweeper.positions(), x);
+  const bool has_reference = kBalls == Balls::reference_tetrahedra;
+  auto padded_reference =
+      executor.allocate<Real>(has_reference ? PaddedPositions<Real>::size(around.node_count) : 0);
+  const TetrahedronTargets<Real> targets{
+      {padded_reference.data(), around.node_count},
+      around.elements.runs[0].shape,
+      around.targets.some_flat,
+      around.targets.certainty};
+  if (has_reference) {
+    pad_positions(executor, around.node_count, around.targets.reference, targets.reference);
+  }
 
   const unsigned int blocks = cooperative_blocks<kKernel>(
       executor.lane(), (balls.largest * kTeam + kOptimizeThreads - 1) / kOptimizeThreads,
@@ -58,7 +69,7 @@ void run_with(CudaExecutor& executor, OptimizeSweeper<CudaExecutor, Real>& sweep
       [&](int most) {
         launch_cooperative<kKernel>(
             executor.stream(), {blocks, kOptimizeThreads}, around, phase,
-            sweeper.displacement_limit(), balls.nodes(), states, x,
+            sweeper.displacement_limit(), balls.nodes(), states, x, targets,
             OptimizeBatch{most, monitor.end(), monitor.last().gain, partial.data(), stats, &done});
       },
       [&] {
@@ -90,7 +101,8 @@ void run_phase(CudaExecutor& executor, OptimizeSweeper<CudaExecutor, Real>& swee
                const OptimizePhase& phase, PhaseMonitor& monitor,
                const std::function<MeshEnergy()>& measure) {
   const Surroundings& around = sweeper.around();
-  const bool bound = sweeper.displacement_limit().home != nullptr || around.sliding.any();
+  const bool bound = sweeper.displacement_limit().home != nullptr || around.sliding.any() ||
+                     around.anchors != nullptr;
   const std::size_t n = around.node_count;
   if (sweeper.surface()) {
     return run_with<Balls::surface, true, 8>(executor, sweeper, phase, monitor, measure);
@@ -98,13 +110,16 @@ void run_phase(CudaExecutor& executor, OptimizeSweeper<CudaExecutor, Real>& swee
   if (around.opposite == nullptr) {
     return run_with<Balls::volume, true, 8>(executor, sweeper, phase, monitor, measure);
   }
-  if (bound)
-    return run_with<Balls::tetrahedra, true, 8>(executor, sweeper, phase, monitor, measure);
-  if (n < 30000)
-    return run_with<Balls::tetrahedra, false, 32>(executor, sweeper, phase, monitor, measure);
-  if (n < 300000)
-    return run_with<Balls::tetrahedra, false, 16>(executor, sweeper, phase, monitor, measure);
-  run_with<Balls::tetrahedra, false, 8>(executor, sweeper, phase, monitor, measure);
+  const auto run_on = [&]<Balls kBalls>() {
+    if (bound) return run_with<kBalls, true, 8>(executor, sweeper, phase, monitor, measure);
+    if (n < 30000) return run_with<kBalls, false, 32>(executor, sweeper, phase, monitor, measure);
+    if (n < 300000) return run_with<kBalls, false, 16>(executor, sweeper, phase, monitor, measure);
+    run_with<kBalls, false, 8>(executor, sweeper, phase, monitor, measure);
+  };
+  if (around.targets.reference != nullptr) {
+    return run_on.template operator()<Balls::reference_tetrahedra>();
+  }
+  run_on.template operator()<Balls::tetrahedra>();
 }
 
 template void run_phase(CudaExecutor&, OptimizeSweeper<CudaExecutor, float>&, const OptimizePhase&,

@@ -52,7 +52,10 @@ __device__ void wake_around(const Team& team, const Surroundings& around, std::s
 }
 
 /// What balls consist of.
-enum class Balls { surface, volume, tetrahedra };
+enum class Balls { surface, volume, tetrahedra, reference_tetrahedra };
+[[nodiscard]] constexpr bool of_tetrahedra(Balls balls) {
+  return balls == Balls::tetrahedra || balls == Balls::reference_tetrahedra;
+}
 
 /// What a visit must know before it can ask for positions.
 template <Balls kBalls, class Terms, class Team>
@@ -63,12 +66,12 @@ struct OptimizeVisit {
   Others others;
 
   __device__ void fetch() {
-    if constexpr (kBalls == Balls::tetrahedra) others = Terms::others(team, opposite, ball, 0);
+    if constexpr (of_tetrahedra(kBalls)) others = Terms::others(team, opposite, ball, 0);
   }
 };
 
 /// One phase of the optimizer: a team of kTeam threads moves a node by a Newton step.
-/// kBound: nodes may have a displacement limit, or slide.
+/// kBound: nodes may have a displacement limit, slide, or be held by anchors.
 /// grid   cooperative: blocks of kOptimizeThreads that are all resident, four per multiprocessor
 /// shared terms of the teams' balls or one sum per thread (aliased), and a sum per team
 /// needs  balls and rings, nodes by colour, opposite nodes of tetrahedra
@@ -81,15 +84,17 @@ template <Balls kBalls, bool kBound, int kTeam, class Real>
 __global__ void __launch_bounds__(kOptimizeThreads, 4)
     optimize_kernel(Surroundings around, OptimizePhase phase,
                     DisplacementLimit<Real> displacement_limit, ColouredNodes nodes,
-                    std::uint8_t* states, PaddedPositions<Real> x, OptimizeBatch batch) {
+                    std::uint8_t* states, PaddedPositions<Real> x,
+                    TetrahedronTargets<Real> targets, OptimizeBatch batch) {
   using Team = WarpTeam<kTeam>;
   constexpr int kDimension = kBalls == Balls::surface ? 2 : 3;
   constexpr int kHeld = kTeam == 8 ? 5 : kTeam == 16 ? 3 : 2;
-  using Terms = TeamTerms<kHeld, kOptimizeThreads, Team, Real>;
+  using Terms =
+      TeamTerms<kHeld, kOptimizeThreads, kBalls == Balls::reference_tetrahedra, Team, Real>;
   using Ahead = OptimizeVisit<kBalls, Terms, Team>;
   constexpr std::size_t kSums = kOptimizeThreads * sizeof(OptimizeStats);
   constexpr std::size_t kBytes =
-      kBalls == Balls::tetrahedra ? std::max(sizeof(typename Terms::Memory), kSums) : kSums;
+      of_tetrahedra(kBalls) ? std::max(sizeof(typename Terms::Memory), kSums) : kSums;
   __shared__ alignas(16) unsigned char bytes[kBytes];
   auto& memory = *reinterpret_cast<typename Terms::Memory*>(bytes);
   auto* const sums = reinterpret_cast<OptimizeStats*>(bytes);
@@ -104,8 +109,8 @@ __global__ void __launch_bounds__(kOptimizeThreads, 4)
     }
     const Vec3<Real> before = x[node];
     Visit<Real> visit;
-    if constexpr (kBalls == Balls::tetrahedra) {
-      Terms terms(team, around.opposite, x, now.ball, now.others, memory);
+    if constexpr (of_tetrahedra(kBalls)) {
+      Terms terms(team, around.opposite, x, targets, now.ball, now.others, memory);
       visit = NodeOptimizer<3, kBound, Team, Terms>(team, around, terms, node, Vec3d{0, 0, 0},
                                                     phase, displacement_limit)
                   .visit();

@@ -58,12 +58,12 @@ class PaddedPositions<double> {
   return mesh.nodes * (mesh.position_bytes == 12 ? 16 : 24);
 }
 
-template <class Real>
-void pad_positions(CudaExecutor& executor, std::size_t node_count, const Vec3<Real>* from,
+template <class Given, class Real>
+void pad_positions(CudaExecutor& executor, std::size_t node_count, const Vec3<Given>* from,
                    PaddedPositions<Real> to) {
   executor.for_each(node_count + 1, [=] __device__(std::size_t node) {
-    const Vec3<Real> position = node < node_count ? from[node] : Vec3<Real>{0, 0, 0};
-    to.store(node, position);
+    const Vec3<Given> position = node < node_count ? from[node] : Vec3<Given>{0, 0, 0};
+    to.store(node, vec3_cast<Real>(position));
   });
 }
 template <class Real>

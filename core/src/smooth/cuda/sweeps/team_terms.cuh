@@ -11,17 +11,28 @@ struct Others {
   NodeId ids[3];
 };
 
+/// What tetrahedra aim at, where it is not their ideal shape.
+template <class R>
+struct TetrahedronTargets {
+  PaddedPositions<R> reference;
+  const ElementShape* shape;
+  bool some_flat;    // of the reference
+  double certainty;  // see `Targets`
+};
+
 /// `BallTerms` of a ball of tetrahedra, for one thread of a team. The terms of its first `kHeld`
 /// tetrahedra are held in the block's shared memory, the others are gathered in every pass
 /// (optimizer at 100k 200 to 179 us a sweep, together with the prefetch, H200). A second text of
 /// `BallTerms` for that reason; parity_test compares the outcomes with the CPU's, up to rounding.
-template <int kHeld, int kThreads, class Team, class R>
+/// With `kReference` they aim at those of a reference mesh.
+template <int kHeld, int kThreads, bool kReference, class Team, class R>
 class TeamTerms {
  public:
   using Real = R;
+  static constexpr int kValues = kReference ? 9 : 8;
   /// No bank conflicts. The gradient of the size is held negated, which costs nothing.
   struct Memory {
-    double held[kHeld][8][kThreads];
+    double held[kHeld][kValues][kThreads];
   };
 
   /// The `n`-th tetrahedron of a thread; past the end a harmless one.
@@ -35,14 +46,17 @@ class TeamTerms {
 
   /// `first`: of the first tetrahedron.
   __device__ TeamTerms(const Team& team, const NodeId* opposite, const PaddedPositions<R>& x,
-                       const BallRecord& ball, const Others& first, Memory& memory)
+                       const TetrahedronTargets<R>& targets, const BallRecord& ball,
+                       const Others& first, Memory& memory)
       : team_(team),
         opposite_(opposite),
         x_(x),
+        targets_(targets),
         ball_(ball),
         memory_(memory),
         count_((ball.size - team.rank + Team::size - 1) / Team::size) {
     position_ = x[static_cast<std::size_t>(ball.node)];
+    if constexpr (kReference) target_ = targets.reference[static_cast<std::size_t>(ball.node)];
     hold(first);
   }
 
@@ -52,6 +66,7 @@ class TeamTerms {
   }
   [[nodiscard]] __device__ Vec3<R> position() const { return position_; }
   [[nodiscard]] __device__ const PaddedPositions<R>& positions() const { return x_; }
+  [[nodiscard]] __device__ double certainty() const { return kReference ? targets_.certainty : 1; }
 
   template <class Body>
   __device__ void for_each(const Body& body) const {
@@ -64,18 +79,33 @@ class TeamTerms {
  private:
   struct Corners {
     Vec3<R> at[3];
+    Vec3<R> target[kReference ? 3 : 1];
   };
 
   [[nodiscard]] __device__ Corners fetch(const Others& others) const {
-    return {x_[static_cast<std::size_t>(others.ids[0])],
-            x_[static_cast<std::size_t>(others.ids[1])],
-            x_[static_cast<std::size_t>(others.ids[2])]};
+    Corners corners;
+#pragma unroll
+    for (int n = 0; n < 3; ++n) {
+      const auto node = static_cast<std::size_t>(others.ids[n]);
+      corners.at[n] = x_[node];
+      if constexpr (kReference) corners.target[n] = targets_.reference[node];
+    }
+    return corners;
   }
   [[nodiscard]] __device__ CornerTerm term(const Corners& corners) const {
     const Vec3d own = vec3_cast<double>(position_);
-    return tetrahedron_term(vec3_cast<double>(corners.at[0]) - own,
-                            vec3_cast<double>(corners.at[1]) - own,
-                            vec3_cast<double>(corners.at[2]) - own);
+    const Vec3d a = vec3_cast<double>(corners.at[0]) - own;
+    const Vec3d b = vec3_cast<double>(corners.at[1]) - own;
+    const Vec3d c = vec3_cast<double>(corners.at[2]) - own;
+    if constexpr (kReference) {
+      const Vec3d home = vec3_cast<double>(target_);
+      const Vec3d target[] = {vec3_cast<double>(corners.target[0]) - home,
+                              vec3_cast<double>(corners.target[1]) - home,
+                              vec3_cast<double>(corners.target[2]) - home};
+      return tetrahedron_term(a, b, c, target, *targets_.shape, targets_.some_flat);
+    } else {
+      return tetrahedron_term(a, b, c);
+    }
   }
 
   /// Software-pipelined: the loads for the next tetrahedra are in flight meanwhile.
@@ -88,7 +118,7 @@ class TeamTerms {
       ahead = fetch(next);
       next = others(team_, opposite_, ball_, n + 2);
       const CornerTerm t = term(corners);
-      double(&held)[8][kThreads] = memory_.held[n];
+      double(&held)[kValues][kThreads] = memory_.held[n];
       held[0][threadIdx.x] = t.volume;
       held[1][threadIdx.x] = t.size;
       held[2][threadIdx.x] = t.volume_gradient.x;
@@ -97,15 +127,18 @@ class TeamTerms {
       held[5][threadIdx.x] = -t.size_gradient.x;
       held[6][threadIdx.x] = -t.size_gradient.y;
       held[7][threadIdx.x] = -t.size_gradient.z;
+      if constexpr (kReference) held[8][threadIdx.x] = t.curvature;
     }
   }
   [[nodiscard]] __device__ CornerTerm recall(int n) const {
-    const double(&held)[8][kThreads] = memory_.held[n];
+    const double(&held)[kValues][kThreads] = memory_.held[n];
     const unsigned int t = threadIdx.x;
+    double curvature = kTetrahedronCurvature;
+    if constexpr (kReference) curvature = held[8][t];
     return {kTetrahedronWeight,
             held[0][t],
             held[1][t],
-            kTetrahedronCurvature,
+            curvature,
             {held[2][t], held[3][t], held[4][t]},
             {-held[5][t], -held[6][t], -held[7][t]}};
   }
@@ -113,10 +146,12 @@ class TeamTerms {
   const Team& team_;
   const NodeId* opposite_;
   const PaddedPositions<R>& x_;
+  const TetrahedronTargets<R>& targets_;
   const BallRecord& ball_;
   Memory& memory_;
   int count_;
   Vec3<R> position_;
+  Vec3<R> target_;  // of the node
 };
 
 }  // namespace meshsmooth::detail

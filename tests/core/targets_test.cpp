@@ -1,0 +1,244 @@
+// What the elements of Optimize aim at: layers, references, anchors, bad elements only.
+
+#include <gmock/gmock.h>
+
+#include <limits>
+
+#include "core/smoothing.hpp"
+#include "meshsmooth/error.hpp"
+#include "support/far_errors.hpp"
+
+namespace meshsmooth {
+namespace {
+
+using formats::LayerElements;
+using test::Job;
+using test::points;
+using test::same_bits;
+
+double stat(const QualityStats& quality, QualityMetric metric, double MetricStats::*value) {
+  for (const MetricStats& stats : quality.metrics) {
+    if (stats.metric == metric) return stats.*value;
+  }
+  throw std::logic_error("no such metric");
+}
+double least_jacobian(const Job& job) {
+  return stat(job.summary.quality_after, QualityMetric::scaled_jacobian, &MetricStats::min);
+}
+double mean_jacobian(const Job& job) {
+  return stat(job.summary.quality_after, QualityMetric::scaled_jacobian, &MetricStats::mean);
+}
+
+SmoothOptions aiming_at(Target target) { return {.method = Optimize{.target = target}}; }
+SmoothOptions aiming_at(const Mesh& reference) { return {.reference = reference.positions_view()}; }
+
+/// The mean height of the first layer above the inside of its wall.
+double first_height(const Mesh& mesh, const Mesh& clean, double first) {
+  const std::vector<Vec3d> x = test::points_as_double(mesh);
+  const std::vector<Vec3d> home = test::points_as_double(clean);
+  double sum = 0;
+  int count = 0;
+  for (std::size_t n = 0; n < x.size(); ++n) {
+    if (std::abs(home[n].z - first) > 0.01 * first) continue;
+    if (home[n].x == 0 || home[n].y == 0 || home[n].x == 1 || home[n].y == 1) continue;
+    sum += x[n].z;
+    ++count;
+  }
+  return sum / count;
+}
+
+Mesh layer(formats::LayerOptions options) { return formats::generate_layer(options).mesh; }
+
+struct LayerCase {
+  LayerElements elements;
+  double growth;
+  double first;
+};
+
+std::vector<LayerCase> layer_cases(std::initializer_list<LayerElements> types) {
+  std::vector<LayerCase> cases;
+  for (const LayerElements type : types) {
+    for (const double growth : {1.1, 1.25, 1.5}) {
+      for (const double first : {1e-3, 1e-4, 1e-5}) cases.push_back({type, growth, first});
+    }
+  }
+  return cases;
+}
+
+TEST(LayerTargets, LeaveAPerfectLayerBitForBit) {
+  for (const LayerCase& c :
+       layer_cases({LayerElements::hexahedra, LayerElements::wedges, LayerElements::quads})) {
+    const Mesh mesh = layer({.elements = c.elements, .first = c.first, .growth = c.growth});
+    EXPECT_TRUE(same_bits(test::smooth(mesh, {}).mesh, mesh)) << c.growth << " " << c.first;
+    // Rounded to 32 bits, the thinnest layers are perfect no more.
+    const Mesh rounded = test::as_float32(mesh);
+    const std::vector<Vec3d> before = test::points_as_double(rounded);
+    const std::vector<Vec3d> after = test::points_as_double(test::smooth(rounded, {}).mesh);
+    for (std::size_t n = 0; n < before.size(); ++n) {
+      ASSERT_LE(norm(after[n] - before[n]), 1e-6 * c.first) << n << " " << c.first;
+    }
+  }
+}
+
+TEST(LayerTargets, StraightenAJitteredLayer) {
+  for (const LayerCase& c : layer_cases({LayerElements::hexahedra})) {
+    if (c.growth == 1.5) continue;  // the jitter of its highest layers is more than their width
+    const formats::LayerOptions options{
+        .elements = c.elements, .first = c.first, .growth = c.growth};
+    formats::LayerOptions thrown = options;
+    thrown.jitter = 0.3;
+    const Job job = test::smooth(layer(thrown), {});
+    EXPECT_GE(least_jacobian(job), 0.95) << c.growth << " " << c.first;
+    EXPECT_NEAR(first_height(job.mesh, layer(options), c.first), c.first, 0.05 * c.first);
+  }
+}
+
+TEST(LayerTargets, KeepTheLayerOnATangledCore) {
+  for (const LayerElements type : {LayerElements::hexahedra, LayerElements::wedges}) {
+    formats::LayerOptions options{.elements = type, .core = 12};
+    const Mesh clean = layer(options);
+    options.tangle = 0.3;
+    const Mesh tangled = layer(options);
+    ASSERT_GT(measure_quality(tangled).inverted_count, 100);
+    const Job job = test::smooth(tangled, {});
+    EXPECT_EQ(job.summary.quality_after.inverted_count, 0);
+    EXPECT_NEAR(first_height(job.mesh, clean, 1e-3), 1e-3, 1e-5);
+  }
+}
+
+TEST(IdealTargets, AreThoseOfElementsWithoutAMeantAspectRatio) {
+  for (const double size : {0.05, 0.3}) {
+    const Mesh mesh = test::noisy(test::lattice(ElementType::hexahedron, 8), size, 3);
+    const Job automatic = test::smooth(mesh, {});
+    const Job ideal = test::smooth(mesh, aiming_at(Target::ideal));
+    EXPECT_GE(least_jacobian(automatic), least_jacobian(ideal) - 1e-12);
+    EXPECT_GE(mean_jacobian(automatic), mean_jacobian(ideal) - 1e-12);
+  }
+}
+
+TEST(Reference, BringsAJitteredLayerBack) {
+  for (const LayerCase& c : layer_cases(
+           {LayerElements::hexahedra, LayerElements::wedges, LayerElements::tetrahedra})) {
+    if (c.growth == 1.5 && c.first == 1e-3) continue;  // the jitter of high layers tangles the mesh
+    const formats::LayerOptions options{
+        .elements = c.elements, .first = c.first, .growth = c.growth};
+    const Mesh clean = layer(options);
+    formats::LayerOptions thrown = options;
+    thrown.jitter = 0.3;
+    const Job job = test::smooth(layer(thrown), aiming_at(clean));
+    SCOPED_TRACE(std::to_string(int(c.elements)) + " " + std::to_string(c.growth) + " " +
+                 std::to_string(c.first));
+    EXPECT_NEAR(first_height(job.mesh, clean, c.first), c.first, 1e-3 * c.first);
+    EXPECT_EQ(job.summary.quality_after.inverted_count, 0);
+    if (c.elements == LayerElements::hexahedra) {
+      EXPECT_GE(least_jacobian(job), 0.99);
+    }
+  }
+}
+
+TEST(Reference, IsAFixedPoint) {
+  for (const ElementType type : kElementTypes) {
+    const Mesh mesh = test::noisy(test::lattice(type, 4), 0.14, 6);
+    const Job input = test::smooth(mesh, aiming_at(Target::input));
+    EXPECT_TRUE(same_bits(input.mesh, mesh)) << element_shape(type).name;
+    EXPECT_EQ(input.summary.flat_reference_element_count, 0);
+    // In another precision, turned and scaled it is the same shape.
+    const Mesh turned = test::as_float32(
+        test::mapped(mesh, [](Vec3d p) { return Vec3d{-3 * p.y, 3 * p.x, 3 * p.z}; }));
+    const Job job = test::smooth(mesh, aiming_at(turned));
+    EXPECT_LT(test::difference(job.mesh, test::oracle::to_points(mesh)), 1e-6);
+  }
+}
+
+TEST(Reference, TellsWhatSlidesWhere) {
+  const auto hub = [](double degrees) {
+    return test::with_fixed_set(
+        formats::generate_hub({.rows = 12, .degrees = degrees, .layers = 12}));
+  };
+  const Mesh clean = hub(0);
+  SmoothOptions options = aiming_at(clean);
+  options.boundary = BoundaryPolicy::slide;
+  const Job job = test::smooth(hub(30), options);
+  EXPECT_GT(job.summary.quality_before.inverted_count, 1000);
+  EXPECT_EQ(job.summary.quality_after.inverted_count, 0);
+  EXPECT_EQ(job.summary.stop_reason, StopReason::converged);
+  for (const Vec3d& p : points(job.mesh)) ASSERT_TRUE(p.z >= 0);
+}
+
+TEST(Reference, WithFlatElementsLeavesThoseTheirIdealShape) {
+  const Mesh mesh = test::noisy(test::lattice(ElementType::tetrahedron, 4), 0.1, 6);
+  Mesh reference = mesh;
+  const std::size_t middle = mesh.node_count() / 2;
+  points(reference)[middle] += Vec3d{10, 0, 0};
+  const Job job = test::smooth(mesh, aiming_at(reference));
+  EXPECT_GT(job.summary.flat_reference_element_count, 0);
+  EXPECT_EQ(job.summary.quality_after.inverted_count, 0);
+}
+
+std::string thrown(const Mesh& mesh, const SmoothOptions& options) {
+  try {
+    test::smooth(mesh, options);
+  } catch (const Error& error) {
+    return error.reason();
+  }
+  return "nothing";
+}
+
+TEST(Reference, IsRefusedByNameWhereItIsNone) {
+  const Mesh mesh = test::lattice(ElementType::hexahedron, 3);
+  const Mesh smaller = test::lattice(ElementType::hexahedron, 2);
+  EXPECT_EQ(thrown(mesh, aiming_at(smaller)), "ARRAY_SIZE_MISMATCH");
+  EXPECT_EQ(thrown(mesh, aiming_at(Target::reference)), "ARRAY_SIZE_MISMATCH");
+
+  Mesh reference = mesh;
+  points(reference)[7].y = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(thrown(mesh, aiming_at(reference)), "NON_FINITE_COORDINATE");
+  for (Vec3d& p : points(reference)) p.y = 0;
+  EXPECT_EQ(thrown(mesh, aiming_at(reference)), "REFERENCE_FLAT");
+
+  SmoothOptions options = aiming_at(mesh);
+  options.method = Optimize{.target = Target::input};
+  EXPECT_EQ(thrown(mesh, options), "OPTION_NOT_SUPPORTED");
+  options.method = Laplacian{};
+  EXPECT_EQ(thrown(mesh, options), "OPTION_NOT_SUPPORTED");
+}
+
+TEST(Anchors, HoldNodesTheMoreTheHeavierTheyAre) {
+  const Mesh mesh = test::noisy(test::lattice(ElementType::tetrahedron, 6), 0.2, 6);
+  double farthest = std::numeric_limits<double>::infinity();
+  for (const double stay : {0.0, 0.3, 3.0, 3000.0}) {
+    const Job job = test::smooth(mesh, {.method = Optimize{.stay = stay}});
+    const double way = test::difference(job.mesh, test::oracle::to_points(mesh));
+    EXPECT_LT(way, farthest) << stay;
+    EXPECT_EQ(job.summary.quality_after.inverted_count, 0);
+    farthest = way;
+  }
+  EXPECT_LT(farthest, 2e-3);
+}
+
+TEST(OnlyBelow, MovesTheNodesOfBadElementsAndSomeRingsAroundThem) {
+  Mesh mesh = test::lattice(ElementType::hexahedron, 9);
+  const std::size_t bad = 5 * 100 + 5 * 10 + 5;  // a node inside
+  const Vec3d middle = points(mesh)[bad] += Vec3d{0.4, 0.3, 0.2};
+  for (const int rings : {0, 1, 2}) {
+    const Job job = test::smooth(mesh, {.only_below = OnlyBelow{.quality = 0.9, .rings = rings}});
+    EXPECT_GT(least_jacobian(job), 0.9);
+    EXPECT_GT(job.summary.nodes.outside_only_below, 0);
+    for (std::size_t n = 0; n < mesh.node_count(); ++n) {
+      const Vec3d way = points(mesh)[n] - middle;
+      const double far = std::max({std::abs(way.x), std::abs(way.y), std::abs(way.z)});
+      if (far > 1.5 + rings) {
+        ASSERT_EQ(points(job.mesh)[n], points(mesh)[n]) << n;
+      }
+    }
+  }
+  const Mesh good = test::lattice(ElementType::hexahedron, 4);
+  const Job job = test::smooth(good, {.only_below = OnlyBelow{.quality = 0.9}});
+  EXPECT_EQ(job.summary.nodes.fixed, job.summary.nodes.total);
+  EXPECT_EQ(thrown(good, {.only_below = OnlyBelow{.quality = 1.5}}), "OPTION_OUT_OF_RANGE");
+  EXPECT_EQ(thrown(good, {.only_below = OnlyBelow{.quality = 0.5, .rings = -1}}),
+            "OPTION_OUT_OF_RANGE");
+}
+
+}  // namespace
+}  // namespace meshsmooth
