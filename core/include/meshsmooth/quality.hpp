@@ -54,9 +54,11 @@ struct ElementQuality {
 /// The quality of a mesh.
 struct QualityStats {
   std::int64_t element_count = 0;
-  /// Elements with a corner whose determinant is certainly negative.
+  /// Elements whose Jacobian is certainly negative somewhere: at a corner, or between.
   std::int64_t inverted_count = 0;
-  /// Not inverted, but the sign of a corner's determinant cannot be decided in double.
+  /// Not inverted, but the Jacobian is not certainly positive everywhere: its sign at a corner
+  /// cannot be decided in double, or that between corners not by subdividing the element five
+  /// times.
   std::int64_t degenerate_count = 0;
   double sum_absolute_volume = 0;  // area for surface elements
   /// Volume enclosed by the boundary facets, by the divergence theorem: the sum of the signed

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "meshsmooth/element_geometry.hpp"
+#include "mesh/jacobian.hpp"
 #include "meshsmooth/quality.hpp"
 
 namespace meshsmooth::detail {
@@ -56,6 +56,11 @@ MESHSMOOTH_HD inline ElementMeasure measure_by_corners(const ElementShape& shape
     if (k == 0 || jacobian < measure.scaled_jacobian) measure.scaled_jacobian = jacobian;
     measure.inverted |= corner.sign < 0;
     certain &= corner.sign > 0;
+  }
+  if (certain) {
+    const JacobianSign sign = jacobian_sign(shape, get);
+    measure.inverted = sign == JacobianSign::negative_somewhere;
+    certain = sign == JacobianSign::positive;
   }
   measure.degenerate = !certain && !measure.inverted;
   measure.volume = element_volume(shape, get, reference);

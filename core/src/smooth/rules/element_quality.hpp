@@ -1,6 +1,6 @@
 #pragma once
 
-#include "meshsmooth/element_geometry.hpp"
+#include "mesh/jacobian.hpp"
 #include "smooth/rules/topology.hpp"
 
 namespace meshsmooth::detail {
@@ -17,8 +17,8 @@ MESHSMOOTH_HD inline double tetrahedron_quality(Vec3d origin, Vec3d p1, Vec3d p2
   return det > 0 ? mean_ratio : -mean_ratio;
 }
 
-/// The quality by which the rules compare elements: above 0 if and only if every corner is
-/// certainly positive, 0 for a degenerate element, negative for an inverted one. In a volume
+/// The quality by which the rules compare elements: above 0 if and only if the Jacobian is certainly
+/// positive everywhere, negative if it is certainly negative at a corner, else 0. In a volume
 /// element it is the cube of the worst corner's mean ratio (the same order without a root), in a
 /// surface element the mean ratio itself.
 ///
@@ -41,7 +41,7 @@ MESHSMOOTH_HD double element_quality(const ElementShape& shape, const Get& get, 
     }
     if (!(mean_ratio >= worst)) worst = mean_ratio;
   }
-  return worst;
+  return worst > 0 && jacobian_sign(shape, get) != JacobianSign::positive ? 0 : worst;
 }
 
 /// Volume (area of a surface element) without sign and the mean of its nodes.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "mesh/jacobian.hpp"
 #include "smooth/rules/displacement.hpp"
 #include "smooth/rules/newton_step.hpp"
 
@@ -81,6 +82,30 @@ MESHSMOOTH_HD Vec3d node_normal(const Team& team, const Surroundings& around, st
   sum = {team.sum(sum.x), team.sum(sum.y), team.sum(sum.z)};
   const double length = norm(sum);
   return length > 1e-6 ? (1 / length) * sum : Vec3d{0, 0, 0};
+}
+
+/// Whether every volume element at a node whose Jacobian is certainly positive everywhere keeps it
+/// so with the node moved. What corners tell is not looked at again.
+template <class Team, class P>
+MESHSMOOTH_HD bool keeps_jacobians(const Team& team, const Surroundings& around, const P& x,
+                                   std::size_t node, Vec3<typename P::Real> position) {
+  if (around.elements.simplices()) return true;
+  bool keeps = true;
+  const ElementId* const end = around.balls.end(node);
+  for (const ElementId* e = around.balls.begin(node) + team.rank; keeps && e < end;
+       e += team.size) {
+    const ElementView element = around.elements[*e];
+    const auto lies = [&](int n) {
+      return vec3_cast<double>(x[static_cast<std::size_t>(element.nodes[n])]);
+    };
+    const auto would_lie = [&](int n) {
+      return static_cast<std::size_t>(element.nodes[n]) == node ? vec3_cast<double>(position)
+                                                                : lies(n);
+    };
+    keeps = jacobian_sign(*element.shape, would_lie) == JacobianSign::positive ||
+            jacobian_sign(*element.shape, lies) != JacobianSign::positive;
+  }
+  return team.all(keeps);
 }
 
 /// One visit of one node. Reads positions, writes none. Without `kBound` the node has neither a
@@ -192,6 +217,10 @@ class NodeOptimizer {
           }
           const Vec3d d = vec3_cast<double>(position) - vec3_cast<double>(terms_.position());
           const double found = energy_at<kDimension>(team_, terms_, energy, d, phase_.guard);
+          if (kDimension == 3 && phase_.guard && found < value &&
+              !keeps_jacobians(team_, around_, terms_.positions(), node_, position)) {
+            return HUGE_VAL;
+          }
           return anchored(energy) ? found + anchor_->energy(vec3_cast<double>(position)) : found;
         });
   }

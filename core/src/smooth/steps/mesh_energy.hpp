@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "meshsmooth/methods.hpp"
+#include "mesh/jacobian.hpp"
 #include "smooth/rules/ball_energy.hpp"
 #include "smooth/steps/executor.hpp"
 
@@ -58,6 +59,11 @@ MeshEnergy measure_energy(E& executor, const Surroundings& around, const Vec3<Re
           sum = sum + energy_of<kDimension>(corner_term<kDimension>(shape, k, -1, relative, target,
                                                                     around.reference_of(e)),
                                             power, around.targets.certainty);
+        }
+        // An element with a free node, valid at its corners.
+        if (sum.weight > 0 && sum.invalid == 0 &&
+            jacobian_sign(shape, get) != JacobianSign::positive) {
+          sum.invalid = 1;
         }
         return sum;
       },
