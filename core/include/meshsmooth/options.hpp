@@ -2,6 +2,8 @@
 
 #include <chrono>
 #include <optional>
+#include <span>
+#include <vector>
 
 #include "meshsmooth/method_traits.hpp"
 #include "meshsmooth/quality.hpp"
@@ -54,6 +56,8 @@ struct SmoothOptions {
   std::optional<MovementLimit> movement_limit = {};  ///< Unset: no limit.
   bool history = false;                              ///< Statistics of each sweep in the summary.
   QualityDetail quality_detail = QualityDetail::full;
+  /// Metrics to return for every element of the result, each once: SmoothSummary::element_quality.
+  std::vector<QualityMetric> element_quality_metrics = {};
 };
 
 /// Returns `max_iterations`, or the method's own limit when it is unset.
@@ -79,6 +83,10 @@ template <class Length>
   if (converges_by_energy(options)) return 0;
   return in_mesh_unit(options.tolerance, bounding_box_diagonal);
 }
+
+/// Checks that each metric is listed once.
+/// @throws InvalidOption OPTION_OUT_OF_RANGE, detail "field".
+void validate_metrics(std::span<const QualityMetric> metrics);
 
 /// Checks all ranges and combinations.
 /// @throws InvalidOption OPTION_OUT_OF_RANGE, detail "field".
