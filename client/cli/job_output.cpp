@@ -87,6 +87,7 @@ client::SmoothReport run_call(
 void write_result(const JobOutput& job, formats::MeshFile& file, const client::SmoothReport& report,
                   const SmoothOptions& options, std::chrono::steady_clock::time_point start) {
   const std::string json = job.report ? report.to_json() : "";  // first, should it have none
+  file.element_quality = report.summary.element_quality;
   formats::write_mesh_file(job.output, file);
   if (job.report) write_text_file(*job.report, json);
   if (job.quiet) return;

@@ -36,6 +36,7 @@ struct SmoothCommand {
   std::vector<std::string> fixed_types;
   std::optional<fs::path> reference;
   std::string regions = "auto";
+  std::vector<std::string> element_quality;  // names of metrics
   std::string backend = "auto";
   std::optional<double> result_ttl_seconds;
   std::string request_id;
@@ -142,6 +143,10 @@ client::SmoothReport call_server(formats::MeshFile& file, const SmoothCommand& c
 ExitCode run(const SmoothCommand& command) {
   const auto start = std::chrono::steady_clock::now();
   SmoothOptions options = to_smooth_options(command.smoothing);
+  for (const std::string& name : command.element_quality) {
+    options.element_quality_metrics.push_back(find_metric(name).value());
+  }
+  validate(options);
   if (!command.server.address.empty() && parse_backend_name(command.backend)->device) {
     throw InvalidOption("OPTION_MISPLACED",
                         "--backend " + command.backend +
@@ -151,6 +156,9 @@ ExitCode run(const SmoothCommand& command) {
   }
   const Interrupt interrupt;
   check_outputs(command.output);
+  if (!command.element_quality.empty()) {
+    formats::check_writable_with_arrays(command.output.output);
+  }
 
   formats::MeshFile file = formats::read_mesh_file(command.input);
   set_precision(command.output, file.mesh);
@@ -205,6 +213,16 @@ void add_smooth_command(CLI::App& app, Action& action) {
                   "Medit's references, TetGen's first attribute or Gmsh's entities, whichever the "
                   "file has; none: no regions")
       ->capture_default_str();
+  std::vector<std::string> metrics;
+  for (const QualityMetric metric : kQualityMetrics) metrics.emplace_back(metric_name(metric));
+  sub->add_option(
+         "--element-quality", command->element_quality,
+         "Metrics of the result to write as cell arrays, separated by commas; not a number "
+         "(NaN) where an element has no such metric. Formats: " +
+             formats::array_extensions())
+      ->delimiter(',')
+      ->check(CLI::IsMember(metrics))
+      ->allow_extra_args(false);
   sub->add_option("--backend", command->backend,
                   "Backend: " + backend_name_list(true) + "; a device :N only without --server")
       ->check([](const std::string& name) {

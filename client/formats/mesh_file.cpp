@@ -118,6 +118,10 @@ std::string writable_extensions() {
   return extensions([](const Format& format) { return format.write != nullptr; });
 }
 
+std::string array_extensions() {
+  return extensions([](const Format& format) { return format.cell_arrays; });
+}
+
 MeshFile read_mesh_file(const path& file) {
   std::error_code error;
   if (!std::filesystem::exists(file, error)) fail("FILE_NOT_FOUND", file, "there is no such file");
@@ -152,8 +156,21 @@ void check_writable(const path& file) {
   }
 }
 
-void write_mesh_file(const path& file, const MeshFile& content) {
+void check_writable_with_arrays(const path& file) {
+  if (!writable_format(file).cell_arrays) {
+    fail("ARRAYS_NOT_SUPPORTED", file,
+         "\"" + extension_of(file) + "\" files are written without cell arrays; with them are " +
+             array_extensions());
+  }
   check_writable(file);
+}
+
+void write_mesh_file(const path& file, const MeshFile& content) {
+  if (content.element_quality.metrics.empty()) {
+    check_writable(file);
+  } else {
+    check_writable_with_arrays(file);
+  }
   check_node_count(content);
   const path partial = partial_path(file);
   std::error_code error;

@@ -9,6 +9,7 @@
 
 #include "meshsmooth/error.hpp"
 #include "meshsmooth/mesh.hpp"
+#include "meshsmooth/quality.hpp"
 
 namespace meshsmooth::formats {
 
@@ -35,6 +36,9 @@ class MeshFile {
   MeshFile(Mesh mesh_of_file, std::shared_ptr<const FileContent> content);
 
   Mesh mesh;
+  /// Written as one cell array of float32 per metric, by the metric's name, instead of an array
+  /// that the file may have of that name; NaN in lower-dimensional cells.
+  ElementQualityArrays element_quality;
 
   /// What the file calls a mesh element: its tag (Gmsh), its number (TetGen)
   /// or its 0-based position among all elements (VTK). O(1).
@@ -72,7 +76,7 @@ class MeshFile {
 [[nodiscard]] MeshFile read_mesh_file(const std::filesystem::path& path);
 
 /// Replaces `path` when all has been written, never before. Errors:
-/// FORMAT_UNKNOWN, FILE_NOT_WRITABLE, ELEMENT_NOT_SUPPORTED; `InvalidMesh`
+/// FORMAT_UNKNOWN, FILE_NOT_WRITABLE, ELEMENT_NOT_SUPPORTED, ARRAYS_NOT_SUPPORTED; `InvalidMesh`
 /// (ARRAY_SIZE_MISMATCH) when the mesh has not the nodes of its file.
 void write_mesh_file(const std::filesystem::path& path, const MeshFile& file);
 
@@ -81,8 +85,13 @@ void write_mesh_file(const std::filesystem::path& path, const MeshFile& file);
 /// file behind.
 void check_writable(const std::filesystem::path& path);
 
-/// ".vtu .vtk …": what can be read and written here, for messages and help.
+/// The same for files with `MeshFile::element_quality`; also ARRAYS_NOT_SUPPORTED.
+void check_writable_with_arrays(const std::filesystem::path& path);
+
+/// ".vtu .vtk …": what can be read and written here, and written with cell arrays, for messages and
+/// help.
 [[nodiscard]] std::string readable_extensions();
 [[nodiscard]] std::string writable_extensions();
+[[nodiscard]] std::string array_extensions();
 
 }  // namespace meshsmooth::formats

@@ -33,16 +33,20 @@ void write_gmsh(const std::filesystem::path& path, const MeshFile& file);
 void write_tetgen(const std::filesystem::path& path, const MeshFile& file);
 
 /// A format: how it is read and written; a null pointer: not at all. `library`
-/// is what this build would need to know it, where it does not.
+/// is what this build would need to know it, where it does not. `cell_arrays`: the
+/// writer writes `MeshFile::element_quality`.
 struct Format {
   std::string_view extension;
   MeshFile (*read)(const std::filesystem::path&);
   void (*write)(const std::filesystem::path&, const MeshFile&);
   std::string_view library = {};
+  bool cell_arrays = false;
 };
 
 #if defined(MESHSMOOTH_WITH_VTK)
-constexpr Format vtk_format(std::string_view extension) { return {extension, read_vtk, write_vtk}; }
+constexpr Format vtk_format(std::string_view extension) {
+  return {extension, read_vtk, write_vtk, {}, extension != ".stl"};
+}
 #else
 constexpr Format vtk_format(std::string_view extension) {
   return {extension, nullptr, nullptr, "VTK"};

@@ -4,6 +4,7 @@
 #include <vtkCellTypes.h>
 #include <vtkDoubleArray.h>
 #include <vtkFieldData.h>
+#include <vtkFloatArray.h>
 #include <vtkIdList.h>
 #include <vtkIntArray.h>
 #include <vtkPointData.h>
@@ -11,6 +12,7 @@
 
 #include <array>
 #include <cctype>
+#include <limits>
 #include <sstream>
 
 namespace meshsmooth::formats {
@@ -97,6 +99,23 @@ vtkSmartPointer<vtkUnstructuredGrid> grid_of(const Dataset& dataset) {
   add_arrays(grid->GetPointData(), dataset.node_columns());
   add_arrays(grid->GetCellData(), dataset.cell_columns());
   return grid;
+}
+
+void add_element_quality(vtkPointSet& data, const MeshFile& file) {
+  const ElementQualityArrays& quality = file.element_quality;
+  for (std::size_t m = 0; m < quality.metrics.size(); ++m) {
+    const vtkNew<vtkFloatArray> array;
+    array->SetName(std::string(metric_name(quality.metrics[m])).c_str());
+    array->SetNumberOfValues(data.GetNumberOfCells());
+    array->FillValue(std::numeric_limits<float>::quiet_NaN());
+    const std::span<const float> values = quality.of(m);
+    for (std::size_t e = 0; e < values.size(); ++e) {
+      const auto cell =
+          file.content() ? file.content()->element_cells.at(e) : static_cast<std::int64_t>(e);
+      array->SetValue(cell, values[e]);
+    }
+    data.GetCellData()->AddArray(array);
+  }
 }
 
 const VtkDataset* vtk_dataset_of(const MeshFile& file) {
@@ -192,6 +211,7 @@ vtkSmartPointer<vtkPointSet> moved_dataset(const MeshFile& file) {
   auto dataset = vtkSmartPointer<vtkPointSet>::Take(own->data()->NewInstance());
   dataset->ShallowCopy(own->data());
   dataset->SetPoints(make_points(file.mesh.positions_view()));
+  add_element_quality(*dataset, file);
   return dataset;
 }
 
@@ -199,6 +219,7 @@ vtkSmartPointer<vtkUnstructuredGrid> moved_grid(const MeshFile& file) {
   vtkSmartPointer<vtkUnstructuredGrid> grid;
   if (vtk_dataset_of(file) == nullptr) {
     grid = grid_of(*dataset_of(file));
+    add_element_quality(*grid, file);
   } else {
     const auto dataset = moved_dataset(file);
     grid = vtkUnstructuredGrid::SafeDownCast(dataset);

@@ -216,6 +216,12 @@ vtkSmartPointer<vtkPolyData> moved_surface(const std::filesystem::path& path, co
     same_order = same_order && dimension >= last_dimension;
     last_dimension = dimension;
   }
+  if (!same_order && !file.element_quality.metrics.empty()) {
+    fail("ARRAYS_NOT_SUPPORTED", path,
+         extension_of(path) +
+             " files keep cells in the order of their dimension, in which those of "
+             "this file are not; write .vtu");
+  }
   surface->GetPointData()->ShallowCopy(grid->GetPointData());
   if (same_order) surface->GetCellData()->ShallowCopy(grid->GetCellData());
   surface->GetFieldData()->ShallowCopy(grid->GetFieldData());

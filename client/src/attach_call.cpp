@@ -34,6 +34,7 @@ SmoothReport AttachCall::run() {
   if (!summary_) throw broken_answer("the server ended the call without a summary");
   SmoothReport report = decode_report(std::move(*summary_), job_name_, {});
   mesh_.positions = result_.take();
+  report.summary.element_quality = result_.take_element_quality();
   return report;
 }
 

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "service_error.hpp"
+#include "wire/codec.hpp"
 
 namespace meshsmooth::client {
 namespace {
@@ -38,6 +39,20 @@ void ResultAssembler::begin(const v1::ResultHeader& header, Positions memory) {
                         std::to_string(mesh_.node_count()) + " nodes in " +
                         v1::ScalarType_Name(type));
   }
+  try {
+    quality_.metrics = wire::decode_metrics(header.element_quality_metrics());
+  } catch (const Error& error) {
+    throw broken_answer("cannot decode the result's header: " + std::string(error.what()));
+  }
+  make_room(std::move(memory));
+  begun_ = true;
+  if (header.size_bytes() != static_cast<std::int64_t>(size_bytes_)) {
+    throw broken_answer("the server announced a result of " + std::to_string(header.size_bytes()) +
+                        " bytes, it must have " + std::to_string(size_bytes_));
+  }
+}
+
+void ResultAssembler::make_room(Positions memory) {
   positions_ = std::move(memory);
   std::visit(
       [this](const auto& input) {
@@ -48,24 +63,26 @@ void ResultAssembler::begin(const v1::ResultHeader& header, Positions memory) {
         if (is_new) *positions = Own();  // {} would keep what is then copied
         positions->reserve(input.size());
         positions->resize(std::min(positions->size(), input.size()));
-        size_bytes_ = input.size() * sizeof(input[0]);
-        if (is_new) advise_large_pages(positions->data(), size_bytes_);
+        coordinates_bytes_ = input.size() * sizeof(input[0]);
+        if (is_new) advise_large_pages(positions->data(), coordinates_bytes_);
       },
       mesh_.positions);
-  begun_ = true;
-  if (header.size_bytes() != static_cast<std::int64_t>(size_bytes_)) {
-    throw broken_answer("the server announced a result of " + std::to_string(header.size_bytes()) +
-                        " bytes, it must have " + std::to_string(size_bytes_));
-  }
+  const std::size_t value_count = quality_.metrics.size() * mesh_.element_count();
+  quality_.values.reserve(value_count);
+  size_bytes_ = coordinates_bytes_ + value_count * sizeof(float);
 }
 
 void ResultAssembler::add(const wire::ChunkView& chunk) {
-  if (!begun_ || chunk.array_id != v1::ARRAY_ID_COORDINATES ||
-      chunk.offset_bytes != static_cast<std::int64_t>(received_bytes_)) {
+  const bool positions_due = received_bytes_ < coordinates_bytes_ || metrics().empty();
+  const v1::ArrayId array_id =
+      positions_due ? v1::ARRAY_ID_COORDINATES : v1::ARRAY_ID_ELEMENT_QUALITY;
+  const std::size_t offset_bytes = received_bytes_ - (positions_due ? 0 : coordinates_bytes_);
+  if (!begun_ || chunk.array_id != array_id ||
+      chunk.offset_bytes != static_cast<std::int64_t>(offset_bytes)) {
     throw broken_answer("the server sent result bytes at " + std::to_string(chunk.offset_bytes) +
-                        " where those at " + std::to_string(received_bytes_) + " were due");
+                        " where those at " + std::to_string(offset_bytes) + " were due");
   }
-  if (chunk.size_bytes > size_bytes_ - received_bytes_) {
+  if (chunk.size_bytes > (positions_due ? coordinates_bytes_ : size_bytes_) - received_bytes_) {
     throw broken_answer("the server sent more result bytes than the " +
                         std::to_string(size_bytes_) + " announced");
   }
@@ -73,16 +90,19 @@ void ResultAssembler::add(const wire::ChunkView& chunk) {
     throw broken_answer("the checksum of the result bytes at " + std::to_string(received_bytes_) +
                         " is wrong");
   }
-  std::visit(
-      [&](auto& positions) {
-        // Grown chunk by chunk: positions zeroed all at once would leave the caches before they are
-        // filled.
-        constexpr std::size_t kPositionBytes = sizeof(positions[0]);
-        const std::size_t end = received_bytes_ + chunk.size_bytes;
-        positions.resize(std::max(positions.size(), (end + kPositionBytes - 1) / kPositionBytes));
-        chunk.copy_to(std::as_writable_bytes(std::span(positions)).data() + received_bytes_);
-      },
-      positions_);
+  const auto append = [&](auto& values) {
+    // Grown chunk by chunk: values zeroed all at once would leave the caches before they are
+    // filled.
+    constexpr std::size_t kValueBytes = sizeof(values[0]);
+    const std::size_t end = offset_bytes + chunk.size_bytes;
+    values.resize(std::max(values.size(), (end + kValueBytes - 1) / kValueBytes));
+    chunk.copy_to(std::as_writable_bytes(std::span(values)).data() + offset_bytes);
+  };
+  if (positions_due) {
+    std::visit(append, positions_);
+  } else {
+    append(quality_.values);
+  }
   received_bytes_ += chunk.size_bytes;
 }
 

@@ -127,6 +127,7 @@ SmoothReport SmoothCall::run() {
   if (!summary_) throw broken_answer("the server ended the call without a summary");
   SmoothReport report = decode_report(std::move(*summary_), job_name_, request_.request_id);
   memory_ = std::exchange(mesh_.positions, result_.take());
+  report.summary.element_quality = result_.take_element_quality();
   return report;
 }
 
@@ -153,6 +154,9 @@ v1::JobSpec SmoothCall::make_spec() const {
   spec.set_iteration_history_included(options_.history);
   if (options_.quality_detail == QualityDetail::brief)
     spec.set_quality_detail(v1::QUALITY_DETAIL_BRIEF);
+  for (const QualityMetric metric : options_.element_quality_metrics) {
+    spec.add_element_quality_metrics(wire::encode_metric(metric));
+  }
   return spec;
 }
 
@@ -215,7 +219,8 @@ void SmoothCall::handle(const v1::SmoothResponse& response) {
       if (request_.on_progress) request_.on_progress(decode_progress(response.progress()));
       return;
     case v1::SmoothResponse::kResult:
-      return result_.begin(response.result(), std::exchange(memory_, {}));
+      result_.begin(response.result(), std::exchange(memory_, {}));
+      return check_metrics();
     case v1::SmoothResponse::kChunk:
       return result_.add(wire::ChunkView(response.chunk()));
     case v1::SmoothResponse::kSummary:
@@ -231,6 +236,14 @@ void SmoothCall::handle(const v1::SmoothResponse& response) {
 void SmoothCall::accept(const v1::Accepted& accepted) {
   if (std::exchange(accepted_, true)) throw broken_answer("the server accepted the job twice");
   job_name_ = accepted.job().name();
+}
+
+void SmoothCall::check_metrics() const {
+  if (result_.metrics() == options_.element_quality_metrics) return;
+  throw ServiceError(StatusCode::invalid_argument, "OPTION_NOT_SUPPORTED",
+                     "the server does not return the element_quality_metrics that were asked for; "
+                     "a server that can has the feature element_quality",
+                     {{"field", "element_quality_metrics"}}, {});
 }
 
 void SmoothCall::stop_sending() {

@@ -88,6 +88,9 @@ class SmoothCall {
   void handle(grpc::ByteBuffer& response);
   void handle(const v1::SmoothResponse& response);
   void accept(const v1::Accepted& accepted);
+  /// Throws `ServiceError` unless the result has the metrics that were asked for: an older server
+  /// ignores them.
+  void check_metrics() const;
   void stop_sending();
   void write_next();
 

@@ -255,6 +255,25 @@ SmoothOptions decode_options(const v1::SmoothingOptions& message) {
   return options;
 }
 
+// Both enumerations list the same metrics in the same order.
+v1::QualityMetric encode_metric(QualityMetric metric) {
+  return static_cast<v1::QualityMetric>(static_cast<int>(metric) + 1);
+}
+static_assert(static_cast<int>(QualityMetric::mean_ratio) + 1 == v1::QUALITY_METRIC_MEAN_RATIO &&
+              static_cast<int>(QualityMetric::max_angle) + 1 == v1::QUALITY_METRIC_MAX_ANGLE);
+
+std::vector<QualityMetric> decode_metrics(const google::protobuf::RepeatedField<int>& metrics) {
+  std::vector<QualityMetric> result;
+  for (const int metric : metrics) {
+    if (metric == v1::QUALITY_METRIC_UNSPECIFIED || !v1::QualityMetric_IsValid(metric)) {
+      throw_not_supported("element_quality_metrics", "unknown metric " + std::to_string(metric));
+    }
+    result.push_back(static_cast<QualityMetric>(metric - 1));
+  }
+  validate_metrics(result);
+  return result;
+}
+
 v1::ElementType encode_element_type(ElementType type) {
   return static_cast<v1::ElementType>(static_cast<int>(type) + 1);
 }

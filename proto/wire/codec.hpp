@@ -3,6 +3,7 @@
 #include <chrono>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "meshsmooth/backend_name.hpp"
 #include "meshsmooth/job_state.hpp"
@@ -35,6 +36,11 @@ namespace meshsmooth::wire {
 /// Metrics that this build does not know are left out; an unknown stop reason
 /// throws `NotSupported` (RESPONSE_NOT_UNDERSTOOD).
 [[nodiscard]] SmoothSummary decode_summary(const v1::Summary& message);
+
+[[nodiscard]] v1::QualityMetric encode_metric(QualityMetric metric);
+/// Of a field `element_quality_metrics`: metrics that this build knows, each once.
+[[nodiscard]] std::vector<QualityMetric> decode_metrics(
+    const google::protobuf::RepeatedField<int>& metrics);
 
 [[nodiscard]] v1::ElementType encode_element_type(ElementType type);
 [[nodiscard]] ElementType decode_element_type(v1::ElementType type, const std::string& field);

@@ -52,13 +52,6 @@ StopReason decode_stop_reason(v1::StopReason reason) {
   }
 }
 
-// Both enumerations list the same metrics in the same order.
-v1::QualityMetric encode_metric(QualityMetric metric) {
-  return static_cast<v1::QualityMetric>(static_cast<int>(metric) + 1);
-}
-static_assert(static_cast<int>(QualityMetric::mean_ratio) + 1 == v1::QUALITY_METRIC_MEAN_RATIO &&
-              static_cast<int>(QualityMetric::max_angle) + 1 == v1::QUALITY_METRIC_MAX_ANGLE);
-
 void encode_element_quality(const ElementQuality& quality, v1::ElementQuality* message) {
   message->set_element(quality.element);
   message->set_element_type(encode_element_type(quality.type));

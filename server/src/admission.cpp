@@ -122,10 +122,11 @@ Subscription Admission::admit(const JobRequest& request, const Job::Observer& ob
     Subscription subscription;
     subscription.stream = reservation.split({stream_bytes_, 0});
     const std::int64_t sequence = next_sequence_++;
-    subscription.job = std::make_shared<Job>("jobs/" + instance_ + "-" + std::to_string(sequence),
-                                             sequence, request, std::move(reservation),
-                                             block_bytes(request.layout.coordinates_bytes),
-                                             std::move(upload), memory_, end_observer_);
+    subscription.job = std::make_shared<Job>(
+        "jobs/" + instance_ + "-" + std::to_string(sequence), sequence, request,
+        std::move(reservation),
+        block_bytes(request.layout.coordinates_bytes) + request.element_quality_bytes(),
+        std::move(upload), memory_, end_observer_);
     subscription.observer_id = subscription.job->observe(observer).value();
     if (store_.add(subscription.job)) return subscription;
   }

@@ -26,6 +26,17 @@ JobRequest without_topology(const JobRequest& request) {
 
 }  // namespace
 
+JobResult::Part JobResult::part_at(std::int64_t offset_bytes) const {
+  auto offset = static_cast<std::size_t>(offset_bytes);
+  const auto positions = coordinates.bytes();
+  if (offset < positions.size()) {
+    return {v1::ARRAY_ID_COORDINATES, offset_bytes, positions.subspan(offset)};
+  }
+  offset -= positions.size();
+  return {v1::ARRAY_ID_ELEMENT_QUALITY, static_cast<std::int64_t>(offset),
+          std::as_bytes(std::span(element_quality)).subspan(offset)};
+}
+
 Job::Job(std::string name, std::int64_t sequence, JobRequest request, Reservation reservation,
          std::int64_t result_bytes, UploadShare upload, std::pmr::memory_resource* memory,
          EndObserver end_observer)
@@ -149,6 +160,7 @@ bool Job::finish(SmoothSummary summary) {
     mesh = std::move(mesh_);
     topology = std::move(topology_);
     result->coordinates = mesh->take_coordinates();
+    result->element_quality = std::move(summary.element_quality.values);
     result->reservation = reservation_.split({result_bytes_, 0});
     rest = std::move(reservation_);
     now_.result = std::move(result);

@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <exception>
 #include <functional>
@@ -10,6 +11,7 @@
 #include <memory_resource>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -48,13 +50,31 @@ struct JobRequest {
   std::optional<Clock::duration> result_ttl;
 
   [[nodiscard]] bool kept() const { return result_ttl.has_value(); }
+  [[nodiscard]] std::int64_t element_quality_bytes() const {
+    const std::size_t bytes = options.element_quality_metrics.size() * sizeof(float);
+    return layout.element_count() * static_cast<std::int64_t>(bytes);
+  }
+  /// Of all arrays of the result.
+  [[nodiscard]] std::int64_t result_bytes() const {
+    return layout.coordinates_bytes + element_quality_bytes();
+  }
 };
 
-/// The positions that a job ended with, shared by all calls that send them, and the
-/// reservation of their bytes.
+/// The arrays that a job ended with, in the order in which they are sent, shared by all calls that
+/// send them, and the reservation of their bytes.
 struct JobResult {
   Reservation reservation;
   wire::ByteArray coordinates;
+  std::vector<float> element_quality;  // ElementQualityArrays::values
+
+  /// The rest of an array.
+  struct Part {
+    v1::ArrayId array_id;
+    std::int64_t offset_bytes;  // in the array
+    std::span<const std::byte> bytes;
+  };
+  /// What follows an offset in all arrays, up to the end of the array there.
+  [[nodiscard]] Part part_at(std::int64_t offset_bytes) const;
 };
 
 /// When each step happened; unset: not yet.
@@ -118,7 +138,7 @@ class Job {
   using EndObserver = std::function<void(const Job&)>;
 
   /// The arrays of the mesh are allocated from `memory`, which must outlive the job and its
-  /// result; the coordinates take `result_bytes` of it.
+  /// result, which takes `result_bytes` of the reservation.
   Job(std::string name, std::int64_t sequence, JobRequest request, Reservation reservation,
       std::int64_t result_bytes, UploadShare upload, std::pmr::memory_resource* memory,
       EndObserver end_observer);

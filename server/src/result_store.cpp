@@ -9,7 +9,7 @@ void ResultStore::keep(const std::shared_ptr<Job>& job) {
   std::vector<std::shared_ptr<Job>> dropped;
   {
     const std::lock_guard lock(mutex_);
-    const std::int64_t bytes = job->request().layout.coordinates_bytes;
+    const std::int64_t bytes = job->request().result_bytes();
     entries_.emplace(job->sequence(), Entry{job, Clock::now() + *job->request().result_ttl, bytes});
     bytes_ += bytes;
     while (bytes_ > max_bytes_) {

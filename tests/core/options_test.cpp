@@ -177,6 +177,14 @@ TEST(MethodTraits, AgreeWithValidate) {
   });
 }
 
+TEST(ValidateOptions, TakesEachElementQualityMetricOnce) {
+  SmoothOptions options;
+  options.element_quality_metrics.assign(kQualityMetrics.begin(), kQualityMetrics.end());
+  EXPECT_EQ(rejected_field(options), "");
+  options.element_quality_metrics.push_back(QualityMetric::radius_ratio);
+  EXPECT_EQ(rejected_field(options), "element_quality_metrics");
+}
+
 TEST(MethodName, IsTheNameInTheProtocol) {
   EXPECT_EQ(method_name(Laplacian{}), "laplacian");
   EXPECT_EQ(method_name(SmartLaplacian{}), "smart_laplacian");

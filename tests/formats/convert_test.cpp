@@ -14,8 +14,12 @@
 #include <vtkXMLUnstructuredGridReader.h>
 #include <vtkXMLUnstructuredGridWriter.h>
 
+#include <cmath>
+#include <limits>
+
 #include "generate.hpp"
 #include "scratch.hpp"
+#include "support/meshes.hpp"
 
 namespace meshsmooth::formats {
 namespace {
@@ -111,6 +115,72 @@ TEST_P(VtkFormats, KeepDataLowerDimensionalCellsAndElementOrder) {
   auto* title = vtkStringArray::SafeDownCast(grid->GetFieldData()->GetAbstractArray("title"));
   ASSERT_NE(title, nullptr);
   EXPECT_EQ(title->GetValue(0), "a sample");
+}
+
+TEST_P(VtkFormats, CarryTheQualityOfElementsByTheNamesOfTheMetrics) {
+  const Scratch scratch;
+  write_sample(scratch.path("in.vtu"));
+  MeshFile file = read_mesh_file(scratch.path("in.vtu"));
+  file.element_quality = {{QualityMetric::mean_ratio, QualityMetric::min_angle},
+                          {0.25F, 0.5F, 30.0F, std::numeric_limits<float>::quiet_NaN()}};
+  write_mesh_file(scratch.path(GetParam()), file);
+  write_mesh_file(scratch.path("look.vtu"), read_mesh_file(scratch.path(GetParam())));
+
+  const auto grid = read_grid(scratch.path("look.vtu"));
+  auto* ratio = grid->GetCellData()->GetArray("mean_ratio");
+  ASSERT_NE(ratio, nullptr);
+  EXPECT_EQ(ratio->GetDataType(), VTK_FLOAT);
+  EXPECT_EQ(ratio->GetComponent(0, 0), 0.25);
+  EXPECT_TRUE(std::isnan(ratio->GetComponent(1, 0)));  // a triangle
+  EXPECT_TRUE(std::isnan(ratio->GetComponent(2, 0)));  // an edge
+  EXPECT_EQ(ratio->GetComponent(3, 0), 0.5);
+  auto* angle = grid->GetCellData()->GetArray("min_angle");
+  ASSERT_NE(angle, nullptr);
+  EXPECT_EQ(angle->GetComponent(0, 0), 30);
+  EXPECT_TRUE(std::isnan(angle->GetComponent(3, 0)));
+  EXPECT_NE(grid->GetCellData()->GetArray("material"), nullptr);
+}
+
+TEST(ElementQuality, ReplacesTheArrayOfAnEarlierFile) {
+  const Scratch scratch;
+  MeshFile file(meshsmooth::test::two_tets());
+  for (const float value : {0.25F, 0.75F}) {
+    file.element_quality = {{QualityMetric::mean_ratio}, {value, value}};
+    write_mesh_file(scratch.path("out.vtu"), file);
+    file = read_mesh_file(scratch.path("out.vtu"));
+  }
+
+  const auto grid = read_grid(scratch.path("out.vtu"));
+  EXPECT_EQ(grid->GetCellData()->GetNumberOfArrays(), 1);
+  EXPECT_EQ(grid->GetCellData()->GetArray("mean_ratio")->GetComponent(1, 0), 0.75);
+}
+
+TEST(ElementQuality, IsCarriedBySurfaces) {
+  const Scratch scratch;
+  MeshFile file(meshsmooth::test::lattice(ElementType::triangle, 3));
+  const std::size_t count = file.mesh.element_count();
+  file.element_quality = {{QualityMetric::min_angle}, std::vector<float>(count, 45.0F)};
+  write_mesh_file(scratch.path("out.vtp"), file);
+  write_mesh_file(scratch.path("look.vtu"), read_mesh_file(scratch.path("out.vtp")));
+
+  const auto grid = read_grid(scratch.path("look.vtu"));
+  auto* angle = grid->GetCellData()->GetArray("min_angle");
+  ASSERT_NE(angle, nullptr);
+  EXPECT_EQ(angle->GetNumberOfTuples(), static_cast<vtkIdType>(count));
+  EXPECT_EQ(angle->GetComponent(0, 0), 45);
+}
+
+TEST(ElementQuality, IsRefusedByNameWhereAFormatHasNoCellArrays) {
+  const Scratch scratch;
+  MeshFile file(meshsmooth::test::lattice(ElementType::triangle, 3));
+  file.element_quality = {{QualityMetric::min_angle},
+                          std::vector<float>(file.mesh.element_count(), 45.0F)};
+  for (const char* name : {"out.stl", "out.ply", "out.obj"}) {
+    const auto [reason, text] = error_of([&] { write_mesh_file(scratch.path(name), file); });
+    EXPECT_EQ(reason, "ARRAYS_NOT_SUPPORTED");
+    EXPECT_THAT(text, HasSubstr("with them are .vtu .vtk .vtp"));
+    EXPECT_FALSE(std::filesystem::exists(scratch.path(name)));
+  }
 }
 
 #if defined(MESHSMOOTH_WITH_GMSH)

@@ -30,7 +30,13 @@ Mesh make_mesh(Choices& choices) {
   } else {
     mesh.positions = std::vector<Vec3d>(node_count);
   }
+  mesh.blocks = {{ElementType::triangle, {0, 1, 2, 0, 2, 3}}};
   return mesh;
+}
+
+std::size_t coordinates_bytes(const Mesh& mesh) {
+  const bool float64 = std::holds_alternative<std::vector<Vec3d>>(mesh.positions);
+  return mesh.node_count() * (float64 ? sizeof(Vec3d) : sizeof(Vec3f));
 }
 
 v1::ResultHeader make_header(const Mesh& mesh, Choices& choices) {
@@ -38,20 +44,30 @@ v1::ResultHeader make_header(const Mesh& mesh, Choices& choices) {
   v1::ResultHeader header;
   header.set_node_count(static_cast<std::int64_t>(mesh.node_count()));
   header.set_coordinate_type(float64 ? v1::SCALAR_TYPE_FLOAT64 : v1::SCALAR_TYPE_FLOAT32);
-  header.set_size_bytes(
-      static_cast<std::int64_t>(mesh.node_count() * (float64 ? sizeof(Vec3d) : sizeof(Vec3f))));
-  if (choices.below(4) == 1) fill_message(header, choices);
+  std::size_t bytes = coordinates_bytes(mesh);
+  const std::size_t kind = choices.below(4);
+  if (kind == 2) {
+    header.add_element_quality_metrics(static_cast<v1::QualityMetric>(choices.below(9)));
+    bytes += mesh.element_count() * sizeof(float);
+  }
+  header.set_size_bytes(static_cast<std::int64_t>(bytes));
+  if (kind == 1) fill_message(header, choices);
   return header;
 }
 
 /// The part of the result that is due, or about it.
-v1::Chunk make_chunk(std::size_t received_bytes, Choices& choices) {
+v1::Chunk make_chunk(const Mesh& mesh, std::size_t received_bytes, Choices& choices) {
   v1::Chunk chunk;
   const std::uint8_t kind = choices.byte();
+  const std::size_t positions_bytes = coordinates_bytes(mesh);
+  const bool positions_due = received_bytes < positions_bytes;
   chunk.set_array_id((kind & 7) == 1 ? static_cast<v1::ArrayId>(choices.number())
-                                     : v1::ARRAY_ID_COORDINATES);
-  chunk.set_offset_bytes((kind & 7) == 2 ? choices.number()
-                                         : static_cast<std::int64_t>(received_bytes));
+                     : positions_due ? v1::ARRAY_ID_COORDINATES
+                                     : v1::ARRAY_ID_ELEMENT_QUALITY);
+  chunk.set_offset_bytes(
+      (kind & 7) == 2 ? choices.number()
+                      : static_cast<std::int64_t>(
+                            positions_due ? received_bytes : received_bytes - positions_bytes));
   std::string data = choices.text(100);
   if ((kind & 8) != 0) {
     chunk.set_crc32c((kind & 16) != 0 ? static_cast<std::uint32_t>(choices.number())
@@ -71,7 +87,7 @@ void take_answers(const Mesh& mesh, Choices& choices) {
           result.begin(make_header(mesh, choices));
           break;
         case 1: {
-          const v1::Chunk chunk = make_chunk(result.received_bytes(), choices);
+          const v1::Chunk chunk = make_chunk(mesh, result.received_bytes(), choices);
           result.add(wire::ChunkView(chunk));
           sent += chunk.data();
           break;
@@ -95,7 +111,13 @@ void take_answers(const Mesh& mesh, Choices& choices) {
     require(positions.index() == mesh.positions.index(), "a result has its mesh's precision");
     const auto bytes =
         std::visit([](const auto& nodes) { return std::as_bytes(std::span(nodes)); }, positions);
-    require(std::ranges::equal(bytes, std::as_bytes(std::span(sent))), "the bytes are those sent");
+    const auto quality = result.take_element_quality();
+    const auto values = std::as_bytes(std::span(quality.values));
+    const auto all = std::as_bytes(std::span(sent));
+    require(all.size() == bytes.size() + values.size() &&
+                std::ranges::equal(bytes, all.first(bytes.size())) &&
+                std::ranges::equal(values, all.last(values.size())),
+            "the bytes are those sent");
   } catch (const client::ServiceError& error) {
     require(static_cast<int>(error.code()) != 0, "an error has a code");
   }

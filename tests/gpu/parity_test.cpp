@@ -374,7 +374,9 @@ TEST_P(Sanitized, RunsOnMeshesOfEveryElementType) {
                            test::as_float32(test::noisy(test::sphere(3), 0.02, 4)),
                            test::as_float32(test::noisy(test::spokes(3), 0.02, 4))}) {
     for (const bool guard : {false, true}) {
-      const SmoothOptions how = options(guard ? 2 : 5, guard);
+      SmoothOptions how = options(guard ? 2 : 5, guard);
+      how.quality_detail = guard ? QualityDetail::full : QualityDetail::brief;
+      how.element_quality_metrics.assign(kQualityMetrics.begin(), kQualityMetrics.end());
       const Job job = smooth_on(*cuda, mesh, how);
 
       EXPECT_GT(job.summary.convergence.iteration_count, 0);

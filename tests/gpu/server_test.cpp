@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
+#include <cstring>
 #include <iostream>
 #include <mutex>
 #include <random>
@@ -397,6 +398,28 @@ TEST_F(CudaService, ReturnsWhatIsReachedWhenAskedToFinishEarly) {
   client.cancel_job(running_job(client), true);
 
   EXPECT_EQ(call.end(), "ended by itself");
+}
+
+TEST_F(CudaService, ReturnsTheQualityOfEachElementThatASmootherAloneFinds) {
+  CudaServer server(cuda_config(2));
+  client::Client client = server.client();
+  SmoothOptions options = guarded(SmartLaplacian{}, Form::automatic, 20);
+  options.element_quality_metrics.assign(kQualityMetrics.begin(), kQualityMetrics.end());
+  Mesh mesh = test::noisy(test::mixed_stack(40), 0.1, 6);
+  Mesh alone = mesh;
+  const ElementQualityArrays expected =
+      make_smoother("cuda")->smooth(alone, options).element_quality;
+
+  const ElementQualityArrays found = client.smooth(mesh, options).summary.element_quality;
+
+  EXPECT_EQ(found.metrics, expected.metrics);
+  ASSERT_EQ(found.values.size(), expected.values.size());
+  // Bits, for not every value is a number.
+  EXPECT_EQ(std::memcmp(found.values.data(), expected.values.data(),
+                        std::as_bytes(std::span(found.values)).size()),
+            0);
+  testing::Stub stub = server.stub();
+  testing::expect_nothing_reserved(stub);
 }
 
 // --- the device's memory ----------------------------------------------------------

@@ -122,9 +122,18 @@ class FakeSmoother final : public Smoother {
     return control_->device_space_;
   }
 
-  [[nodiscard]] MemoryEstimate estimate(const MeshSize&, const SmoothOptions&) const override {
-    const std::lock_guard lock(control_->mutex_);
-    return control_->estimate_;
+  [[nodiscard]] MemoryEstimate estimate(const MeshSize& size,
+                                        const SmoothOptions& options) const override {
+    MemoryEstimate estimate;
+    {
+      const std::lock_guard lock(control_->mutex_);
+      estimate = control_->estimate_;
+    }
+    for (const std::int64_t count : size.element_counts) {
+      const std::size_t bytes = options.element_quality_metrics.size() * sizeof(float);
+      estimate.host_bytes += count * static_cast<std::int64_t>(bytes);
+    }
+    return estimate;
   }
 
   std::shared_ptr<const PreparedTopology> prepare(const TopologyView& topology,
@@ -147,8 +156,8 @@ class FakeSmoother final : public Smoother {
   }
 
   using Smoother::smooth;
-  SmoothSummary smooth(const TopologyView& topology, PositionsSpan positions, const SmoothOptions&,
-                       const JobControl& job) override {
+  SmoothSummary smooth(const TopologyView& topology, PositionsSpan positions,
+                       const SmoothOptions& options, const JobControl& job) override {
     start();
     for (int i = 1; i <= control_->progress_count_; ++i) {
       job.on_progress({.stage = Stage::iterate,
@@ -171,7 +180,18 @@ class FakeSmoother final : public Smoother {
     summary.device_name = "fake";
     summary.nodes.total = static_cast<std::int64_t>(topology.node_count);
     if (!early) summary.nodes.moved = move(topology, positions);
+    summary.element_quality.metrics = options.element_quality_metrics;
+    for (const QualityMetric metric : options.element_quality_metrics) {
+      for (std::size_t e = 0; e < topology.element_count(); ++e) {
+        summary.element_quality.values.push_back(element_quality(metric, e));
+      }
+    }
     return summary;
+  }
+
+  /// What it tells of an element.
+  [[nodiscard]] static float element_quality(QualityMetric metric, std::size_t element) {
+    return 100 * static_cast<float>(metric) + static_cast<float>(element);
   }
 
  private:

@@ -311,6 +311,23 @@ inline Mesh noisy(Mesh mesh, double amplitude, unsigned seed) {
   return mesh;
 }
 
+/// Blocks whose types alternate and are not in the order of the element table.
+inline Mesh scattered_blocks(int n = 3) {
+  Mesh mesh = noisy(mixed_stack(n), 0.1, 2);
+  std::vector<ElementBlock> halves;
+  for (const bool second : {true, false}) {
+    for (const ElementBlock& block : mesh.blocks) {
+      const auto width = static_cast<std::size_t>(element_shape(block.type).node_count);
+      const auto middle = static_cast<std::ptrdiff_t>(block.nodes.size() / width / 2 * width);
+      const auto begin = block.nodes.begin() + (second ? middle : 0);
+      const auto end = second ? block.nodes.end() : block.nodes.begin() + middle;
+      halves.push_back({block.type, {begin, end}});
+    }
+  }
+  mesh.blocks = std::move(halves);
+  return mesh;
+}
+
 /// The same mesh in float32.
 inline Mesh as_float32(const Mesh& mesh) {
   std::vector<Vec3f> rounded;

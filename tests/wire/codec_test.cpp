@@ -420,6 +420,27 @@ TEST(DecodeSummary, RefusesAStopReasonItDoesNotKnow) {
   EXPECT_THROW((void)decode_summary(message), NotSupported);
 }
 
+google::protobuf::RepeatedField<int> metric_list(std::initializer_list<int> metrics) {
+  return {metrics.begin(), metrics.end()};
+}
+
+TEST(DecodeMetrics, DecodesEveryMetric) {
+  google::protobuf::RepeatedField<int> list;
+  for (const QualityMetric metric : kQualityMetrics) list.Add(encode_metric(metric));
+
+  EXPECT_EQ(decode_metrics(list),
+            std::vector<QualityMetric>(kQualityMetrics.begin(), kQualityMetrics.end()));
+  EXPECT_EQ(list.size() + 1, v1::QualityMetric_ARRAYSIZE);
+  EXPECT_TRUE(decode_metrics({}).empty());
+}
+
+TEST(DecodeMetrics, RefusesWhatIsUnknownOrListedTwice) {
+  for (const int unknown : {0, 8, -1, INT32_MAX}) {
+    EXPECT_THROW((void)decode_metrics(metric_list({1, unknown})), NotSupported) << unknown;
+  }
+  EXPECT_THROW((void)decode_metrics(metric_list({2, 1, 2})), InvalidOption);
+}
+
 TEST(ToJson, KeepsFieldNamesAndPrintsZeros) {
   v1::QualityStats message;
   message.set_element_count(5);

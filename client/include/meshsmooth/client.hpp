@@ -186,7 +186,9 @@ class Client {
   Client& operator=(Client&&) noexcept;
 
   /// Smooths `mesh` in place: its positions change when the whole result has arrived, never before;
-  /// nothing else changes.
+  /// nothing else changes. The summary has the metrics that
+  /// `SmoothOptions::element_quality_metrics` asks for.
+  /// @throws ServiceError OPTION_NOT_SUPPORTED: an older server, without those metrics.
   SmoothReport smooth(Mesh& mesh, const SmoothOptions& options, const RequestOptions& request = {});
 
   /// Opens a session for many jobs on the topology of `mesh`, which is copied. Hashes it,

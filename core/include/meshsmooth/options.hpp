@@ -2,6 +2,8 @@
 
 #include <chrono>
 #include <optional>
+#include <span>
+#include <vector>
 
 #include "meshsmooth/mesh.hpp"
 #include "meshsmooth/method_traits.hpp"
@@ -66,6 +68,8 @@ struct SmoothOptions {
   /// Of `Optimize`: positions of the mesh in which each element has the shape it shall have,
   /// [node_count] in the mesh's unit, not owned; or empty. What slides where is read from it too.
   PositionsView reference = {};
+  /// Metrics to return for every element of the result, each once: SmoothSummary::element_quality.
+  std::vector<QualityMetric> element_quality_metrics = {};
 };
 
 /// Returns `max_iterations`, or the method's own limit when it is unset.
@@ -94,6 +98,10 @@ template <class Length>
 
 /// Returns whether `Optimize` aims at `SmoothOptions::reference`.
 [[nodiscard]] bool aims_at_reference(const SmoothOptions& options);
+
+/// Checks that each metric is listed once.
+/// @throws InvalidOption OPTION_OUT_OF_RANGE, detail "field".
+void validate_metrics(std::span<const QualityMetric> metrics);
 
 /// Checks all ranges and combinations.
 /// @throws InvalidOption OPTION_OUT_OF_RANGE, detail "field".

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -26,8 +27,18 @@ enum class QualityMetric {
   max_angle,           // triangles, degrees; 180 when inverted
 };
 
+inline constexpr std::array kQualityMetrics = {
+    QualityMetric::mean_ratio,         QualityMetric::scaled_jacobian,
+    QualityMetric::radius_ratio,       QualityMetric::min_dihedral_angle,
+    QualityMetric::max_dihedral_angle, QualityMetric::min_angle,
+    QualityMetric::max_angle};
+
 /// @returns the metric's name as in the enum.
 [[nodiscard]] std::string_view metric_name(QualityMetric metric);
+/// @returns the metric of that name; nothing for an unknown name
+[[nodiscard]] std::optional<QualityMetric> find_metric(std::string_view name);
+/// @returns whether the metric is defined for elements of the type
+[[nodiscard]] bool has_metric(ElementType type, QualityMetric metric);
 
 /// A metric over all elements it is defined for.
 struct MetricStats {
@@ -67,6 +78,20 @@ struct QualityStats {
   double enclosed_volume = 0;
   std::vector<MetricStats> metrics;
   std::vector<ElementQuality> worst;  // by mean ratio, then id; worst first; at most 10
+};
+
+/// Some metrics of every element.
+struct ElementQualityArrays {
+  std::vector<QualityMetric> metrics;
+  /// [metrics.size()][element_count], by the caller's ids; NaN where a metric is not defined for
+  /// the type of the element.
+  std::vector<float> values;
+
+  /// @returns the values of `metrics[index]`, [element_count]
+  [[nodiscard]] std::span<const float> of(std::size_t index) const {
+    const std::size_t element_count = values.size() / metrics.size();
+    return std::span(values).subspan(index * element_count, element_count);
+  }
 };
 
 /// Elements whose nodes are all fixed.
@@ -147,6 +172,16 @@ class SurfaceOrientation {
 
 /// Evaluates a mesh with its own orientation.
 [[nodiscard]] QualityStats measure_quality(const Mesh& mesh);
+
+/// Measures some metrics of every element of a valid mesh: the values that `measure_quality`
+/// summarizes, rounded to float. O(elements), multi-threaded.
+///
+/// @param metrics      which, each once
+/// @param element_ids  ids by which the values are stored, a permutation; empty: the indices
+[[nodiscard]] ElementQualityArrays measure_elements(
+    const TopologyView& topology, const PositionsView& positions,
+    const SurfaceOrientation& orientation, std::vector<QualityMetric> metrics,
+    std::span<const std::uint32_t> element_ids = {});
 
 /// Counts the elements whose nodes are all fixed. Parameters as for `measure_quality`.
 ///

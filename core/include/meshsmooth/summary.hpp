@@ -80,6 +80,8 @@ struct SmoothSummary {
   Convergence convergence;
   QualityStats quality_before;
   QualityStats quality_after;
+  /// Of the result, with SmoothOptions::element_quality_metrics.
+  ElementQualityArrays element_quality;
   LockedStats locked;
   NodeCounts nodes;
   BoundaryDeviation deviation;

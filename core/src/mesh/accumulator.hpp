@@ -15,7 +15,7 @@
 
 namespace meshsmooth::detail {
 
-inline constexpr std::size_t kMetricCount = 7;
+inline constexpr std::size_t kMetricCount = kQualityMetrics.size();
 inline constexpr std::size_t kBinCount = 2048;
 inline constexpr std::size_t kHistogramSize = 32;
 inline constexpr std::size_t kWorstCount = 10;

@@ -117,6 +117,8 @@ constexpr ErrorReason kReasons[] = {
      "an array of regions that are not whole numbers"},
     {"ELEMENT_NOT_SUPPORTED", client, invalid_argument, bad_mesh, "",
      "an element type that is not supported"},
+    {"ARRAYS_NOT_SUPPORTED", client, invalid_argument, usage, "",
+     "a file format without cell arrays"},
     {"FORMAT_ERROR", client, invalid_argument, bad_mesh, "", "a file that breaks its format"},
     {"FILE_TRUNCATED", client, invalid_argument, bad_mesh, "", "a file that ends too early"},
     {"FILE_NOT_FOUND", client, not_found, failed, "", "no such file"},

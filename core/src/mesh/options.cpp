@@ -75,7 +75,18 @@ bool aims_at_reference(const SmoothOptions& options) {
                                 position_count(options.reference) > 0));
 }
 
+void validate_metrics(std::span<const QualityMetric> metrics) {
+  for (auto metric = metrics.begin(); metric != metrics.end(); ++metric) {
+    if (std::find(metrics.begin(), metric, *metric) == metric) continue;
+    throw InvalidOption(
+        "OPTION_OUT_OF_RANGE",
+        "element_quality_metrics: " + std::string(metric_name(*metric)) + " is listed twice",
+        {{"field", "element_quality_metrics"}});
+  }
+}
+
 void validate(const SmoothOptions& options) {
+  validate_metrics(options.element_quality_metrics);
   std::visit([](const auto& method) { validate_method(method); }, options.method);
   const int limit = iteration_limit(options);
   need(limit >= 0, "max_iteration_count", limit, "0 or more");

@@ -6,9 +6,11 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "mesh/accumulator.hpp"
 #include "mesh/measure.hpp"
+#include "mesh/metric_columns.hpp"
 #include "mesh/parallel.hpp"
 #include "mesh/tetrahedron_batch.hpp"
 
@@ -149,6 +151,18 @@ std::string_view metric_name(QualityMetric metric) {
   return detail::kMetricNames[static_cast<std::size_t>(metric)];
 }
 
+std::optional<QualityMetric> find_metric(std::string_view name) {
+  const auto* const found = std::ranges::find(kQualityMetrics, name, metric_name);
+  if (found == kQualityMetrics.end()) return std::nullopt;
+  return *found;
+}
+
+bool has_metric(ElementType type, QualityMetric metric) {
+  const MetricsOfType own = metrics_of(element_shape(type));
+  const auto* const end = own.metrics + own.count;
+  return std::find(own.metrics, end, static_cast<int>(metric)) != end;
+}
+
 QualityStats measure_quality(const TopologyView& topology, const PositionsView& positions,
                              const SurfaceOrientation& orientation,
                              std::span<const std::uint32_t> element_ids,
@@ -166,6 +180,28 @@ QualityStats measure_quality(const Mesh& mesh) {
   const PositionsView positions = mesh.positions_view();
   return measure_quality(topology.view(), positions,
                          SurfaceOrientation(topology.view(), positions));
+}
+
+ElementQualityArrays measure_elements(const TopologyView& topology, const PositionsView& positions,
+                                      const SurfaceOrientation& orientation,
+                                      std::vector<QualityMetric> metrics,
+                                      std::span<const std::uint32_t> element_ids) {
+  const std::size_t element_count = topology.element_count();
+  ElementQualityArrays result{std::move(metrics), {}};
+  result.values.resize(result.metrics.size() * element_count);
+  const MetricColumns columns(result.metrics, result.values.data(), element_count);
+  const auto measure_all = [&]<class Real>(std::span<const Vec3<Real>> span) {
+    const std::vector<ElementRun<Real>> runs = cut_into_runs(topology, span, element_ids);
+    parallel_for(runs.size(), [&](std::size_t r) {
+      const ElementRun<Real>& run = runs[r];
+      for (std::size_t e = run.begin; e < run.end; ++e) {
+        columns.store(element_shape(run.type), measure_in(run, e, orientation),
+                      static_cast<std::size_t>(run.id_of(e)));
+      }
+    });
+  };
+  std::visit(measure_all, positions);
+  return result;
 }
 
 LockedStats measure_locked(const TopologyView& topology, std::span<const std::uint8_t> fixed,

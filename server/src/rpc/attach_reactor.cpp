@@ -14,7 +14,7 @@ using namespace std::chrono_literals;
 constexpr auto kProgressInterval = 100ms;
 
 void check_offset(const Job& job, std::int64_t offset) {
-  const std::int64_t size = job.request().layout.coordinates_bytes;
+  const std::int64_t size = job.request().result_bytes();
   if (offset >= 0 && offset <= size) return;
   throw Error("RESULT_OFFSET_PAST_END",
               "result_offset_bytes is " + std::to_string(offset) + ", the result has " +
@@ -54,7 +54,7 @@ void AttachReactor::attach(const grpc::ByteBuffer& request, const AuthResult& au
       .progress_interval = kProgressInterval,
       .report_at_once = true,
       .chunk_bytes = engine_.config().result_chunk_bytes,
-      .result_bytes = job->request().layout.coordinates_bytes,
+      .result_bytes = job->request().result_bytes(),
       .offset = message.result_offset_bytes(),
       .ends_uploads = false,
   });

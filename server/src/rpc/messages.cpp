@@ -88,9 +88,9 @@ std::map<std::string, std::string> fields_of(v1::JobSpec spec) {
   return fields;
 }
 
-void check_can_be_kept(const wire::MeshLayout& layout, const ServerConfig& config) {
-  if (layout.coordinates_bytes <= config.max_kept_result_bytes) return;
-  const std::string need = std::to_string(layout.coordinates_bytes);
+void check_can_be_kept(const JobRequest& job, const ServerConfig& config) {
+  if (job.result_bytes() <= config.max_kept_result_bytes) return;
+  const std::string need = std::to_string(job.result_bytes());
   const std::string limit = std::to_string(config.max_kept_result_bytes);
   throw OutOfMemory("MESH_TOO_LARGE",
                     "the result has " + need + " bytes, this server keeps at most " + limit +
@@ -190,6 +190,8 @@ DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& caller, Engi
   decoded.job.options.history = spec.iteration_history_included();
   decoded.job.priority = decode_priority(spec.priority());
   decoded.job.options.quality_detail = decode_quality_detail(spec.quality_detail());
+  decoded.job.options.element_quality_metrics =
+      wire::decode_metrics(spec.element_quality_metrics());
   decode_topology(spec, engine, decoded.job);
   if (aims_at_reference(decoded.job.options)) {
     decoded.job.layout.expect_reference(engine.mesh_limits());
@@ -208,7 +210,7 @@ DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& caller, Engi
     const auto ttl = wire::decode_duration(spec.result_ttl(), "result_ttl");
     if (ttl.count() == 0) throw_out_of_range("result_ttl", "it must be above 0");
     decoded.job.result_ttl = std::min(config.max_result_ttl, ttl);
-    check_can_be_kept(decoded.job.layout, config);
+    check_can_be_kept(decoded.job, config);
   }
   if (spec.max_result_chunk_bytes() < 0) throw_out_of_range("max_result_chunk_bytes", "negative");
   decoded.call.result_chunk_bytes =
@@ -263,8 +265,11 @@ v1::ResultHeader encode_result_header(const Job& job, const JobSnapshot& now) {
   v1::ResultHeader header;
   header.set_node_count(layout.node_count);
   header.set_coordinate_type(layout.float64 ? v1::SCALAR_TYPE_FLOAT64 : v1::SCALAR_TYPE_FLOAT32);
-  header.set_size_bytes(layout.coordinates_bytes);
+  header.set_size_bytes(job.request().result_bytes());
   header.set_topology_name(now.topology_name);
+  for (const QualityMetric metric : job.request().options.element_quality_metrics) {
+    header.add_element_quality_metrics(wire::encode_metric(metric));
+  }
   return header;
 }
 
@@ -293,8 +298,8 @@ v1::GetServerInfoResponse encode_server_info(const Engine& engine) {
   for (const ElementType type : kElementTypes) {
     info.add_element_types(wire::encode_element_type(type));
   }
-  for (const char* feature :
-       {"element_regions", "request_id_joins", "kept_results", "topology_cache"}) {
+  for (const char* feature : {"element_quality", "element_regions", "request_id_joins",
+                              "kept_results", "topology_cache"}) {
     info.add_features(feature);
   }
   info.set_draining(engine.draining());

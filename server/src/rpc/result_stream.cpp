@@ -80,10 +80,13 @@ ResultStream::Step ResultStream::next_progress(const JobSnapshot& job, int queue
 }
 
 ResultStream::Step ResultStream::next_chunk() {
-  const auto rest = result_->coordinates.bytes().subspan(static_cast<std::size_t>(sent_bytes_));
+  const JobResult::Part part = result_->part_at(sent_bytes_);
   const auto data =
-      rest.first(std::min(rest.size(), static_cast<std::size_t>(options_.chunk_bytes)));
-  const Step step{.action = Action::send_chunk, .offset = sent_bytes_, .data = data};
+      part.bytes.first(std::min(part.bytes.size(), static_cast<std::size_t>(options_.chunk_bytes)));
+  const Step step{.action = Action::send_chunk,
+                  .array_id = part.array_id,
+                  .offset = part.offset_bytes,
+                  .data = data};
   sent_bytes_ += static_cast<std::int64_t>(data.size());
   return step;
 }

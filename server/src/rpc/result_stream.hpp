@@ -36,7 +36,7 @@ class ResultStream {
     send_progress,  // of the snapshot
     send_header,
     send_chunk,    // `data` at `offset`
-    complete_job,  // all positions are sent: the job has succeeded
+    complete_job,  // the result is sent: the job has succeeded
     send_summary,  // of the snapshot
     finish,        // everything is sent
   };
@@ -44,8 +44,9 @@ class ResultStream {
   struct Step {
     Action action = Action::wait;
     std::optional<Clock::time_point> wake = {};
-    std::int64_t offset = 0;
-    std::span<const std::byte> data = {};  // valid until `release`
+    v1::ArrayId array_id = v1::ARRAY_ID_UNSPECIFIED;  // of a chunk, as the next two
+    std::int64_t offset = 0;                          // in the array
+    std::span<const std::byte> data = {};             // valid until `release`
   };
 
   explicit ResultStream(const Options& options)

@@ -144,7 +144,7 @@ void SmoothReactor::ingest_spec(const v1::JobSpec& spec) {
   result_stream_.emplace(ResultStream::Options{
       .progress_interval = call_.progress_interval,
       .chunk_bytes = call_.result_chunk_bytes,
-      .result_bytes = job_->request().layout.coordinates_bytes,
+      .result_bytes = job_->request().result_bytes(),
       .upload_by_another_call = subscription_.joined,
   });
   upload_rate_.start(Clock::now());

@@ -15,8 +15,7 @@ template <class Response>
 [[nodiscard]] grpc::ByteBuffer encode_step(const ResultStream::Step& step, const Job& job,
                                            const JobSnapshot& now, int queue_position) {
   if (step.action == ResultStream::Action::send_chunk) {
-    return wire::encode_chunk(Response::kChunkFieldNumber, v1::ARRAY_ID_COORDINATES, step.offset,
-                              step.data);
+    return wire::encode_chunk(Response::kChunkFieldNumber, step.array_id, step.offset, step.data);
   }
   Response message;
   if (step.action == ResultStream::Action::send_header) {

@@ -113,10 +113,12 @@ struct PhaseResult {
 struct DeviceEvaluation {
   QualityStats quality;
   LockedStats locked;
-  std::vector<Vec3d> written;  // the caller's positions afterwards
+  ElementQualityArrays elements;  // every metric
+  std::vector<Vec3d> written;     // the caller's positions afterwards
   std::int64_t moved = 0;
 };
 /// Evaluates `flat.positions` as the result of a job on `mesh`, and writes them back.
-[[nodiscard]] DeviceEvaluation evaluate_on_device(const Mesh& mesh, const FlatMesh& flat);
+[[nodiscard]] DeviceEvaluation evaluate_on_device(const Mesh& mesh, const FlatMesh& flat,
+                                                  QualityDetail detail = QualityDetail::full);
 
 }  // namespace meshsmooth::test

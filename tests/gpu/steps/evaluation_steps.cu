@@ -8,7 +8,8 @@ namespace {
 using detail::CudaExecutor;
 
 template <class Real>
-DeviceEvaluation evaluate(const Mesh& mesh, const FlatMesh& flat, std::vector<Vec3<Real>> given) {
+DeviceEvaluation evaluate(const Mesh& mesh, const FlatMesh& flat, QualityDetail detail,
+                          std::vector<Vec3<Real>> given) {
   DeviceSession device;
   CudaExecutor& executor = device.executor;
   OnDevice<Real> there(executor, flat, device.lane.shapes());
@@ -24,11 +25,13 @@ DeviceEvaluation evaluate(const Mesh& mesh, const FlatMesh& flat, std::vector<Ve
 
   const MeshTopology topology(mesh);
   const TopologyView view = topology.view();
-  detail::CudaBackend backend(executor, view, std::span<const Vec3<Real>>(given));
+  detail::CudaBackend backend(executor, view, std::span<const Vec3<Real>>(given), detail);
   const auto orientation = backend.orient(job);
   DeviceEvaluation result;
   result.quality = backend.evaluate(job, orientation);
   result.locked = backend.evaluate_result(job, orientation).locked;
+  result.elements =
+      backend.evaluate_elements(job, orientation, {kQualityMetrics.begin(), kQualityMetrics.end()});
   const std::int64_t* const moved = backend.write_back(job, std::span<Vec3<Real>>(given));
   executor.finish();
   result.moved = *moved;
@@ -38,8 +41,9 @@ DeviceEvaluation evaluate(const Mesh& mesh, const FlatMesh& flat, std::vector<Ve
 
 }  // namespace
 
-DeviceEvaluation evaluate_on_device(const Mesh& mesh, const FlatMesh& flat) {
-  return std::visit([&](const auto& given) { return evaluate(mesh, flat, given); }, mesh.positions);
+DeviceEvaluation evaluate_on_device(const Mesh& mesh, const FlatMesh& flat, QualityDetail detail) {
+  return std::visit([&](const auto& given) { return evaluate(mesh, flat, detail, given); },
+                    mesh.positions);
 }
 
 }  // namespace meshsmooth::test

@@ -10,6 +10,7 @@
 #include "gpu/steps/flatten.hpp"
 #include "gpu/steps/step_meshes.hpp"
 #include "support/cuda_device.hpp"
+#include "support/element_values.hpp"
 
 namespace meshsmooth {
 namespace {
@@ -155,6 +156,61 @@ TEST_F(CudaEvaluation, CountsElementsWhoseNodesAreAllFixed) {
 
     EXPECT_EQ(found.element_count, locked) << name;
     EXPECT_EQ(found.worst.has_value(), locked > 0) << name;
+  }
+}
+
+TEST_F(CudaEvaluation, OmitsNothingButTheMetricsInBrief) {
+  auto meshes = test::step_meshes();
+  meshes.emplace_back("alike", test::lattice(ElementType::hexahedron, 8));  // more than are listed
+  for (const auto& [name, mesh] : meshes) {
+    for (const double amplitude : {0.0, 0.4}) {
+      SCOPED_TRACE(name + ", moved by " + std::to_string(amplitude));
+      FlatMesh flat = flatten(mesh);
+      move_nodes(flat, amplitude);
+      DeviceEvaluation full = evaluate_on_device(mesh, flat);
+
+      const DeviceEvaluation brief = evaluate_on_device(mesh, flat, QualityDetail::brief);
+
+      full.quality.metrics.clear();
+      expect_equal(brief.quality, full.quality, true);
+      for (std::size_t w = 0; w < full.quality.worst.size(); ++w) {
+        EXPECT_EQ(brief.quality.worst[w].element, full.quality.worst[w].element);
+        EXPECT_EQ(brief.quality.worst[w].scaled_jacobian, full.quality.worst[w].scaled_jacobian);
+      }
+      EXPECT_EQ(brief.locked.element_count, full.locked.element_count);
+      EXPECT_EQ(brief.locked.inverted_count, full.locked.inverted_count);
+      ASSERT_EQ(brief.locked.worst.has_value(), full.locked.worst.has_value());
+      if (full.locked.worst) {
+        EXPECT_EQ(brief.locked.worst->element, full.locked.worst->element);
+        EXPECT_EQ(brief.locked.worst->scaled_jacobian, full.locked.worst->scaled_jacobian);
+      }
+    }
+  }
+}
+
+TEST_F(CudaEvaluation, MeasuresEveryElementAsTheHostInTheCallersOrder) {
+  auto meshes = test::step_meshes();
+  meshes.emplace_back("scattered_blocks", test::scattered_blocks(11));
+  for (const auto& [name, mesh] : meshes) {
+    for (const double amplitude : {0.0, 0.05, 0.4}) {
+      SCOPED_TRACE(name + ", moved by " + std::to_string(amplitude));
+      FlatMesh flat = flatten(mesh);
+      move_nodes(flat, amplitude);
+      const Mesh after = result_of(mesh, flat);
+      const MeshTopology topology(mesh);
+      const ElementQualityArrays expected =
+          measure_elements(topology.view(), after.positions_view(),
+                           SurfaceOrientation(topology.view(), mesh.positions_view()),
+                           {kQualityMetrics.begin(), kQualityMetrics.end()});
+
+      const ElementQualityArrays found = evaluate_on_device(mesh, flat).elements;
+
+      EXPECT_EQ(found.metrics, expected.metrics);
+      ASSERT_EQ(found.values.size(), expected.values.size());
+      for (std::size_t i = 0; i < found.values.size(); ++i) {
+        ASSERT_TRUE(test::close_or_both_nan(found.values[i], expected.values[i])) << i;
+      }
+    }
   }
 }
 

@@ -60,7 +60,7 @@ DeviceTopology prepare(const Mesh& mesh, const std::vector<Vec3<Real>>& position
   CudaExecutor& executor = device.executor;
   const MeshTopology topology(mesh);
   const TopologyView view = topology.view();
-  detail::CudaBackend backend(executor, view, mesh.positions_view());
+  detail::CudaBackend backend(executor, view, mesh.positions_view(), QualityDetail::full);
   StageTimes times;
   const auto job =
       backend.prepare(view, std::span<const Vec3<Real>>(positions), options, device.control, times);
@@ -106,8 +106,8 @@ std::vector<std::vector<NodeId>> colour_on_device(const FlatMesh& mesh) {
   CudaExecutor& executor = device.executor;
   const OnDevice<double> there(executor, mesh, device.lane.shapes());
   const TopologyView none;
-  const auto colouring =
-      detail::CudaBackend(executor, none, {}).colour(there.around, there.caller_ids.data());
+  const auto colouring = detail::CudaBackend(executor, none, {}, QualityDetail::full)
+                             .colour(there.around, there.caller_ids.data());
   std::vector<std::vector<NodeId>> colours;
   for (std::size_t c = 0; c < colouring.count(); ++c) {
     colours.push_back(downloaded(executor, colouring.nodes.data() + colouring.first[c],

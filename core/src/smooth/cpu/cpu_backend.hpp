@@ -116,6 +116,19 @@ class CpuBackend {
   }
 
   template <class Real>
+  [[nodiscard]] ElementQualityArrays evaluate_elements(
+      const Job<Real>& job, const Orientation& orientation,
+      const std::vector<QualityMetric>& metrics) const {
+    executor_.check();
+    ElementQualityArrays result = in_arena(job, [&](const auto& topology, const auto& positions) {
+      return measure_elements(topology, positions, orientation.get(), metrics,
+                              caller_ids(job.elements));
+    });
+    executor_.bytes().add(std::span(result.values).size_bytes());  // until the end of the job
+    return result;
+  }
+
+  template <class Real>
   [[nodiscard]] const std::int64_t* write_back(const Job<Real>& job,
                                                std::span<Vec3<Real>> positions) {
     const NodeId* const caller_ids = job.caller_ids.data();

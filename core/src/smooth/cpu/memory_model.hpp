@@ -35,14 +35,15 @@ namespace meshsmooth::detail {
   // A plane surface needs no normals.
   const std::int64_t normals =
       mesh.dimension == 2 ? mesh.elements * std::int64_t{sizeof(PackedDirection)} : 0;
-  const std::int64_t iterating = n + iterate_bytes(mesh, options) + normals +
-                                 (needs_balls(options) ? rows : rings) +
-                                 (colours ? colouring_bytes(n) : 0);
+  const std::int64_t found = n + normals + (needs_balls(options) ? rows : rings);
+  const std::int64_t iterating =
+      found + iterate_bytes(mesh, options) + (colours ? colouring_bytes(n) : 0);
+  const std::int64_t evaluating = found + element_quality_bytes(mesh, options);
   const std::int64_t peak =
       kept + std::max({n * 4 + renumbering_bytes(mesh), rows + finding_rings_bytes(mesh),
                        rows + n + (colours ? colouring_nodes_bytes(n) : 0),
                        rows + n + constraining_bytes(mesh, options),
-                       rows + n + normals + only_below_bytes(mesh, options), iterating});
+                       rows + n + normals + only_below_bytes(mesh, options), iterating, evaluating});
   const std::int64_t histograms = (1 + thread_count) * (std::int64_t{192} << 10);
   return peak + peak / 50 + histograms;
 }

@@ -43,6 +43,9 @@ concept BackendOf = requires(B& backend, const TopologyView& topology,
   { backend.orient(job) } -> std::same_as<typename B::Orientation>;
   { backend.evaluate(job, orientation) } -> std::same_as<QualityStats>;
   { backend.evaluate_result(job, orientation) } -> std::same_as<QualityReport>;
+  {
+    backend.evaluate_elements(job, orientation, options.element_quality_metrics)
+    } -> std::same_as<ElementQualityArrays>;
   { backend.write_back(job, positions) } -> std::same_as<const std::int64_t*>;
 }
 &&kSweepsWithEach<B, Real, Means>;
@@ -70,6 +73,9 @@ concept BackendOf = requires(B& backend, const TopologyView& topology,
 ///                         the quality of the mesh as it lies
 ///   evaluate_result(job, orientation)
 ///                         the same, and the elements that could not change
+///   evaluate_elements(job, orientation, metrics)
+///                         the metrics of every element of the mesh as it lies, in the caller's
+///                         order; equals `measure_elements`
 ///   write_back(job, positions)
 ///                         free nodes to the caller's array, after the last chance to end without
 ///                         a result; gives how many differ from the input, known after

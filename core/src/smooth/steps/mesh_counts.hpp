@@ -71,6 +71,13 @@ struct MeshCounts {
   return size;
 }
 
+/// Bytes of the metrics of all elements that a job returns.
+[[nodiscard]] inline std::int64_t element_quality_bytes(const MeshCounts& mesh,
+                                                        const SmoothOptions& options) {
+  return mesh.elements *
+         static_cast<std::int64_t>(options.element_quality_metrics.size() * sizeof(float));
+}
+
 /// Entries of all rings; a mesh that is not conforming has more.
 [[nodiscard]] inline std::size_t ring_entry_estimate(const MeshSize& size) {
   return static_cast<std::size_t>(2 * count_mesh(size).edges);

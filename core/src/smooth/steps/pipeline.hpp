@@ -76,6 +76,10 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
       summary.deviation = measure_deviations(executor, job.node_count, constraints.view(),
                                              constraints.tolerance, job.positions.data());
     }
+    if (!options.element_quality_metrics.empty()) {
+      summary.element_quality =
+          backend.evaluate_elements(job, orientation, options.element_quality_metrics);
+    }
   }
   const std::int64_t* moved = nullptr;  // known when all work is finished
   {

@@ -40,8 +40,9 @@ class CudaBackend {
   using Job = JobMesh<CudaExecutor, Real>;
 
   /// The caller's mesh must outlive the object.
-  CudaBackend(CudaExecutor& executor, const TopologyView& topology, PositionsView positions)
-      : executor_(executor), evaluator_(executor, topology, positions) {}
+  CudaBackend(CudaExecutor& executor, const TopologyView& topology, PositionsView positions,
+              QualityDetail quality_detail)
+      : executor_(executor), evaluator_(executor, topology, positions, quality_detail) {}
 
   [[nodiscard]] CudaExecutor& executor() { return executor_; }
 
@@ -89,6 +90,13 @@ class CudaBackend {
   [[nodiscard]] QualityReport evaluate_result(Job<Real>& job, const Orientation& orientation) {
     // While the host reads the evaluation this costs no time (100k download 51 to 28 us, H200).
     return evaluator_.evaluate(job, orientation, [&] { moved_ = restore_order(executor_, job); });
+  }
+
+  template <class Real>
+  [[nodiscard]] ElementQualityArrays evaluate_elements(const Job<Real>& job,
+                                                       const Orientation& orientation,
+                                                       const std::vector<QualityMetric>& metrics) {
+    return evaluator_.evaluate_elements(job, orientation, metrics);
   }
 
   template <class Real>

@@ -61,9 +61,10 @@ namespace meshsmooth::detail {
             : std::min<std::int64_t>(n / kBlockSize + 1, 1056);
   const std::int64_t normals =
       mesh.dimension == 2 ? mesh.elements * std::int64_t{sizeof(PackedDirection)} : 0;
-  const std::int64_t iterating =
-      (needs_balls(options) ? balls : 0) + rings + iterate_bytes(mesh, options) +
-      extra_sweep_bytes(mesh, options, patch) + normals + (colours ? n * 4 : 0);
+  const std::int64_t found = (needs_balls(options) ? balls : 0) + rings + normals;
+  const std::int64_t iterating = found + iterate_bytes(mesh, options) +
+                                 extra_sweep_bytes(mesh, options, patch) + (colours ? n * 4 : 0);
+  const std::int64_t evaluating = found + element_quality_bytes(mesh, options);
 
   const std::int64_t held = (plan.kept ? balls : 0) + rings + look_back;  // after `prepare`
   const std::int64_t regions =
@@ -75,7 +76,7 @@ namespace meshsmooth::detail {
   const std::int64_t peak =
       kept + std::max({order_bytes(n), finding, held + (colours ? colour_search_bytes(n) : 0),
                        held + constraining_bytes(mesh, options) + regions + mask,
-                       held + given, held + only_below_bytes(mesh, options) + normals, iterating});
+                       held + given, held + only_below_bytes(mesh, options) + normals, iterating, evaluating});
   const std::int64_t histograms = std::int64_t{128} << 10;
   return peak + peak / 50 + batch_bytes(blocks) + histograms;
 }

@@ -37,7 +37,7 @@ class CudaSmoother final : public Smoother {
 
   [[nodiscard]] MemoryEstimate estimate(const MeshSize& size,
                                         const SmoothOptions& options) const override {
-    return {CudaEvaluator::host_bytes(count_mesh(size)),
+    return {CudaEvaluator::host_bytes(count_mesh(size), options),
             estimate_device_bytes(size, options, lane_.limits())};
   }
 
@@ -53,7 +53,7 @@ class CudaSmoother final : public Smoother {
           const Interrupt interrupt(control);
           CudaExecutor executor(lane_, interrupt);
           executor.check();
-          CudaBackend steps(executor, topology, as_view(positions));
+          CudaBackend steps(executor, topology, as_view(positions), options.quality_detail);
           SmoothSummary summary = run_pipeline(steps, topology, span, options, control);
           summary.backend = backend();
           summary.device_name = device_name_;

@@ -45,15 +45,21 @@ class CudaEvaluator {
     Vec3d common_{0, 0, 0};
   };
 
-  /// Bytes of the host: what is counted, and the normals of a surface, which are found there.
-  static std::int64_t host_bytes(const MeshCounts& mesh) {
+  /// Bytes of the host: what is counted, the normals of a surface, which are found there, and the
+  /// metrics of elements.
+  static std::int64_t host_bytes(const MeshCounts& mesh, const SmoothOptions& options) {
     constexpr std::int64_t kAccumulators = std::int64_t{1} << 20;
-    if (mesh.dimension == 3) return kAccumulators;
-    return kAccumulators + mesh.elements * static_cast<std::int64_t>(sizeof(PackedDirection));
+    const std::int64_t normals =
+        mesh.dimension == 3 ? 0 : mesh.elements * std::int64_t{sizeof(PackedDirection)};
+    return kAccumulators + normals + element_quality_bytes(mesh, options);
   }
 
-  CudaEvaluator(CudaExecutor& executor, const TopologyView& topology, PositionsView positions)
-      : executor_(executor), topology_(topology), positions_(positions) {}
+  CudaEvaluator(CudaExecutor& executor, const TopologyView& topology, PositionsView positions,
+                QualityDetail quality_detail)
+      : executor_(executor),
+        topology_(topology),
+        positions_(positions),
+        quality_detail_(quality_detail) {}
 
   template <class Real>
   using Mesh = JobMesh<CudaExecutor, Real>;
@@ -72,7 +78,9 @@ class CudaEvaluator {
   template <class Real, class Meanwhile>
   [[nodiscard]] QualityReport evaluate(const Mesh<Real>& job, const Orientation& orientation,
                                        const Meanwhile& meanwhile) {
-    Evaluation found = launch_kernels(job, orientation);
+    const bool brief = quality_detail_ == QualityDetail::brief;
+    Evaluation found = brief ? launch_kernels<QualityDetail::brief>(job, orientation)
+                             : launch_kernels<QualityDetail::full>(job, orientation);
     unsigned char* const copy = executor_.lane().staging(found.buffer.size());
     executor_.download_later(found.buffer.data(), copy, found.buffer.size());
     const std::size_t answered = executor_.mark(executor_.lane().stream);
@@ -85,6 +93,24 @@ class CudaEvaluator {
     return to_report(counted, blocks, find_worst(counted, found.tasks, job), job.elements.view);
   }
 
+  /// Some metrics of every element, by the caller's ids.
+  template <class Real>
+  [[nodiscard]] ElementQualityArrays evaluate_elements(const Mesh<Real>& job,
+                                                       const Orientation& orientation,
+                                                       const std::vector<QualityMetric>& metrics) {
+    const std::size_t element_count = job.elements.view.count;
+    auto values = executor_.allocate<float>(metrics.size() * element_count);
+    const MetricColumns columns(metrics, values.data(), element_count);
+    for_each_run(executor_, job.elements, [&]<int>(const Elements::Run& run, std::size_t count) {
+      executor_.for_each(count, StoreMetrics<Real>{make_task(job, orientation, run, count),
+                                                   job.positions.data(), columns});
+    });
+    ElementQualityArrays result{metrics, std::vector<float>(values.size())};
+    executor_.download(values.data(), values.size(), result.values.data());
+    executor_.check();
+    return result;
+  }
+
  private:
   /// Queued kernels and their results.
   struct Evaluation {
@@ -93,7 +119,21 @@ class CudaEvaluator {
     std::vector<EvaluateTask> tasks;
   };
 
+  /// Without accumulators.
   template <class Real>
+  [[nodiscard]] static EvaluateTask make_task(const Mesh<Real>& job, const Orientation& orientation,
+                                              const Elements::Run& run, std::size_t count) {
+    return {.shape = run.shape,
+            .nodes = run.nodes,
+            .first = run.first,
+            .count = count,
+            .caller_ids = job.elements.caller_ids.data(),
+            .references = orientation.references(),
+            .reference = orientation.common(),
+            .fixed = job.fixed.data()};
+  }
+
+  template <QualityDetail kDetail, class Real>
   [[nodiscard]] Evaluation launch_kernels(const Mesh<Real>& job, const Orientation& orientation) {
     Evaluation evaluation;
     std::vector<unsigned int> grids;
@@ -110,15 +150,15 @@ class CudaEvaluator {
     executor_.clear(evaluation.buffer.data(), bytes);
     auto* const accumulator = reinterpret_cast<DeviceAccumulator*>(evaluation.buffer.data());
     auto* blocks = reinterpret_cast<BlockAccumulator*>(accumulator + 1);
-    constexpr auto kKernel = &evaluate_kernel<Real>;
-    allow_shared_memory<kKernel>(executor_.lane(), kHistogramBytes);
+    constexpr auto kKernel = &evaluate_kernel<Real, kDetail>;
+    constexpr std::size_t kBytes = kHistogramBytes<kDetail>;
+    allow_shared_memory<kKernel>(executor_.lane(), kBytes);
     for_each_run(executor_, job.elements, [&]<int>(const Elements::Run& run, std::size_t count) {
       const unsigned int grid = grids[evaluation.tasks.size()];
-      evaluation.tasks.push_back({run.shape, run.nodes, run.first, count,
-                                  job.elements.caller_ids.data(), orientation.references(),
-                                  orientation.common(), job.fixed.data(), accumulator, blocks});
-      launch<kKernel>(executor_.stream(), {grid, kBlockSize, kHistogramBytes},
-                      evaluation.tasks.back(), job.positions.data());
+      EvaluateTask& task = evaluation.tasks.emplace_back(make_task(job, orientation, run, count));
+      task.accumulator = accumulator;
+      task.blocks = blocks;
+      launch<kKernel>(executor_.stream(), {grid, kBlockSize, kBytes}, task, job.positions.data());
       blocks += grid;
     });
     for (const EvaluateTask& task : evaluation.tasks) {
@@ -153,7 +193,9 @@ class CudaEvaluator {
                                         const std::vector<RankedElement>& worst,
                                         const Elements& elements) const {
     auto total = std::make_unique<QualityAccumulator>();
-    for (std::size_t m = 0; m < kMetricCount; ++m) {
+    // Of a brief evaluation there are only those by which the worst elements were found.
+    const std::size_t metric_count = quality_detail_ == QualityDetail::brief ? 0 : kMetricCount;
+    for (std::size_t m = 0; m < metric_count; ++m) {
       std::copy(std::begin(counted.bins[m]), std::end(counted.bins[m]), total->bins[m].begin());
       total->min[m] = from_ordered_bits(~counted.min[m]);
       total->max[m] = from_ordered_bits(counted.max[m]);
@@ -192,6 +234,7 @@ class CudaEvaluator {
   CudaExecutor& executor_;
   const TopologyView& topology_;
   PositionsView positions_;
+  QualityDetail quality_detail_;
 };
 
 }  // namespace meshsmooth::detail

@@ -2,91 +2,25 @@
 
 #include <cub/block/block_scan.cuh>
 
-#include "mesh/accumulator.hpp"
-#include "mesh/measure.hpp"
-#include "smooth/cuda/device/executor.cuh"
-#include "smooth/rules/topology.hpp"
+#include "smooth/cuda/quality/task.cuh"
 
 namespace meshsmooth::detail {
 
-/// An element in the order of quality, the worst first.
-struct RankedElement {
-  double mean_ratio;
-  double scaled_jacobian;
-  std::uint64_t element;  // the caller's; kNoElement: none
-
-  static constexpr std::uint64_t kNoElement = ~std::uint64_t{0};
-
-  [[nodiscard]] MESHSMOOTH_HD bool worse_than(const RankedElement& other) const {
-    if (other.element == kNoElement) return element != kNoElement;
-    if (element == kNoElement) return false;
-    return mean_ratio != other.mean_ratio ? mean_ratio < other.mean_ratio : element < other.element;
-  }
-};
-
-/// Counts of all blocks, whose order does not matter.
-struct DeviceAccumulator {
-  unsigned int bins[kMetricCount][kBinCount];
-  // ordered_bits; minima complemented, so that atomicMax serves both and both start at 0
-  unsigned long long min[kMetricCount], max[kMetricCount];
-  unsigned long long inverted, degenerate, locked, locked_inverted;
-  unsigned int listed_count;
-  static constexpr unsigned int kMostListed = 256;
-  RankedElement listed[kMostListed];  // include the worst
-};
-
-/// Sums of one block, over elements that depend on the grid alone.
-struct BlockAccumulator {
-  ChunkSums sums;
-  RankedElement worst_locked;
-};
-
-/// The elements of one type to evaluate.
-struct EvaluateTask {
-  const ElementShape* shape;
-  const NodeId* nodes;
-  std::size_t first, count;
-  const ElementId* caller_ids;        // of all elements, or null
-  const PackedDirection* references;  // of all elements, or null: all have `reference`
-  Vec3d reference;
-  const std::uint8_t* fixed;
-  DeviceAccumulator* accumulator;
-  BlockAccumulator* blocks;
-
-  [[nodiscard]] __device__ NodeId node(const ElementShape& type, std::size_t e, int n) const {
-    return nodes[e * static_cast<std::size_t>(type.node_count) + n];
-  }
-};
-
-/// The quality measures of an element of a task, in double.
-template <class Real>
-__device__ ElementMeasure measure_in(const EvaluateTask& task, const ElementShape& shape,
-                                     const Vec3<Real>* positions, std::size_t e) {
-  Vec3d corners[kMaxElementNodes];
-  for (int n = 0; n < shape.node_count; ++n) {
-    corners[n] = vec3_cast<double>(positions[task.node(shape, e, n)]);
-  }
-  const Vec3d reference = task.references == nullptr
-                              ? task.reference
-                              : unpack_direction(task.references[task.first + e]);
-  return measure_element(shape, corners, reference);
-}
-__device__ inline RankedElement ranked(const EvaluateTask& task, std::size_t e,
-                                       const ElementMeasure& m) {
-  const std::size_t id = task.first + e;
-  return {finite_measure(m.mean_ratio), finite_measure(m.scaled_jacobian),
-          task.caller_ids == nullptr ? static_cast<ElementId>(id) : task.caller_ids[id]};
-}
+/// How many metrics of a type the kernels count. A brief evaluation needs the mean ratio alone, to
+/// find the worst elements; without the others the compiler drops their computation.
+template <QualityDetail kDetail>
+inline constexpr int kCountedMetrics = kDetail == QualityDetail::brief ? 1 : kMostMetrics;
 
 /// The counts and sums of one thread.
+template <int kMetrics>
 struct ThreadAccumulator {
-  double sums[kMostMetrics] = {}, volume = 0, enclosed = 0;
-  double min[kMostMetrics], max[kMostMetrics];
+  double sums[kMetrics] = {}, volume = 0, enclosed = 0;
+  double min[kMetrics], max[kMetrics];
   unsigned int inverted = 0, degenerate = 0, locked = 0, locked_inverted = 0;
   RankedElement worst_locked{0, 0, RankedElement::kNoElement};
 
   __device__ ThreadAccumulator() {
-    for (int v = 0; v < kMostMetrics; ++v) {
+    for (int v = 0; v < kMetrics; ++v) {
       min[v] = HUGE_VAL;
       max[v] = -HUGE_VAL;
     }
@@ -98,7 +32,7 @@ struct ThreadAccumulator {
     double values[kMostMetrics] = {};
     for_each_metric(shape, m, [&](int v, QualityMetric, double value) { values[v] = value; });
 #pragma unroll
-    for (int v = 0; v < kMostMetrics; ++v) {
+    for (int v = 0; v < kMetrics; ++v) {
       if (v >= metrics.count) continue;
       if (!isfinite(values[v])) values[v] = 0;
       sums[v] += values[v];
@@ -120,15 +54,16 @@ struct ThreadAccumulator {
 };
 
 /// Folds the threads' sums, minima and maxima and stores them; all threads call.
-__device__ inline void store_sums(const EvaluateTask& task, const MetricsOfType& metrics,
-                                  const ThreadAccumulator& thread, double* shared,
-                                  RankedElement* shared_ranked) {
+template <int kMetrics>
+__device__ void store_sums(const EvaluateTask& task, const MetricsOfType& metrics,
+                           const ThreadAccumulator<kMetrics>& thread, double* shared,
+                           RankedElement* shared_ranked) {
   const auto sum = [&](double value) {
     return reduce_block(value, shared, [](double a, double b) { return a + b; });
   };
   BlockAccumulator& own = task.blocks[blockIdx.x];
 #pragma unroll
-  for (int v = 0; v < kMostMetrics; ++v) {
+  for (int v = 0; v < kMetrics; ++v) {
     if (v >= metrics.count) continue;
     const int metric = metrics.metrics[v];
     const double total = sum(thread.sums[v]);
@@ -154,25 +89,27 @@ __device__ inline void store_sums(const EvaluateTask& task, const MetricsOfType&
 
 /// Quality measures of all elements of one type: histograms, sums, extrema, counts.
 /// grid   blocks of kBlockSize, four per multiprocessor
-/// shared histograms (dynamic, kHistogramBytes) and a value per thread
+/// shared histograms (dynamic, kHistogramBytes<kDetail>) and a value per thread
 /// needs  the accumulators all 0
 /// order  deterministic: counts and extrema by atomics, sums by a fixed tree per block
 /// fast   80 us at 100k (H200): double precision, histograms in shared memory
 /// equals `measure_quality` of the mesh library, up to the grouping of sums
-template <class Real>
+template <class Real, QualityDetail kDetail>
 __global__ void __launch_bounds__(kBlockSize, 2)
     evaluate_kernel(EvaluateTask task, const Vec3<Real>* positions) {
   extern __shared__ unsigned int bins[];  // [metric of the type][bin]
   __shared__ double shared[kBlockSize];
   __shared__ RankedElement shared_ranked[kBlockSize];
   const ElementShape& shape = *task.shape;
-  const MetricsOfType metrics = metrics_of(shape);
+  constexpr int kMetrics = kCountedMetrics<kDetail>;
+  MetricsOfType metrics = metrics_of(shape);
+  metrics.count = min(metrics.count, kMetrics);
   for (int i = static_cast<int>(threadIdx.x); i < metrics.count * int{kBinCount}; i += kBlockSize) {
     bins[i] = 0;
   }
   __syncthreads();
 
-  ThreadAccumulator thread;
+  ThreadAccumulator<kMetrics> thread;
   const std::size_t step = std::size_t{gridDim.x} * kBlockSize;
   for (std::size_t e = std::size_t{blockIdx.x} * kBlockSize + threadIdx.x; e < task.count;
        e += step) {
@@ -197,7 +134,9 @@ __global__ void __launch_bounds__(kBlockSize, 2)
     }
   }
 }
-inline constexpr std::size_t kHistogramBytes = kMostMetrics * kBinCount * sizeof(unsigned int);
+template <QualityDetail kDetail>
+inline constexpr std::size_t kHistogramBytes = kCountedMetrics<kDetail>* kBinCount *
+                                               sizeof(unsigned int);
 
 /// Lists the elements in the lowest bins of the mean ratio that together hold kWorstCount; keeps
 /// counting after the list is full.

@@ -1,0 +1,93 @@
+#pragma once
+
+#include "mesh/accumulator.hpp"
+#include "mesh/measure.hpp"
+#include "mesh/metric_columns.hpp"
+#include "smooth/cuda/device/executor.cuh"
+#include "smooth/rules/topology.hpp"
+
+namespace meshsmooth::detail {
+
+/// An element in the order of quality, the worst first.
+struct RankedElement {
+  double mean_ratio;
+  double scaled_jacobian;
+  std::uint64_t element;  // the caller's; kNoElement: none
+
+  static constexpr std::uint64_t kNoElement = ~std::uint64_t{0};
+
+  [[nodiscard]] MESHSMOOTH_HD bool worse_than(const RankedElement& other) const {
+    if (other.element == kNoElement) return element != kNoElement;
+    if (element == kNoElement) return false;
+    return mean_ratio != other.mean_ratio ? mean_ratio < other.mean_ratio : element < other.element;
+  }
+};
+
+/// Counts of all blocks, whose order does not matter.
+struct DeviceAccumulator {
+  unsigned int bins[kMetricCount][kBinCount];
+  // ordered_bits; minima complemented, so that atomicMax serves both and both start at 0
+  unsigned long long min[kMetricCount], max[kMetricCount];
+  unsigned long long inverted, degenerate, locked, locked_inverted;
+  unsigned int listed_count;
+  static constexpr unsigned int kMostListed = 256;
+  RankedElement listed[kMostListed];  // include the worst
+};
+
+/// Sums of one block, over elements that depend on the grid alone.
+struct BlockAccumulator {
+  ChunkSums sums;
+  RankedElement worst_locked;
+};
+
+/// The elements of one type to evaluate.
+struct EvaluateTask {
+  const ElementShape* shape;
+  const NodeId* nodes;
+  std::size_t first, count;
+  const ElementId* caller_ids;        // of all elements, or null
+  const PackedDirection* references;  // of all elements, or null: all have `reference`
+  Vec3d reference;
+  const std::uint8_t* fixed;
+  DeviceAccumulator* accumulator = nullptr;
+  BlockAccumulator* blocks = nullptr;
+
+  [[nodiscard]] __device__ NodeId node(const ElementShape& type, std::size_t e, int n) const {
+    return nodes[e * static_cast<std::size_t>(type.node_count) + n];
+  }
+  [[nodiscard]] __device__ ElementId caller_id(std::size_t e) const {
+    return caller_ids == nullptr ? static_cast<ElementId>(first + e) : caller_ids[first + e];
+  }
+};
+
+/// The quality measures of an element of a task, in double.
+template <class Real>
+__device__ ElementMeasure measure_in(const EvaluateTask& task, const ElementShape& shape,
+                                     const Vec3<Real>* positions, std::size_t e) {
+  Vec3d corners[kMaxElementNodes];
+  for (int n = 0; n < shape.node_count; ++n) {
+    corners[n] = vec3_cast<double>(positions[task.node(shape, e, n)]);
+  }
+  const Vec3d reference = task.references == nullptr
+                              ? task.reference
+                              : unpack_direction(task.references[task.first + e]);
+  return measure_element(shape, corners, reference);
+}
+__device__ inline RankedElement ranked(const EvaluateTask& task, std::size_t e,
+                                       const ElementMeasure& m) {
+  return {finite_measure(m.mean_ratio), finite_measure(m.scaled_jacobian), task.caller_id(e)};
+}
+
+/// Stores metrics of the elements of a task.
+template <class Real>
+struct StoreMetrics {
+  EvaluateTask task;
+  const Vec3<Real>* positions;
+  MetricColumns columns;
+
+  __device__ void operator()(std::size_t e) const {
+    columns.store(*task.shape, measure_in(task, *task.shape, positions, e), task.caller_id(e));
+  }
+};
+
+}  // namespace meshsmooth::detail
