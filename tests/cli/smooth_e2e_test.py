@@ -341,6 +341,56 @@ class Smooth(CliTest):
         self.assertEqual(report["nodes"]["moved"], "0")
         self.assertRegex(Path(self.path("out.mesh")).read_text(), r"Triangles\s+1\s+7 1 2 7")
 
+    def layer(self, name, **options):
+        path = self.path(name)
+        extra = [part for key, value in options.items() for part in (f"--{key}", str(value))]
+        self.run_cli("generate", "layer", *extra, "-o", path)
+        return path
+
+    def test_layers_are_kept_and_come_back_to_a_reference(self):
+        clean = self.layer("clean.vtk")
+        jittered = self.layer("jittered.vtk", jitter=0.3)
+
+        def least(report, when):
+            return next(m["min"] for m in report[when]["metrics"]
+                        if m["metric"] == "QUALITY_METRIC_SCALED_JACOBIAN")
+
+        _, kept = self.smooth(clean)
+        self.assertEqual(kept["nodes"]["moved"], "0")
+        _, ideal = self.smooth(clean, "--target", "ideal")
+        self.assertLess(least(ideal, "quality_after"), 0.5)
+        _, back = self.smooth(jittered, "--reference", clean)
+        self.assertEqual(back["options"]["optimize"]["target"], "TARGET_REFERENCE")
+        self.assertLess(least(back, "quality_before"), 0.5)
+        self.assertGreater(least(back, "quality_after"), 0.99)
+
+    def test_references_are_refused_by_name_where_they_are_none(self):
+        clean = self.layer("clean.vtk")
+        other = self.generate("other.vtu")
+        output = self.path("out.vtu")
+        self.assertIn("is no reference of", self.error_of(
+            "smooth", clean, "-o", output, "--reference", other, exit_code=BAD_MESH))
+        self.assertIn("--target reference needs --reference", self.error_of(
+            "smooth", clean, "-o", output, "--target", "reference", exit_code=USAGE))
+        self.assertIn("leave out one of them", self.error_of(
+            "smooth", clean, "-o", output, "--target", "ideal", "--reference", clean,
+            exit_code=REFUSED))
+        self.assertIn("only optimize aims at a reference", self.error_of(
+            "smooth", clean, "-o", output, "--method", "laplacian", "--reference", clean,
+            exit_code=REFUSED))
+
+    def test_nodes_of_types_and_of_good_elements_are_held(self):
+        mesh = self.generate("in.vtu", shape="mixed")
+        _, free = self.smooth(mesh)
+        _, held = self.smooth(mesh, "--fixed-types", "hexahedron,wedge")
+        self.assertLess(int(held["nodes"]["moved"]), int(free["nodes"]["moved"]))
+        _, some = self.smooth(mesh, "--only-below", 0.3, "--only-below-rings", 0)
+        self.assertGreater(int(some["nodes"]["outside_only_below"]), 0)
+        self.assertLess(int(some["nodes"]["moved"]), int(free["nodes"]["moved"]))
+        _, stays = self.smooth(mesh, "--stay", 100)
+        self.assertLess(stays["convergence"]["last_max_displacement"],
+                        free["convergence"]["bounding_box_diagonal"])
+
     def test_quiet_prints_nothing(self):
         result = self.run_cli("smooth", self.generate("in.vtu"), "-o", self.path("out.vtu"),
                               "--quiet")

@@ -68,6 +68,29 @@ TEST(Client, SendsRegions) {
   EXPECT_EQ(server.fake().regions(), mesh.regions);
 }
 
+TEST(Client, SendsTheReferenceInTheMeshsPrecision) {
+  InProcessServer server;
+  Mesh mesh = test::tet_ball();
+  Mesh reference = mesh;
+  test::points(reference)[3] = {0.5, 0.25, 7};
+  const Mesh in_float32 = test::as_float32(reference);
+  for (const Mesh* given : {&reference, &in_float32}) {
+    connect(server).smooth(mesh, {.reference = given->positions_view()});
+    EXPECT_EQ(server.fake().reference().first, test::points(reference));
+    EXPECT_TRUE(server.fake().reference().second);
+  }
+  Mesh small = test::as_float32(mesh);
+  connect(server).smooth(small, {.reference = reference.positions_view()});
+  EXPECT_EQ(server.fake().reference().first, test::points(reference));
+  EXPECT_FALSE(server.fake().reference().second);
+
+  connect(server).smooth(mesh, {});
+  EXPECT_TRUE(server.fake().reference().first.empty());
+
+  const Mesh other = test::two_tets();
+  EXPECT_THROW(connect(server).smooth(mesh, {.reference = other.positions_view()}), InvalidMesh);
+}
+
 TEST(Client, GivesTheServersReasonForTooFewRegions) {
   InProcessServer server;
   Mesh mesh = test::tet_ball();

@@ -39,6 +39,25 @@ TEST(Session, SmoothsPositionsThroughTheRealServer) {
   EXPECT_EQ(in_float32[6].x, 1);
 }
 
+TEST(Session, SendsAReferenceWithEachJobThatHasOne) {
+  InProcessServer server;
+  server.keeps_something();
+  Client client = connect(server);
+  Mesh mesh = test::tet_ball();
+  Session session = client.open(mesh);
+  std::vector<Vec3d> positions = test::points(mesh);
+  for (int step = 0; step < 3; ++step) {
+    Mesh reference = mesh;
+    test::points(reference)[2].y = step;
+    const SmoothReport report =
+        session.smooth(positions, {.reference = reference.positions_view()});
+    EXPECT_EQ(report.topology_reused, step > 0);
+    EXPECT_EQ(server.fake().reference().first, test::points(reference));
+  }
+  session.smooth(positions, {});
+  EXPECT_TRUE(server.fake().reference().first.empty());
+}
+
 TEST(Topologies, AreDescribedAndDeletedByName) {
   InProcessServer server;
   server.keeps_something();

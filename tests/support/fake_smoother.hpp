@@ -82,6 +82,11 @@ class FakeControl {
     const std::lock_guard lock(mutex_);
     return regions_;
   }
+  /// The reference that the last job came with, and whether it was in float64.
+  [[nodiscard]] std::pair<std::vector<Vec3d>, bool> reference() const {
+    const std::lock_guard lock(mutex_);
+    return reference_;
+  }
   [[nodiscard]] int started() const {
     const std::lock_guard lock(mutex_);
     return started_;
@@ -99,6 +104,7 @@ class FakeControl {
   std::function<void()> preparation_thrower_;
   int started_ = 0;
   std::vector<std::int32_t> regions_;
+  std::pair<std::vector<Vec3d>, bool> reference_;
   std::function<void()> thrower_;
   MemoryEstimate estimate_;
   DeviceSpace device_space_;
@@ -171,6 +177,14 @@ class FakeSmoother final : public Smoother {
       const std::lock_guard lock(control_->mutex_);
       thrower = control_->thrower_;
       control_->regions_.assign(topology.regions.begin(), topology.regions.end());
+      control_->reference_ = {{}, options.reference.index() == 1};
+      std::visit(
+          [&](auto span) {
+            for (const auto& p : span) {
+              control_->reference_.first.push_back(vec3_cast<double>(p));
+            }
+          },
+          options.reference);
     }
     if (thrower) thrower();
 

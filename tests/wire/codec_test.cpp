@@ -166,6 +166,31 @@ TEST(DecodeOptions, KeepsGoalAndTargetOfOptimize) {
   EXPECT_EQ(std::get<Optimize>(decode_options(bare).method).target_quality, 0);
 }
 
+TEST(DecodeOptions, KeepsWhatOptimizeAimsAt) {
+  for (const Target target :
+       {Target::automatic, Target::ideal, Target::input, Target::reference}) {
+    const SmoothOptions options =
+        decode_options(encode_options({.method = Optimize{.target = target, .stay = 0.5}}));
+    EXPECT_EQ(std::get<Optimize>(options.method).target, target);
+    EXPECT_EQ(std::get<Optimize>(options.method).stay, 0.5);
+  }
+  const Vec3d reference[] = {{0, 0, 0}};
+  const SmoothOptions given{.reference = std::span<const Vec3d>(reference)};
+  EXPECT_EQ(encode_options(given).optimize().target(), v1::TARGET_REFERENCE);
+}
+
+TEST(DecodeOptions, KeepsTheLimitOfBadElements) {
+  const SmoothOptions options =
+      decode_options(encode_options({.only_below = OnlyBelow{.quality = 0.25, .rings = 7}}));
+  ASSERT_TRUE(options.only_below);
+  EXPECT_EQ(options.only_below->quality, 0.25);
+  EXPECT_EQ(options.only_below->rings, 7);
+  EXPECT_FALSE(decode_options({}).only_below);
+  v1::SmoothingOptions rings;
+  rings.set_only_below_rings(3);
+  EXPECT_THROW((void)decode_options(rings), NotSupported);
+}
+
 TEST(DecodeOptions, KeepsWhatTheMovementLimitIsAShareOf) {
   for (const bool relative : {false, true}) {
     const SmoothOptions options =

@@ -99,6 +99,27 @@ TEST_F(MeshAssemblerTest, TakesTheTagsBetweenMaskAndCoordinates) {
   EXPECT_EQ(std::get<std::span<Vec3d>>(assembler.positions())[4], (Vec3d{1, 1, 1}));
 }
 
+TEST_F(MeshAssemblerTest, TakesTheReferenceAfterTheCoordinates) {
+  MeshLayout with_reference = layout();
+  with_reference.expect_reference({});
+  EXPECT_EQ(with_reference.total_bytes(), layout().total_bytes() + 120);
+  MeshAssembler assembler(with_reference);
+  assembler.add(chunk(v1::ARRAY_ID_ELEMENTS, 0, kElements));
+  assembler.add(chunk(v1::ARRAY_ID_FIXED_MASK, 0, kFixed));
+  assembler.add(chunk(v1::ARRAY_ID_COORDINATES, 0, kCoordinates));
+  EXPECT_EQ(reason_of([&] { assembler.finish(); }), "ARRAY_SIZE_MISMATCH");
+  assembler.add(chunk(v1::ARRAY_ID_REFERENCE_COORDINATES, 0, bytes_of<double>({9, 8, 7})));
+  assembler.add(chunk(v1::ARRAY_ID_REFERENCE_COORDINATES, 24, std::string(96, '\0')));
+
+  assembler.finish();
+  EXPECT_EQ(std::get<std::span<const Vec3d>>(assembler.reference())[0], (Vec3d{9, 8, 7}));
+  EXPECT_EQ(position_count(assembler.reference()), 5);
+  EXPECT_EQ(std::get<std::span<Vec3d>>(assembler.positions())[4], (Vec3d{1, 1, 1}));
+  EXPECT_EQ(reason_of([&] { with_reference.expect_reference({.max_mesh_bytes = 276}); }),
+            "nothing thrown");
+  EXPECT_THROW(with_reference.expect_reference({.max_mesh_bytes = 275}), OutOfMemory);
+}
+
 TEST_F(MeshAssemblerTest, TakesChunksThatCutNumbersInPieces) {
   for (std::size_t i = 0; i < kElements.size(); ++i) {
     assembler_.add(

@@ -1,0 +1,134 @@
+// Validity between the corners, against interval subdivision. How many random elements of each type
+// and size: MESHSMOOTH_RANDOM_ELEMENTS, 3,000 by default.
+
+#include <gmock/gmock.h>
+
+#include <cstdlib>
+#include <random>
+
+#include "core/smoothing.hpp"
+#include "mesh/jacobian.hpp"
+#include "support/jacobian_oracle.hpp"
+
+namespace meshsmooth {
+namespace {
+
+using test::points;
+
+int element_count() {
+  const char* const wish = std::getenv("MESHSMOOTH_RANDOM_ELEMENTS");
+  return wish == nullptr ? 3000 : std::atoi(wish);
+}
+
+TEST(Jacobian, OfAHexahedronMayBeNegativeBetweenPositiveCorners) {
+  const Vec3d corners[] = {{-0.1, -0.3, -0.2}, {1.6, 0.3, 0.4}, {0.6, 1.2, -0.1}, {-0.4, 0.8, 0},
+                           {-0.4, 0, 1.2},     {0.6, 0.4, 1.2}, {1.1, 0.4, 0.6},  {-0.1, 1.5, 0.6}};
+  const ElementMeasure measure = measure_element(ElementType::hexahedron, corners, {0, 0, 0});
+  EXPECT_GT(measure.scaled_jacobian, 0);
+  EXPECT_TRUE(measure.inverted);
+  EXPECT_FALSE(measure.degenerate);
+}
+
+class CertifyElements : public testing::TestWithParam<ElementType> {};
+INSTANTIATE_TEST_SUITE_P(Types, CertifyElements,
+                         testing::Values(ElementType::quad, ElementType::pyramid,
+                                         ElementType::wedge, ElementType::hexahedron),
+                         [](const auto& type) {
+                           return std::string(element_shape(type.param).name);
+                         });
+
+TEST_P(CertifyElements, AgreesWithIntervalSubdivision) {
+  const ElementType type = GetParam();
+  const std::vector<Vec3d> ideal = test::ideal_points(type);
+  const bool surface = test::oracle::is_surface(type);
+  std::mt19937_64 random(17);
+  int hidden = 0, undecided = 0, total = 0;
+  for (const double size : {0.3, 0.4, 0.5, 0.6}) {
+    std::uniform_real_distribution<double> shift(-size, size);
+    for (int n = 0; n < element_count(); ++n, ++total) {
+      std::vector<Vec3d> corners = ideal;
+      for (Vec3d& p : corners) {
+        p += Vec3d{shift(random), shift(random), surface ? 0 : shift(random)};
+      }
+      const ElementMeasure measure =
+          measure_element(type, corners.data(), {0, 0, surface ? 1.0 : 0.0});
+      undecided += measure.degenerate ? 1 : 0;
+      const std::optional<bool> negative = test::oracle::is_negative_somewhere(type, corners);
+      if (!negative) continue;
+      if (*negative) {
+        EXPECT_TRUE(measure.inverted || measure.degenerate) << size << " " << n;
+        hidden += measure.inverted && measure.scaled_jacobian > 0 ? 1 : 0;
+      } else {
+        EXPECT_FALSE(measure.inverted) << size << " " << n;
+      }
+    }
+  }
+  EXPECT_LT(undecided, 1e-4 * total + 1);
+  if (type == ElementType::hexahedron || type == ElementType::wedge) {
+    EXPECT_GT(hidden, total / 2000);
+  }
+}
+
+/// The conditions that spare most elements the coefficients are only ever sufficient.
+TEST(Jacobian, IsPositiveWhereTheEdgesDominate) {
+  std::mt19937_64 random(5);
+  int dominant = 0;
+  for (int n = 0; n < element_count(); ++n) {
+    std::uniform_real_distribution<double> shift(-0.45, 0.45);
+    std::vector<Vec3d> corners = test::ideal_points(ElementType::hexahedron);
+    for (Vec3d& p : corners) {
+      p += Vec3d{shift(random), shift(random), shift(random)};
+      p = {p.x + 0.7 * p.y, 1e-4 * p.y, p.z};
+    }
+    const detail::HexahedronEdges edges([&](int k) { return corners[k]; });
+    if (!edges.dominant()) continue;
+    ++dominant;
+    EXPECT_EQ(edges.jacobian().sign(), detail::JacobianSign::positive) << n;
+  }
+  EXPECT_GT(dominant, element_count() / 20);
+}
+
+/// Half of it is the polynomial on that half.
+TEST(Jacobian, IsHalvedAlongEveryAxis) {
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> shift(-0.5, 0.5);
+  std::vector<Vec3d> corners = test::ideal_points(ElementType::hexahedron);
+  for (Vec3d& p : corners) p += Vec3d{shift(random), shift(random), shift(random)};
+  const auto whole = detail::HexahedronEdges([&](int k) { return corners[k]; }).jacobian();
+  const auto value = [&](double u, double v, double w) {
+    const auto [a, b, c] =
+        test::oracle::derivatives(ElementType::hexahedron, corners, {u, v, w});
+    return dot(a, cross(b, c));
+  };
+  for (int part = 0; part < 8; ++part) {
+    const double u = part & 1, v = part >> 1 & 1, w = part >> 2;
+    const auto half = whole.half(0, u > 0).half(1, v > 0).half(2, w > 0);
+    for (int n = 0; n < 8; ++n) {
+      const int i = n & 1, j = n >> 1 & 1, k = n >> 2;
+      EXPECT_NEAR(half.at[2 * i][2 * j][2 * k], value((u + i) / 2, (v + j) / 2, (w + k) / 2), 1e-14);
+    }
+  }
+}
+
+/// An element whose Jacobian is positive everywhere keeps it so by every method, and one that is
+/// negative between its corners counts as inverted.
+TEST(Jacobian, StaysPositiveByEveryMethod) {
+  int moved = 0;
+  for (unsigned seed = 0; seed < 40; ++seed) {
+    const ElementType type = seed % 2 == 0 ? ElementType::hexahedron : ElementType::wedge;
+    Mesh mesh = test::noisy(test::lattice(type, 3), 0.45, seed);
+    const std::int64_t inverted = measure_quality(mesh).inverted_count;
+    for (const test::Way& way : test::ways(false)) {
+      SmoothOptions options{.method = way.method, .form = way.form, .max_iterations = 5};
+      const test::Job job = test::smooth(mesh, options);
+      EXPECT_LE(job.summary.quality_after.inverted_count, inverted) << way.name << " " << seed;
+      moved += job.summary.nodes.moved > 0 ? 1 : 0;
+      if (inverted > 0) continue;
+      EXPECT_EQ(job.summary.quality_after.degenerate_count, 0) << way.name << " " << seed;
+    }
+  }
+  EXPECT_GT(moved, 100);
+}
+
+}  // namespace
+}  // namespace meshsmooth
