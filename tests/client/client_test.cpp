@@ -74,7 +74,7 @@ TEST(Client, SendsTheReferenceInTheMeshsPrecision) {
   Mesh reference = mesh;
   test::points(reference)[3] = {0.5, 0.25, 7};
   const Mesh in_float32 = test::as_float32(reference);
-  for (const Mesh* given : {&reference, &in_float32}) {
+  for (const Mesh* const given : {static_cast<const Mesh*>(&reference), &in_float32}) {
     connect(server).smooth(mesh, {.reference = given->positions_view()});
     EXPECT_EQ(server.fake().reference().first, test::points(reference));
     EXPECT_TRUE(server.fake().reference().second);

@@ -115,9 +115,9 @@ TEST_F(MeshAssemblerTest, TakesTheReferenceAfterTheCoordinates) {
   EXPECT_EQ(std::get<std::span<const Vec3d>>(assembler.reference())[0], (Vec3d{9, 8, 7}));
   EXPECT_EQ(position_count(assembler.reference()), 5);
   EXPECT_EQ(std::get<std::span<Vec3d>>(assembler.positions())[4], (Vec3d{1, 1, 1}));
-  EXPECT_EQ(reason_of([&] { with_reference.expect_reference({.max_mesh_bytes = 276}); }),
+  EXPECT_EQ(reason_of([&] { with_reference.expect_reference({.max_mesh_bytes = 277}); }),
             "nothing thrown");
-  EXPECT_THROW(with_reference.expect_reference({.max_mesh_bytes = 275}), OutOfMemory);
+  EXPECT_THROW(with_reference.expect_reference({.max_mesh_bytes = 276}), OutOfMemory);
 }
 
 TEST_F(MeshAssemblerTest, TakesChunksThatCutNumbersInPieces) {
