@@ -64,6 +64,15 @@ class Optimizer {
 
   void run(const CallerPositions<Real>& given) {
     const MeshEnergy start = sweeper_.measure(1);
+    run_phases(given, start);
+    // Repair looks at corners; what it broke between them, the descent may not have cured.
+    if (start.invalid > 0 && options_.guard && sweeper_.measure(1).invalid > 0) {
+      undo_inversions(given);
+    }
+  }
+
+ private:
+  void run_phases(const CallerPositions<Real>& given, const MeshEnergy& start) {
     if (method_.target_quality > 0 && start.worst >= method_.target_quality) {
       monitor_.end(StopReason::target_reached);
       return;
@@ -87,7 +96,6 @@ class Optimizer {
     monitor_.end(last_.tangled > 0 || stuck ? StopReason::stagnated : StopReason::converged);
   }
 
- private:
   /// A valid mesh with a corner below is nearly tangled: its nodes may hold each other there.
   static constexpr double kNearlyFlat = 0.05;
 
@@ -151,15 +159,18 @@ class Optimizer {
       goes_on = soften() && repair();
       if (last_.tangled > 0 && sweeper_.measure(1).invalid > invalid) restore(saved);
     }
-    if (last_.tangled > 0 && options_.guard) {
-      const auto before = positions_in_order(executor_, given.positions, given.caller_ids,
-                                             context_.around.node_count);
-      auto repaired = context_;
-      repaired.acceptance = {.guard = true, .facets = context_.around.sliding.any()};
-      repaired.displacement_limit = {};
-      limit_moves(executor_, repaired, before.data(), sweeper_.positions());
-    }
+    if (last_.tangled > 0 && options_.guard) undo_inversions(given);
     return goes_on;
+  }
+
+  /// Undoes moves that inverted an element which was valid in the input.
+  void undo_inversions(const CallerPositions<Real>& given) {
+    const auto before = positions_in_order(executor_, given.positions, given.caller_ids,
+                                           context_.around.node_count);
+    auto repaired = context_;
+    repaired.acceptance = {.guard = true, .facets = context_.around.sliding.any()};
+    repaired.displacement_limit = {};
+    limit_moves(executor_, repaired, before.data(), sweeper_.positions());
   }
 
   /// Descends the goal's energy; true when the job goes on.
