@@ -58,6 +58,28 @@ struct HcLaplacian {
   double beta = 0.5;   ///< Share of the node's own difference, [0, 1].
 };
 
+/// How the series of `WindowedSinc` fades out.
+enum class Window {
+  nuttall,  ///< Keeps the size of a mesh to 0.1 %. The default of VTK from 9.4 on.
+  hamming,  ///< Changes the size by up to 0.5 %. That of VTK before 9.4.
+};
+
+/// A low-pass filter: the series of Chebyshev polynomials of the ring operator K x = x - mean of
+/// the ring that approximates a step, one term per iteration. Components of K's eigenvalue below
+/// the pass band stay, those above vanish; the more iterations, the sharper. As
+/// vtkWindowedSincPolyDataFilter with NormalizeCoordinates on, but fixed nodes keep their
+/// positions, and the mesh keeps its size where VTK finds no offset of the step.
+///
+/// The iterations end at their limit, at most `kMostFilterIterations`; the tolerance has no say.
+/// Guard, sliding and movement limit act once, on the result.
+///
+/// Source: Taubin, Zhang, Golub 1996, "Optimal surface smoothing as filter design". O(edges) per
+/// iteration.
+struct WindowedSinc {
+  Window window = Window::nuttall;
+  double pass_band = 0.1;  ///< Eigenvalue where the pass band ends, [0.001, 2].
+};
+
 /// The quality that `Optimize` aims at.
 enum class Goal {
   average,   ///< The mean: sum of the inverse mean ratios.
@@ -82,6 +104,6 @@ struct Optimize {
 };
 
 /// A smoothing method with its parameters; `MethodTraits` describes each.
-using Method = std::variant<Laplacian, SmartLaplacian, Taubin, HcLaplacian, Optimize>;
+using Method = std::variant<Laplacian, SmartLaplacian, Taubin, HcLaplacian, Optimize, WindowedSinc>;
 
 }  // namespace meshsmooth

@@ -73,10 +73,11 @@ template <class Length>
 }
 
 /// Returns the largest move below which a method has converged, in the mesh's unit; 0 where
-/// `Optimize` converges by its energy.
+/// `Optimize` converges by its energy, and of `WindowedSinc`, which does not converge.
 [[nodiscard]] inline double displacement_tolerance(const SmoothOptions& options,
                                                    double bounding_box_diagonal) {
-  if (converges_by_energy(options)) return 0;
+  if (converges_by_energy(options) || std::holds_alternative<WindowedSinc>(options.method))
+    return 0;
   return in_mesh_unit(options.tolerance, bounding_box_diagonal);
 }
 

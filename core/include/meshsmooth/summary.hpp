@@ -23,7 +23,7 @@ struct Convergence {
   int iteration_count = 0;
   double last_max_displacement = 0;
   double last_rms_displacement = 0;
-  double tolerance = 0;  ///< 0 where `Optimize` converges by its energy.
+  double tolerance = 0;  ///< See `displacement_tolerance`.
   double bounding_box_diagonal = 0;
   std::int64_t held_node_count = 0;       ///< Moves rejected or shortened in the last sweep.
   std::vector<double> max_displacements;  ///< One per sweep, with SmoothOptions::history.

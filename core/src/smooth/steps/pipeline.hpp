@@ -50,7 +50,7 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
     }
     if (!needs_balls(options)) job.balls = {};
     ConvergenceMonitor monitor(options, control, job.box.diagonal(), job.free_count);
-    iterate(backend, around, colouring, options, monitor,
+    iterate(backend, around, colouring, options, monitor, job.box,
             CallerPositions<Real>{job.given.data(), job.caller_ids.data()}, job.positions.data());
     summary.stop_reason = monitor.reason();
     summary.convergence = monitor.take();
