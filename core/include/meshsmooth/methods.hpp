@@ -94,6 +94,10 @@ enum class Goal {
 /// A valid element stays valid and the energy never rises; tangled balls are untangled first, by
 /// the regularized energy. The ideal has a shape, no size.
 ///
+/// On a surface mesh that is not plane the nodes stay on the facets of the input: those on feature
+/// edges along them, corners where they are (`SmoothOptions::feature_angle`); the summary has how
+/// far (`BoundaryDeviation`).
+///
 /// Sources: Knupp 2001, "Algebraic mesh quality metrics", for the mean ratio; Garanzha et al. 2021,
 /// "Foldover-free maps in 50 lines of code", for the regularization. O(elements) per sweep.
 struct Optimize {

@@ -45,7 +45,8 @@ struct SmoothOptions {
   Tolerance tolerance = {};
   BoundaryPolicy boundary = BoundaryPolicy::fixed;
   /// With BoundaryPolicy::slide: planes that meet at less than this angle form one curved part, and
-  /// creases that turn by less one curved crease. In degrees, [1, 90].
+  /// creases that turn by less one curved crease. With `Optimize` the same of the elements of a
+  /// curved surface mesh. In degrees, [1, 90].
   double feature_angle = 30;
   bool guard = true;  ///< A valid element stays valid.
   TangledPolicy tangled = TangledPolicy::repair;

@@ -26,14 +26,20 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
   StageTimes times;
   auto job =
       backend.prepare(topology, std::span<const Vec3<Real>>(positions), options, control, times);
-  const Constraints<E> constraints = constrain(executor, topology, options, control, job, times);
+  typename B::Orientation orientation;
+  {
+    const typename E::Timer timer(executor, times.evaluate_seconds);
+    orientation = backend.orient(job);
+  }
+  // A plane surface has no normals of its elements.
+  const bool surface = orientation.references() != nullptr && stays_on_surface(options);
+  const Constraints<E> constraints =
+      constrain(executor, topology, options, surface, control, job, times);
   SmoothSummary summary;
   summary.nodes = job.nodes;
 
-  typename B::Orientation orientation;
   {
     const StageTimer timer(executor, times.evaluate_seconds, control, Stage::evaluate);
-    orientation = backend.orient(job);
     summary.quality_before = backend.evaluate(job, orientation);
     refuse_tangled(summary.quality_before, options.tangled, job.volume());
   }
