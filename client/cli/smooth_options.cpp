@@ -228,8 +228,9 @@ void add_smooth_flags(CLI::App& command, SmoothFlags& flags) {
       ->check(CLI::IsMember(names(kBoundaries)))
       ->capture_default_str();
   command.add_option("--feature-angle", flags.feature_angle,
-                     "Largest angle between planes of one curved part, with --boundary slide, "
-                     "in degrees, 1 to 90 [30]");
+                     "Largest angle between planes of one curved part, with --boundary slide, or "
+                     "between facets without a feature edge, of optimize on a surface mesh; in "
+                     "degrees, 1 to 90 [30]");
   command.add_option("--iterations", flags.iterations,
                      "Iteration limit; 0 only evaluates the mesh [" + iterations_text() + "]");
   CLI::Option* relative = command.add_option(
@@ -272,9 +273,11 @@ SmoothOptions to_smooth_options(const SmoothFlags& flags) {
   options.history = flags.history;
   options.boundary = kBoundaries.at(flags.boundary);
   if (flags.feature_angle) {
-    if (options.boundary != BoundaryPolicy::slide) {
+    if (options.boundary != BoundaryPolicy::slide &&
+        !std::holds_alternative<Optimize>(options.method)) {
       throw InvalidOption("OPTION_MISPLACED",
-                          "--feature-angle means nothing without --boundary slide",
+                          "--feature-angle means nothing without --boundary slide or --method "
+                          "optimize",
                           {{"field", "--feature-angle"}});
     }
     options.feature_angle = *flags.feature_angle;

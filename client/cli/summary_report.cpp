@@ -146,13 +146,13 @@ std::string nodes_sentence(const SmoothSummary& summary, const SmoothOptions& op
   return text + "\n";
 }
 
-/// What sliding on curved parts made of the boundary.
+/// What sliding on curved parts made of the boundary, or of a surface.
 std::string deviation_sentence(const SmoothSummary& summary) {
   const BoundaryDeviation& deviation = summary.deviation;
   if (deviation.tolerance == 0) return {};
   std::string text = fmt::format(
-      "curved parts: nodes lie within {:.1e} of the boundary they came with (tolerance {:.1e}); "
-      "the new one cuts off up to {:.3g}",
+      "curved parts: nodes lie within {:.1e} of the facets of the input (tolerance {:.1e}); "
+      "the new ones cut off up to {:.3g}",
       deviation.result_to_input, deviation.tolerance, deviation.input_to_result);
   const double before = summary.quality_before.enclosed_volume;
   if (before != 0) {

@@ -195,7 +195,8 @@ v1::SmoothingOptions encode_options(const SmoothOptions& options) {
     message.set_absolute_tolerance(options.tolerance.value);
   }
   message.set_boundary_policy(encode_boundary(options.boundary));
-  if (options.boundary == BoundaryPolicy::slide) {
+  if (options.boundary == BoundaryPolicy::slide ||
+      std::holds_alternative<Optimize>(options.method)) {
     message.set_feature_angle_degrees(options.feature_angle);
   }
   message.set_guard(options.guard);
@@ -220,12 +221,13 @@ v1::SmoothingOptions encode_options(const SmoothOptions& options) {
 
 SmoothOptions decode_options(const v1::SmoothingOptions& message) {
   refuse_unknown_fields(message, "options");
-  if (message.has_feature_angle_degrees() &&
-      message.boundary_policy() != v1::BOUNDARY_POLICY_SLIDE) {
-    throw_not_supported("feature_angle_degrees", "only a sliding boundary has it");
-  }
   SmoothOptions options;
   options.method = decode_method(message);
+  if (message.has_feature_angle_degrees() &&
+      message.boundary_policy() != v1::BOUNDARY_POLICY_SLIDE &&
+      !std::holds_alternative<Optimize>(options.method)) {
+    throw_not_supported("feature_angle_degrees", "only a sliding boundary and optimize have it");
+  }
   options.form = decode_form(message.form());
   if (message.has_max_iteration_count()) options.max_iterations = message.max_iteration_count();
   if (message.has_absolute_tolerance()) {

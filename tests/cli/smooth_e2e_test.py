@@ -124,7 +124,8 @@ class Smooth(CliTest):
 
     def test_history_of_every_method_tells_energy_and_worst_element(self):
         mesh = self.generate("in.vtu")
-        for method in ("laplacian", "smart-laplacian", "taubin", "hc-laplacian"):
+        for method in ("laplacian", "smart-laplacian", "taubin", "hc-laplacian",
+                       "windowed-sinc"):
             with self.subTest(method=method):
                 _, report = self.smooth(mesh, "--method", method, "--history",
                                         "--iterations", "10")
@@ -170,7 +171,7 @@ class Smooth(CliTest):
         surface = self.generate("square.vtu", shape="square")
         for mesh in (volume, surface):
             for method in ("laplacian", "weighted-laplacian", "smart-laplacian", "taubin",
-                           "hc-laplacian", "optimize"):
+                           "hc-laplacian", "windowed-sinc", "optimize"):
                 with self.subTest(mesh=mesh, method=method):
                     _, report = self.smooth(mesh, "--method", method, "--iterations", "20")
                     self.assertEqual(report["quality_after"]["inverted_element_count"], "0")

@@ -51,6 +51,7 @@ TEST(SmoothOptions, LeaveTheIterationLimitToTheMethod) {
   EXPECT_EQ(iteration_limit(parse({"--method", "hc-laplacian"})), 10);
   EXPECT_EQ(iteration_limit(parse({"--method", "laplacian"})), 1000);
   EXPECT_EQ(iteration_limit(parse({"--method", "taubin", "--iterations", "7"})), 7);
+  EXPECT_EQ(iteration_limit(parse({"--method", "windowed-sinc"})), 20);
 }
 
 // Whatever core declares of a method can be asked for here, with the default in the help.
@@ -66,7 +67,8 @@ TEST(SmoothOptions, HaveAFlagForEveryFieldOfEveryMethod) {
   });
   EXPECT_THAT(help, ::testing::HasSubstr("below minus lambda [-0.6732]"));
   EXPECT_THAT(help, ::testing::HasSubstr("[balanced]"));
-  EXPECT_THAT(help, ::testing::HasSubstr("[taubin 20, hc-laplacian 10, others 1000]"));
+  EXPECT_THAT(help,
+              ::testing::HasSubstr("[taubin 20, hc-laplacian 10, windowed-sinc 20, others 1000]"));
 }
 
 TEST(SmoothOptions, TakeEveryFlag) {
@@ -125,6 +127,10 @@ TEST(SmoothOptions, GiveEachMethodItsOwnParameters) {
   EXPECT_EQ(weighted.weighting, Weighting::inverse_edge_length);
   EXPECT_EQ(taubin.lambda, 0.3);
   EXPECT_EQ(taubin.mu, -0.35);
+  const auto sinc = std::get<WindowedSinc>(
+      parse({"--method", "windowed-sinc", "--pass-band", "0.05", "--window", "hamming"}).method);
+  EXPECT_EQ(sinc.pass_band, 0.05);
+  EXPECT_EQ(sinc.window, Window::hamming);
   EXPECT_EQ(hc.alpha, 0.1);
   EXPECT_EQ(hc.beta, 0.6);
 }

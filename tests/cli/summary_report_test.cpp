@@ -148,8 +148,8 @@ TEST(DescribeSummary, SaysHowFarNodesOfCurvedPartsLieOffTheirBoundary) {
   const std::string text = report_of(summary, options);
 
   EXPECT_THAT(text, HasSubstr(", 1,234 on their curved part and 56 along their curve"));
-  EXPECT_THAT(text, HasSubstr("curved parts: nodes lie within 2.0e-16 of the boundary they came "
-                              "with (tolerance 5.0e-13); the new one cuts off up to 0.0125 and "
+  EXPECT_THAT(text, HasSubstr("curved parts: nodes lie within 2.0e-16 of the facets of the input "
+                              "(tolerance 5.0e-13); the new ones cut off up to 0.0125 and "
                               "changes the volume by -2.5 %\n"));
 }
 

@@ -36,6 +36,7 @@ TEST(ValidateOptions, AcceptsTheDefaultsOfEveryMethod) {
   EXPECT_EQ(rejected_field({.method = Taubin{}}), "");
   EXPECT_EQ(rejected_field({.method = HcLaplacian{}}), "");
   EXPECT_EQ(rejected_field({.method = Optimize{}}), "");
+  EXPECT_EQ(rejected_field({.method = WindowedSinc{}}), "");
 }
 
 TEST(ValidateOptions, HoldsRelaxationAboveZeroAndAtMostOne) {
@@ -57,6 +58,16 @@ TEST(ValidateOptions, HoldsTaubinsFactorsApart) {
     EXPECT_EQ(rejected_field({.method = Taubin{.lambda = 0.5, .mu = wrong}}), "taubin.mu");
   }
   EXPECT_EQ(rejected_field({.method = Taubin{.lambda = 0.5, .mu = -0.53}}), "");
+}
+
+TEST(ValidateOptions, BoundsAFilter) {
+  for (const double wrong : {0.0, 0.0009, 2.1, kNan}) {
+    EXPECT_EQ(rejected_field({.method = WindowedSinc{.pass_band = wrong}}),
+              "windowed_sinc.pass_band");
+  }
+  EXPECT_EQ(rejected_field({.method = WindowedSinc{.pass_band = 2}, .max_iterations = 10000}), "");
+  EXPECT_EQ(rejected_field({.method = WindowedSinc{}, .max_iterations = 10001}),
+            "max_iteration_count");
 }
 
 TEST(ValidateOptions, HoldsHcSharesBetweenZeroAndOne) {
@@ -147,6 +158,7 @@ TEST(IterationLimit, IsTheMethodsOwnUnlessSet) {
   EXPECT_EQ(iteration_limit({.method = SmartLaplacian{}}), 1000);
   EXPECT_EQ(iteration_limit({.method = Taubin{}}), 20);
   EXPECT_EQ(iteration_limit({.method = HcLaplacian{}}), 10);
+  EXPECT_EQ(iteration_limit({.method = WindowedSinc{}}), 20);
   EXPECT_EQ(iteration_limit({.method = Taubin{}, .max_iterations = 0}), 0);
   EXPECT_EQ(iteration_limit({.method = HcLaplacian{}, .max_iterations = 500}), 500);
 }
@@ -191,6 +203,7 @@ TEST(MethodName, IsTheNameInTheProtocol) {
   EXPECT_EQ(method_name(Taubin{}), "taubin");
   EXPECT_EQ(method_name(HcLaplacian{}), "hc_laplacian");
   EXPECT_EQ(method_name(Optimize{}), "optimize");
+  EXPECT_EQ(method_name(WindowedSinc{}), "windowed_sinc");
 }
 
 }  // namespace

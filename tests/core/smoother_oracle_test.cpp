@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <atomic>
+
 #include "core/smoothing.hpp"
 #include "smooth/rules/colouring_rule.hpp"
 
@@ -32,11 +34,13 @@ std::vector<std::pair<std::string, Mesh>> noisy_meshes() {
 }
 
 /// Smart averaging in Jacobi form has no formula node by node: moves are cut
-/// back together; the optimizer goes down an energy. Their promises are tested instead.
+/// back together; the optimizer goes down an energy; a filter has no sweeps. Their promises are
+/// tested instead.
 std::vector<test::Way> ways_with_formula() {
   std::vector<test::Way> ways = test::ways(false);
   std::erase_if(ways, [](const test::Way& way) {
     return std::holds_alternative<Optimize>(way.method) ||
+           std::holds_alternative<WindowedSinc>(way.method) ||
            (std::holds_alternative<SmartLaplacian>(way.method) && way.form == Form::jacobi);
   });
   return ways;
@@ -166,6 +170,155 @@ TEST(Taubin, KeepsASphereThatTheLaplacianShrinks) {
   EXPECT_LT(shrunk, 0.97);
   EXPECT_NEAR(taubin, radius(mesh), 0.01);
   EXPECT_NEAR(hc, radius(mesh), 0.01);
+}
+
+TEST(WindowedSinc, IsTheFilterOfTheFormulas) {
+  for (const auto& [name, mesh] : noisy_meshes()) {
+    const Slow slow(mesh);
+    for (const Window window : {Window::nuttall, Window::hamming}) {
+      for (const double pass_band : {0.02, 0.1, 1.0}) {
+        for (const int terms : {5, 20, 50}) {
+          const WindowedSinc method{window, pass_band};
+          const Points expected = slow.filter(method, terms, to_points(mesh));
+          const std::string what =
+              name + ", " + std::to_string(terms) + " terms of " + std::to_string(pass_band);
+
+          EXPECT_LT(difference(test::smooth(mesh, sweeps(terms, method)).mesh, expected), 1e-13)
+              << what;
+          EXPECT_LT(difference(test::smooth(test::as_float32(mesh), sweeps(terms, method)).mesh,
+                               expected),
+                    1e-6)
+              << what;
+        }
+      }
+    }
+  }
+}
+
+/// The positions of vtkWindowedSincPolyDataFilter 9.7.2 (PyPI), pass band 0.4, normalized
+/// coordinates, for an octahedron.
+TEST(WindowedSinc, IsWhatVtkMadeOfAnOctahedron) {
+  const Mesh mesh = test::make_mesh({{4.1, -0.9, 0.5},
+                                     {2.1, -0.95, 0.6},
+                                     {3.1, 0.3, 0.4},
+                                     {3, -2, 0.7},
+                                     {3.2, -1, 1.3},
+                                     {2.9, -0.9, -0.7}},
+                                    {{ElementType::triangle, {0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4, 2,
+                                                              0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5}}});
+  struct Recorded {
+    Window window;
+    int terms;
+    Points positions;
+  };
+  const std::vector<Recorded> all = {{Window::nuttall,
+                                      20,
+                                      {{3.71003711131781, -0.894005948593443, 0.443031727307826},
+                                       {2.42998954272991, -0.92600713780814, 0.507034105737221},
+                                       {3.09699460591019, -0.1664493257702, 0.379029348878431},
+                                       {3.0329922274808, -1.63850402964629, 0.571036484166616},
+                                       {3.16099698433959, -0.944517687579672, 1.08995714917464},
+                                       {2.9689898490514, -0.880515309150277, -0.190090419413257}}},
+                                     {Window::nuttall,
+                                      50,
+                                      {{3.0668417814457, -0.908328934385321, 0.466657779295991},
+                                       {3.06649139846279, -0.908337693959894, 0.466675298445136},
+                                       {3.06667545180046, -0.908131997364901, 0.466640260146846},
+                                       {3.06665793265131, -0.908534937795239, 0.466692817594281},
+                                       {3.0666929709496, -0.908342022611359, 0.466842241720223},
+                                       {3.06664041350217, -0.908324503462214, 0.466491858737321}}},
+                                     {Window::hamming,
+                                      20,
+                                      {{3.15012868349944, -0.906114715729139, 0.462098101283475},
+                                       {2.98331654834146, -0.910285019108089, 0.470438708041374},
+                                       {3.07091662244646, -0.812318444423367, 0.453757494525576},
+                                       {3.06257601568857, -1.00415239985504, 0.478779314799273},
+                                       {3.07925722920436, -0.912358319224033, 0.549792987976721},
+                                       {3.05423540893067, -0.904017712466134, 0.382980852818741}}},
+                                     {Window::hamming,
+                                      50,
+                                      {{3.06600026779324, -0.908264503422907, 0.466436418576118},
+                                       {3.06738656114006, -0.908229846089237, 0.466367103908777},
+                                       {3.06668499041784, -0.909083643357783, 0.466505733243458},
+                                       {3.06675430508518, -0.907489406008942, 0.466297789241436},
+                                       {3.0666156757505, -0.908199400779971, 0.465839780993342},
+                                       {3.06682361975252, -0.908268715447312, 0.46722607434016}}}};
+  for (const auto& [window, terms, positions] : all) {
+    const Job job = test::smooth(mesh, sweeps(terms, WindowedSinc{window, 0.4}));
+
+    EXPECT_LT(difference(job.mesh, positions), 1e-10) << terms;
+  }
+}
+
+TEST(WindowedSinc, KeepsTheRadiusOfANoisySphereToATenthOfAPercent) {
+  const Mesh mesh = test::noisy(test::sphere(5), 0.01, 1);
+  const auto mean_and_spread = [](const Mesh& m) {
+    double sum = 0, squares = 0;
+    for (const Vec3d& p : test::points(m)) {
+      sum += norm(p);
+      squares += dot(p, p);
+    }
+    const double mean = sum / static_cast<double>(m.node_count());
+    return std::pair(mean, std::sqrt(squares / static_cast<double>(m.node_count()) - mean * mean));
+  };
+  const auto [radius, noise] = mean_and_spread(mesh);
+
+  for (const int terms : {20, 50}) {
+    const auto [filtered, rest] =
+        mean_and_spread(test::smooth(mesh, sweeps(terms, WindowedSinc{})).mesh);
+
+    EXPECT_NEAR(filtered, radius, 1e-3 * radius) << terms;
+    EXPECT_LT(rest, 0.5 * noise) << terms;
+  }
+}
+
+// Without a limit on the result: whatever is inverted is pulled back once, all else is the
+// filter's.
+TEST(WindowedSinc, GuardsTheResultOnly) {
+  const Mesh mesh = test::noisy(test::lattice(ElementType::triangle, 9), 0.25, 3);
+  SmoothOptions options = sweeps(20, WindowedSinc{});
+  const Job bare = test::smooth(mesh, options);
+  options.guard = true;
+  const Job guarded = test::smooth(mesh, options);
+
+  EXPECT_TRUE(test::keeps_valid_elements(mesh, guarded.mesh));
+  std::int64_t other = 0;
+  for (std::size_t n = 0; n < mesh.node_count(); ++n) {
+    other += test::points(bare.mesh)[n] == test::points(guarded.mesh)[n] ? 0 : 1;
+  }
+  EXPECT_EQ(other, guarded.summary.convergence.held_node_count);
+  EXPECT_EQ(guarded.summary.convergence.iteration_count, 20);
+  EXPECT_EQ(guarded.summary.stop_reason, StopReason::iteration_limit);
+}
+
+TEST(WindowedSinc, DoesAllItsTermsWhateverTheTolerance) {
+  const Mesh mesh = test::noisy(test::sphere(3), 0.01, 1);
+  SmoothOptions options = sweeps(20, WindowedSinc{});
+  const Mesh all = test::smooth(mesh, options).mesh;
+  options.tolerance = {.value = 0.1};
+
+  EXPECT_TRUE(test::same_bits(test::smooth(mesh, options).mesh, all));
+}
+
+// Between its terms lie meshes: ended early, it is a coarser filter of the same size.
+TEST(WindowedSinc, GivesAMeshOfTheSameSizeWhenItEndsEarly) {
+  const Mesh mesh = test::noisy(test::sphere(4), 0.01, 1);
+  for (const int after : {1, 5, 12}) {
+    std::atomic<bool> finish_early = false;
+    JobControl control;
+    control.finish_early = &finish_early;
+    control.on_progress = [&](const Progress& progress) {
+      if (progress.stage == Stage::iterate && progress.iteration == after) finish_early = true;
+    };
+
+    const Job job = test::smooth(mesh, sweeps(50, WindowedSinc{}), 2, control);
+
+    EXPECT_EQ(job.summary.stop_reason, StopReason::cancelled_with_result);
+    EXPECT_EQ(job.summary.convergence.iteration_count, after);
+    EXPECT_NEAR(job.summary.quality_after.enclosed_volume,
+                job.summary.quality_before.enclosed_volume,
+                0.01 * job.summary.quality_before.enclosed_volume);
+  }
 }
 
 }  // namespace

@@ -90,6 +90,7 @@ inline std::vector<Way> ways(bool with_asynchronous) {
       {"taubin", Taubin{}},
       {"hc", HcLaplacian{}},
       {"hc_held", HcLaplacian{.alpha = 0.2, .beta = 0.6}},
+      {"windowed_sinc", WindowedSinc{}},
       {"optimize_average", Optimize{.goal = Goal::average}},
       {"optimize_balanced", Optimize{}},
       {"optimize_worst", Optimize{.goal = Goal::worst}}};
@@ -100,7 +101,7 @@ inline std::vector<Way> ways(bool with_asynchronous) {
       continue;
     }
     result.push_back({name + "_jacobi", method, Form::jacobi});
-    if (std::holds_alternative<HcLaplacian>(method)) continue;
+    if (forms_of(method).size() == 1) continue;
     result.push_back({name + "_gauss_seidel", method, Form::gauss_seidel});
     if (with_asynchronous) result.push_back({name + "_asynchronous", method, Form::asynchronous});
   }

@@ -8,6 +8,7 @@
 #include "core/smoothing.hpp"
 #include "gpu/gpu_meshes.hpp"
 #include "support/cuda_device.hpp"
+#include "support/surfaces.hpp"
 
 namespace meshsmooth {
 namespace {
@@ -309,6 +310,42 @@ TEST_P(OptimizeOfSize, EqualsTheCpuBackendAndItself) {
   }
 }
 
+class OnSurface : public test::CudaTest {};
+
+TEST_F(OnSurface, OptimizeEqualsTheCpuBackend) {
+  Comparison comparison("optimize, on curved surfaces");
+  for (const auto& [name, mesh] : test::surfaces()) {
+    for (const BoundaryPolicy boundary :
+         {BoundaryPolicy::fixed, BoundaryPolicy::slide, BoundaryPolicy::free}) {
+      SmoothOptions how = test::sweeps(4, Optimize{}, Form::gauss_seidel);
+      how.guard = true;
+      how.boundary = boundary;
+      comparison.run(name, mesh, how);
+      comparison.run(name, test::as_float32(mesh), how);
+    }
+  }
+}
+
+TEST_F(OnSurface, OptimizeStaysOnTheInputUntilItConverges) {
+  const std::unique_ptr<Smoother> smoother = make_smoother("cuda");
+  for (const auto& [name, start] : test::surfaces()) {
+    for (const Mesh& mesh : {start, test::as_float32(start)}) {
+      for (const Goal goal : {Goal::average, Goal::balanced, Goal::worst}) {
+        SCOPED_TRACE(name);
+        const Job job = smooth_on(*smoother, mesh, {.method = Optimize{.goal = goal}});
+
+        EXPECT_EQ(job.summary.stop_reason, StopReason::converged);
+        EXPECT_GT(job.summary.deviation.tolerance, 0);
+        EXPECT_LE(job.summary.deviation.result_to_input, job.summary.deviation.tolerance);
+        EXPECT_EQ(job.summary.quality_after.inverted_count, 0);
+        EXPECT_GT(job.summary.nodes.sliding_on_surface, 0);
+        EXPECT_TRUE(same_bits(smooth_on(*smoother, mesh, {.method = Optimize{.goal = goal}}).mesh,
+                              job.mesh));
+      }
+    }
+  }
+}
+
 // --- with the asynchronous form -------------------------------------------------------
 
 class EveryWayAndAsynchronous : public EveryWay {};
@@ -377,6 +414,7 @@ TEST_P(Sanitized, RunsOnMeshesOfEveryElementType) {
       SmoothOptions how = options(guard ? 2 : 5, guard);
       how.quality_detail = guard ? QualityDetail::full : QualityDetail::brief;
       how.element_quality_metrics.assign(kQualityMetrics.begin(), kQualityMetrics.end());
+      how.feature_angle = 90;  // else all edges of the coarse sphere are features
       const Job job = smooth_on(*cuda, mesh, how);
 
       EXPECT_GT(job.summary.convergence.iteration_count, 0);
@@ -388,6 +426,7 @@ TEST_P(Sanitized, RunsOnMeshesOfEveryElementType) {
     }
     if (std::holds_alternative<Optimize>(GetParam().method)) {
       SmoothOptions how = options(2, true);
+      how.feature_angle = 90;
       how.movement_limit = MovementLimit{.value = 0.01, .relative = true};
       EXPECT_GT(smooth_on(*cuda, mesh, how).summary.nodes.moved, 0);
     }

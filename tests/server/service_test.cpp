@@ -196,7 +196,7 @@ TEST_F(Service, DescribesItself) {
 
   EXPECT_THAT(info.api_versions(), ::testing::ElementsAre("meshsmooth.v1"));
   EXPECT_THAT(info.methods(), ::testing::ElementsAre("laplacian", "smart_laplacian", "taubin",
-                                                     "hc_laplacian", "optimize"));
+                                                     "hc_laplacian", "optimize", "windowed_sinc"));
   EXPECT_EQ(info.element_types_size(), 6);
   EXPECT_TRUE(info.default_options().has_optimize());
   ASSERT_EQ(info.method_defaults_size(), info.methods_size());
@@ -204,7 +204,8 @@ TEST_F(Service, DescribesItself) {
     const v1::SmoothingOptions& defaults = info.method_defaults(i);
     const auto* method = v1::SmoothingOptions::descriptor()->FindFieldByName(info.methods(i));
     EXPECT_TRUE(defaults.GetReflection()->HasField(defaults, method)) << info.methods(i);
-    EXPECT_EQ(defaults.max_iteration_count(), defaults.has_taubin()         ? 20
+    EXPECT_EQ(defaults.max_iteration_count(), defaults.has_taubin() || defaults.has_windowed_sinc()
+                                                  ? 20
                                               : defaults.has_hc_laplacian() ? 10
                                                                             : 1000);
   }

@@ -34,7 +34,7 @@ inline double distance_to_triangle(const Triangle& t, const oracle::Point& p) {
 }
 
 /// The facets on the boundary and between regions, by their nodes in the order that the
-/// element (between regions that of the lower one) lists them.
+/// element (between regions that of the lower one) lists them; of a surface mesh edges.
 inline std::vector<std::vector<NodeId>> constrained_facets(const Mesh& mesh) {
   struct Use {
     int region;
@@ -65,13 +65,19 @@ inline std::vector<std::vector<NodeId>> constrained_facets(const Mesh& mesh) {
   return result;
 }
 
-/// The constrained facets of a volume mesh as triangles, those of four nodes cut on the diagonal
-/// from their first: every distance by looking at all.
+/// The constrained facets of a volume mesh, or the elements of a surface mesh, as triangles, those
+/// of four nodes cut on the diagonal from their first: every distance by looking at all.
 class InputSurface {
  public:
   explicit InputSurface(const Mesh& mesh) {
     const oracle::Points x = oracle::to_points(mesh);
-    for (const std::vector<NodeId>& nodes : constrained_facets(mesh)) {
+    std::vector<std::vector<NodeId>> facets;
+    if (oracle::is_surface(mesh.blocks[0].type)) {
+      for (const oracle::Element& element : oracle::elements(mesh)) facets.push_back(element.nodes);
+    } else {
+      facets = constrained_facets(mesh);
+    }
+    for (const std::vector<NodeId>& nodes : facets) {
       for (std::size_t k = 2; k < nodes.size(); ++k) {
         triangles_.push_back({x[nodes[0]], x[nodes[k - 1]], x[nodes[k]]});
       }

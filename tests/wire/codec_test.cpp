@@ -111,6 +111,7 @@ TEST(DecodeOptions, ReadsWhatEncodeWrote) {
     expect_round_trip({.method = SmartLaplacian{weighting, 0.25}});
   }
   expect_round_trip({.method = Taubin{0.5, -0.6}});
+  expect_round_trip({.method = WindowedSinc{Window::hamming, 0.03}});
   expect_round_trip({.method = HcLaplacian{0.1, 0.9}});
   for (const Goal goal : {Goal::average, Goal::balanced, Goal::worst}) {
     expect_round_trip({.method = Optimize{goal, 0.25}});
@@ -122,6 +123,7 @@ TEST(DecodeOptions, ReadsWhatEncodeWrote) {
     expect_round_trip({.method = SmartLaplacian{}, .form = form});
   }
   expect_round_trip({.boundary = BoundaryPolicy::slide, .feature_angle = 45});
+  EXPECT_EQ(decode_options(encode_options({.feature_angle = 45})).feature_angle, 45);
   expect_round_trip({.max_iterations = 0,
                      .tolerance = {.value = 0.125, .relative = false},
                      .boundary = BoundaryPolicy::free,
@@ -278,7 +280,11 @@ TEST(DecodeOptions, RefusesWhatThisServerDoesNotHave) {
             "OPTION_NOT_SUPPORTED form");
   EXPECT_EQ(refusal([](auto& o) { o.set_target_quality(0.5); }),
             "OPTION_NOT_SUPPORTED target_quality");
-  EXPECT_EQ(refusal([](auto& o) { o.set_feature_angle_degrees(30); }),
+  EXPECT_EQ(refusal([](auto& o) { o.set_feature_angle_degrees(30); }), "accepted");
+  EXPECT_EQ(refusal([](auto& o) {
+              o.mutable_laplacian();
+              o.set_feature_angle_degrees(30);
+            }),
             "OPTION_NOT_SUPPORTED feature_angle_degrees");
 }
 

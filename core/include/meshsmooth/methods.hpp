@@ -58,6 +58,28 @@ struct HcLaplacian {
   double beta = 0.5;   ///< Share of the node's own difference, [0, 1].
 };
 
+/// How the series of `WindowedSinc` fades out.
+enum class Window {
+  nuttall,  ///< Keeps the size of a mesh to 0.1 %. The default of VTK from 9.4 on.
+  hamming,  ///< Changes the size by up to 0.5 %. That of VTK before 9.4.
+};
+
+/// A low-pass filter: the series of Chebyshev polynomials of the ring operator K x = x - mean of
+/// the ring that approximates a step, one term per iteration. Components of K's eigenvalue below
+/// the pass band stay, those above vanish; the more iterations, the sharper. As
+/// vtkWindowedSincPolyDataFilter with NormalizeCoordinates on, but fixed nodes keep their
+/// positions, and the mesh keeps its size where VTK finds no offset of the step.
+///
+/// The iterations end at their limit, at most `kMostFilterIterations`; the tolerance has no say.
+/// Guard, sliding and movement limit act once, on the result.
+///
+/// Source: Taubin, Zhang, Golub 1996, "Optimal surface smoothing as filter design". O(edges) per
+/// iteration.
+struct WindowedSinc {
+  Window window = Window::nuttall;
+  double pass_band = 0.1;  ///< Eigenvalue where the pass band ends, [0.001, 2].
+};
+
 /// The quality that `Optimize` aims at.
 enum class Goal {
   average,   ///< The mean: sum of the inverse mean ratios.
@@ -83,6 +105,10 @@ enum class Target {
 /// A valid element stays valid and the energy never rises; tangled balls are untangled first, by
 /// the regularized energy. A target has a shape, no size.
 ///
+/// On a surface mesh that is not plane the nodes stay on the facets of the input: those on feature
+/// edges along them, corners where they are (`SmoothOptions::feature_angle`); the summary has how
+/// far (`BoundaryDeviation`).
+///
 /// Sources: Knupp 2001, "Algebraic mesh quality metrics", for the mean ratio; Garanzha et al. 2021,
 /// "Foldover-free maps in 50 lines of code", for the regularization. O(elements) per sweep.
 struct Optimize {
@@ -97,6 +123,6 @@ struct Optimize {
 };
 
 /// A smoothing method with its parameters; `MethodTraits` describes each.
-using Method = std::variant<Laplacian, SmartLaplacian, Taubin, HcLaplacian, Optimize>;
+using Method = std::variant<Laplacian, SmartLaplacian, Taubin, HcLaplacian, Optimize, WindowedSinc>;
 
 }  // namespace meshsmooth

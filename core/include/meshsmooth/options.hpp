@@ -55,7 +55,8 @@ struct SmoothOptions {
   Tolerance tolerance = {};
   BoundaryPolicy boundary = BoundaryPolicy::fixed;
   /// With BoundaryPolicy::slide: planes that meet at less than this angle form one curved part, and
-  /// creases that turn by less one curved crease. In degrees, [1, 90].
+  /// creases that turn by less one curved crease. With `Optimize` the same of the elements of a
+  /// curved surface mesh. In degrees, [1, 90].
   double feature_angle = 30;
   bool guard = true;  ///< A valid element stays valid.
   TangledPolicy tangled = TangledPolicy::repair;
@@ -89,10 +90,11 @@ template <class Length>
 }
 
 /// Returns the largest move below which a method has converged, in the mesh's unit; 0 where
-/// `Optimize` converges by its energy.
+/// `Optimize` converges by its energy, and of `WindowedSinc`, which does not converge.
 [[nodiscard]] inline double displacement_tolerance(const SmoothOptions& options,
                                                    double bounding_box_diagonal) {
-  if (converges_by_energy(options)) return 0;
+  if (converges_by_energy(options) || std::holds_alternative<WindowedSinc>(options.method))
+    return 0;
   return in_mesh_unit(options.tolerance, bounding_box_diagonal);
 }
 

@@ -23,7 +23,7 @@ struct Convergence {
   int iteration_count = 0;
   double last_max_displacement = 0;
   double last_rms_displacement = 0;
-  double tolerance = 0;  ///< 0 where `Optimize` converges by its energy.
+  double tolerance = 0;  ///< See `displacement_tolerance`.
   double bounding_box_diagonal = 0;
   std::int64_t held_node_count = 0;       ///< Moves rejected or shortened in the last sweep.
   std::vector<double> max_displacements;  ///< One per sweep, with SmoothOptions::history.
@@ -47,7 +47,7 @@ struct NodeCounts {
   std::int64_t between_regions = 0;
   std::int64_t outside_only_below = 0;  ///< Fixed by `SmoothOptions::only_below`.
   /// With BoundaryPolicy::slide, of the nodes on the boundary and between regions; the rest of them
-  /// is fixed.
+  /// is fixed. With `Optimize` on a curved surface mesh, of all nodes.
   std::int64_t sliding_in_plane = 0;
   std::int64_t sliding_on_line = 0;
   std::int64_t curved = 0;              ///< Fixed: a part around them is neither planar nor smooth.
@@ -55,9 +55,9 @@ struct NodeCounts {
   std::int64_t sliding_on_curve = 0;    ///< Along a crease that is not straight.
 };
 
-/// With BoundaryPolicy::slide on curved parts, where nodes slide on the facets of the input: the
-/// two one-sided deviations (Hausdorff) between the boundary before and after, in the mesh's unit.
-/// 0 where no part is curved.
+/// With BoundaryPolicy::slide on curved parts, and with `Optimize` on a curved surface mesh, where
+/// nodes slide on the facets of the input: the two one-sided deviations (Hausdorff) between the
+/// boundary, or the surface, before and after, in the mesh's unit. 0 where no part is curved.
 struct BoundaryDeviation {
   double tolerance = 0;        ///< Bound on `result_to_input` from rounding.
   double result_to_input = 0;  ///< Largest distance of a sliding node from the input's facets.

@@ -90,6 +90,10 @@ void validate(const SmoothOptions& options) {
   std::visit([](const auto& method) { validate_method(method); }, options.method);
   const int limit = iteration_limit(options);
   need(limit >= 0, "max_iteration_count", limit, "0 or more");
+  if (std::holds_alternative<WindowedSinc>(options.method)) {
+    need(limit <= kMostFilterIterations, "max_iteration_count", limit,
+         "at most " + std::to_string(kMostFilterIterations) + " for windowed_sinc");
+  }
   const double tolerance = options.tolerance.value;
   need(tolerance >= 0 && std::isfinite(tolerance),
        options.tolerance.relative ? "convergence_tolerance" : "absolute_tolerance", tolerance,

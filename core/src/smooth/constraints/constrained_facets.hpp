@@ -56,14 +56,13 @@ MESHSMOOTH_HD void visit_constrained_facets(const Elements& elements, const Rows
   }
 }
 
-/// The facet with its normal at the given positions.
+/// The facet of these nodes with its normal at the given positions.
 template <class Real>
-MESHSMOOTH_HD ConstrainedFacet constrained_facet(const ElementView& element, int facet,
+MESHSMOOTH_HD ConstrainedFacet constrained_facet(const NodeId* nodes, int node_count,
                                                  std::uint64_t name, bool between,
                                                  const Vec3<Real>* positions) {
-  const FacetShape& shape = element.shape->facets[facet];
   ConstrainedFacet result{{-1, -1, -1, -1}, {0, 0, 0}, name, between};
-  for (int n = 0; n < shape.node_count; ++n) result.nodes[n] = element.nodes[shape.nodes[n]];
+  for (int n = 0; n < node_count; ++n) result.nodes[n] = nodes[n];
   result.normal = normal_of(result, [&](NodeId n) { return vec3_cast<double>(positions[n]); });
   return result;
 }

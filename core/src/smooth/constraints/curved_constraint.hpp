@@ -5,11 +5,11 @@
 
 namespace meshsmooth::detail {
 
-/// Whether two facets turn by less than the feature angle.
+/// Whether two facets turn by less than an angle below 90 degrees.
 MESHSMOOTH_HD inline bool goes_on(const ConstrainedFacet& a, const ConstrainedFacet& b,
-                                  const NodeConstraintRule& rule) {
+                                  double angle_cos) {
   const double cosine = dot(a.normal, b.normal);
-  return cosine > 0 && cosine >= rule.feature_angle_cos * (norm(a.normal) * norm(b.normal));
+  return cosine > 0 && cosine >= angle_cos * (norm(a.normal) * norm(b.normal));
 }
 
 /// The facet beyond the k-th edge of a facet; kNoFacet at a crease, where two facets turn by more
@@ -31,7 +31,8 @@ MESHSMOOTH_HD inline ElementId facet_across(const SlidingConstraints& sliding, E
   // Seen from the same side the other one has the edge the other way round.
   const ConstrainedFacet& beyond = sliding.facets[other];
   const bool opposed = beyond.nodes[(place_in(beyond, b) + 1) % corner_count(beyond)] == a;
-  return opposed && goes_on(own, beyond, rule) ? other : SlidingConstraints::kNoFacet;
+  return opposed && goes_on(own, beyond, rule.feature_angle_cos) ? other
+                                                                 : SlidingConstraints::kNoFacet;
 }
 
 /// The constraint that the facets around a node leave.
@@ -41,8 +42,8 @@ struct CurvedConstraint {
 };
 
 /// The constraint of a node by the creases between the facets around it. Without a crease it moves
-/// on the facets, if they are one fan and every two turn by less than the feature angle; with two
-/// creases that continue at less than that angle, along them.
+/// on the facets, if they are one fan and every two turn by less than the rule allows; with two
+/// creases that continue at less than the feature angle, along them.
 class FacetsAtNode {
  public:
   MESHSMOOTH_HD FacetsAtNode(const SlidingConstraints& sliding, std::size_t node,
@@ -97,7 +98,7 @@ class FacetsAtNode {
   [[nodiscard]] MESHSMOOTH_HD bool one_smooth_fan() const {
     for (const ElementId* f = begin_; f != end_; ++f) {
       for (const ElementId* g = begin_; g != f; ++g) {
-        if (!goes_on(sliding_.facets[*f], sliding_.facets[*g], rule_)) return false;
+        if (!goes_on(sliding_.facets[*f], sliding_.facets[*g], rule_.fan_angle_cos)) return false;
       }
     }
     const auto count = static_cast<int>(end_ - begin_);

@@ -10,6 +10,7 @@ namespace meshsmooth::detail {
 struct NodeConstraintRule {
   double flatness;           // a part is planar if no node is farther from its plane
   double feature_angle_cos;  // facets that turn by less belong to a curved part
+  double fan_angle_cos;      // as any two at a node without a crease must: else it is a tip
 };
 
 /// The planes of the constrained facets at a node, by area: each next one is that of the largest

@@ -31,9 +31,20 @@ struct Constraints {
   }
 };
 
-/// Bytes of `Constraints`.
+/// Whether the method keeps the nodes of a curved surface mesh on it.
+[[nodiscard]] inline bool stays_on_surface(const SmoothOptions& options) {
+  return std::holds_alternative<Optimize>(options.method);
+}
+
+/// Bytes of `Constraints`. Of a surface those of a curved one: sizes do not tell.
 [[nodiscard]] inline std::int64_t constraint_bytes(const MeshCounts& mesh,
                                                    const SmoothOptions& options) {
+  if (mesh.dimension == 2 && stays_on_surface(options)) {
+    return mesh.elements *
+               static_cast<std::int64_t>(sizeof(ConstrainedFacet) + 4 * sizeof(ElementId)) +
+           mesh.entries * 4 +
+           mesh.nodes * static_cast<std::int64_t>(sizeof(NodeConstraint) + 4 + 8);
+  }
   if (options.boundary != BoundaryPolicy::slide) return 0;
   // A boundary node has two triangles and six entries in their rows, or one quad or edge.
   const std::int64_t facets = mesh.dimension == 3 && !mesh.only(8) ? 2 : 1;
@@ -46,6 +57,8 @@ struct Constraints {
 /// Bytes that `constrain` holds while it runs.
 [[nodiscard]] inline std::int64_t constraining_bytes(const MeshCounts& mesh,
                                                      const SmoothOptions& options) {
+  if (mesh.dimension == 2 && stays_on_surface(options))
+    return mesh.nodes * 8 + mesh.elements * static_cast<std::int64_t>(sizeof(PackedDirection));
   return options.boundary == BoundaryPolicy::slide ? mesh.nodes * 8 : 0;
 }
 
@@ -147,24 +160,48 @@ SlidingCounts find_node_constraints(E& executor, const JobMesh<E, Real>& job,
       Plus{});
 }
 
+/// On a curved surface mesh: a preliminary curved constraint of each node, a point where it stays:
+/// by `mask` (by the caller's ids, or null) and, if `boundary_stays`, where it is fixed.
+template <Executor E, class Real, class Position>
+void start_on_surface(E& executor, const JobMesh<E, Real>& job, const Position* positions,
+                      const SlidingConstraints& sliding, const std::uint8_t* mask,
+                      bool boundary_stays, NodeConstraint* node_constraints) {
+  const NodeId* const caller_ids = job.caller_ids.data();
+  const std::uint8_t* const fixed = job.fixed.data();
+  executor.for_each(job.node_count, [=] MESHSMOOTH_HD(std::size_t node) {
+    if (sliding.slots[node] < 0) return;
+    const bool stays =
+        (mask != nullptr && mask[caller_ids[node]] != 0) || (boundary_stays && fixed[node] != 0);
+    node_constraints[sliding.slots[node]] = {
+        vec3_cast<double>(positions[node]),
+        {0, 0, 0},
+        stays ? NodeConstraint::point : NodeConstraint::surface};
+  });
+}
+
 /// If some parts are curved: replaces the constraints of `find_node_constraints`, by the creases
-/// between facets. Nodes in a plane or on a line become curved ones too, because the outline
-/// around them may change.
+/// between facets; on a surface mesh (`surface`: `regions` of its elements) also between regions.
+/// Nodes in a plane or on a line become curved ones too, because the outline around them may
+/// change.
 ///
 /// cost   O(facets at a node squared); 16 B a facet
 template <Executor E, class Real>
 SlidingCounts find_curved_constraints(E& executor, const JobMesh<E, Real>& job,
                                       Constraints<E>& constraints, const NodeConstraintRule& rule,
-                                      std::uint8_t* fixed) {
+                                      bool surface, const Regions& regions, std::uint8_t* fixed) {
   constraints.curved = true;
-  const bool volume = job.volume();
-  if (volume) {
+  const bool faces = surface || job.volume();
+  if (faces) {
     constraints.across = executor.template allocate<ElementId>(4 * constraints.facets.size());
     ElementId* const across = constraints.across.data();
     const SlidingConstraints sliding = constraints.view();
     executor.for_each(sliding.facet_count, [=] MESHSMOOTH_HD(std::size_t facet) {
+      const auto own = static_cast<ElementId>(facet);
       for (int k = 0; k < 4; ++k) {
-        across[4 * facet + k] = facet_across(sliding, static_cast<ElementId>(facet), k, rule);
+        const ElementId other = facet_across(sliding, own, k, rule);
+        const bool ends =
+            surface && other != SlidingConstraints::kNoFacet && regions[own] != regions[other];
+        across[4 * facet + k] = ends ? SlidingConstraints::kNoFacet : other;
       }
     });
   }
@@ -177,8 +214,8 @@ SlidingCounts find_curved_constraints(E& executor, const JobMesh<E, Real>& job,
         NodeConstraint& constraint = node_constraints[sliding.slots[node]];
         const NodeConstraint::Kind flat = constraint.kind;
         if (flat == NodeConstraint::point) return SlidingCounts{};
-        const CurvedConstraint found = volume ? FacetsAtNode(sliding, node, rule).find()
-                                              : find_constraint_on_edges(sliding, node);
+        const CurvedConstraint found = faces ? FacetsAtNode(sliding, node, rule).find()
+                                             : find_constraint_on_edges(sliding, node);
         // Not its home: functors of other nodes read that.
         constraint.direction = found.constraint.direction;
         constraint.kind = found.constraint.kind;
@@ -207,22 +244,22 @@ void slide_from_input(E& executor, const JobMesh<E, Real>& job, const SlidingCon
 }
 
 /// After step 2: fixes the nodes between regions, and lets those of the boundary and between
-/// regions slide, as the options say.
+/// regions slide, as the options say. On a `surface`, a curved surface mesh whose nodes stay on it,
+/// the facets are its elements and all nodes are constrained; those of a free boundary slide.
 ///
 /// takes  `reference`: if not null, positions that tell what is planar, a crease, a corner, instead
 ///        of the job's own
 /// gives  `job.fixed` and the counts of the job's nodes; empty constraints unless nodes slide
 /// cost   O(ball entries); while nodes slide 4 B a node and about 350 B a node of the boundary
-///        and between regions, 8 B a node while it runs
+///        and between regions (on a surface all), 8 B a node while it runs
 template <Executor E, class Real>
 Constraints<E> constrain(E& executor, const TopologyView& topology, const SmoothOptions& options,
-                         const JobControl& control, const Vec3d* reference, JobMesh<E, Real>& job,
-                         StageTimes& times) {
+                         bool surface, const JobControl& control, const Vec3d* reference,
+                         JobMesh<E, Real>& job, StageTimes& times) {
   Constraints<E> result;
-  const bool slide = options.boundary == BoundaryPolicy::slide;
-  if (options.boundary == BoundaryPolicy::free || (!slide && topology.regions.empty())) {
-    return result;
-  }
+  const bool slide = surface || options.boundary == BoundaryPolicy::slide;
+  const bool interfaces = !topology.regions.empty() && options.boundary != BoundaryPolicy::free;
+  if (!slide && !interfaces) return result;
   const StageTimer timer(executor, times.find_boundary_seconds, control, Stage::find_boundary);
   const std::size_t node_count = job.node_count;
   const Rows<ElementId> balls = job.balls.view();
@@ -233,7 +270,7 @@ Constraints<E> constrain(E& executor, const TopologyView& topology, const Smooth
     job.nodes.fixed -= count;
     job.free_count = static_cast<std::size_t>(static_cast<std::int64_t>(job.free_count) + count);
   };
-  if (regions.of_caller != nullptr) {
+  if (interfaces) {
     const InterfaceCounts found =
         fix_interfaces(executor, node_count, balls, regions, job.fixed.data());
     job.nodes.between_regions = found.nodes;
@@ -243,8 +280,9 @@ Constraints<E> constrain(E& executor, const TopologyView& topology, const Smooth
 
   auto mask = executor.in_executor_memory(topology.fixed);
   const auto find_facets = [&](const auto* positions) {
-    return find_constrained_facets(executor, node_count, job.elements.view, balls, regions,
-                                   job.fixed.data(), positions);
+    return surface ? facets_of_elements(executor, job.elements.view, regions, positions)
+                   : find_constrained_facets(executor, node_count, job.elements.view, balls,
+                                             regions, job.fixed.data(), positions);
   };
   result.facets =
       reference != nullptr ? find_facets(reference) : find_facets(job.positions.data());
@@ -256,17 +294,25 @@ Constraints<E> constrain(E& executor, const TopologyView& topology, const Smooth
                                  VisitSlots{facets, result.slots.data()},
                                  [=] MESHSMOOTH_HD(ElementId facet) { return facets[facet].name; });
   result.node_constraints = executor.template allocate<NodeConstraint>(slot_count);
-  const NodeConstraintRule rule{flatness_of<Real>(job.box),
-                                std::cos(options.feature_angle * std::numbers::pi / 180)};
+  // Across a node of a surface, which may be coarse, lie two of its edges.
+  const double angle = options.feature_angle * std::numbers::pi / 180;
+  const double fan_angle = surface ? std::min(2 * angle, std::numbers::pi / 2) : angle;
+  const NodeConstraintRule rule{flatness_of<Real>(job.box), std::cos(angle), std::cos(fan_angle)};
+  const std::uint8_t* const stays = topology.fixed.empty() ? nullptr : mask.data();
   const auto find_constraints = [&](const auto* positions) {
-    return find_node_constraints(executor, job, positions, result.view(), rule,
-                                 topology.fixed.empty() ? nullptr : mask.data(),
-                                 result.node_constraints.data(), job.fixed.data());
+    if (!surface) {
+      return find_node_constraints(executor, job, positions, result.view(), rule, stays,
+                                   result.node_constraints.data(), job.fixed.data());
+    }
+    start_on_surface(executor, job, positions, result.view(), stays,
+                     options.boundary == BoundaryPolicy::fixed, result.node_constraints.data());
+    return SlidingCounts{};
   };
   SlidingCounts found =
       reference != nullptr ? find_constraints(reference) : find_constraints(job.positions.data());
-  if (found.curved > 0) {
-    found = find_curved_constraints(executor, job, result, rule, job.fixed.data());
+  if (surface || found.curved > 0) {
+    found =
+        find_curved_constraints(executor, job, result, rule, surface, regions, job.fixed.data());
   } else if (reference != nullptr) {
     slide_from_input(executor, job, result.view(), result.node_constraints.data());
   }
@@ -276,7 +322,8 @@ Constraints<E> constrain(E& executor, const TopologyView& topology, const Smooth
   job.nodes.sliding_on_surface = found.on_surface;
   job.nodes.sliding_on_curve = found.on_curve;
   job.nodes.curved = found.curved;
-  release(found.sliding());
+  // On a surface every free node slides, and some that were free may not.
+  release(found.sliding() - (surface ? static_cast<std::int64_t>(job.free_count) : 0));
   return result;
 }
 

@@ -68,8 +68,29 @@ typename E::template Buffer<ConstrainedFacet> find_constrained_facets(
         elements, balls, regions, fixed, node, [&](ElementId e, int f, bool between) {
           const std::uint64_t name =
               std::uint64_t{regions.caller(e)} << 3 | static_cast<unsigned>(f);
-          *next++ = constrained_facet(elements[e], f, name, between, positions);
+          const ElementView element = elements[e];
+          const FacetShape& shape = element.shape->facets[f];
+          NodeId nodes[kMaxFacetNodes];
+          for (int n = 0; n < shape.node_count; ++n) nodes[n] = element.nodes[shape.nodes[n]];
+          *next++ = constrained_facet(nodes, shape.node_count, name, between, positions);
         });
+  });
+  return facets;
+}
+
+/// The elements of a surface mesh as facets: facet e is element e.
+/// cost   O(elements); 64 B each
+template <Executor E, class Real>
+typename E::template Buffer<ConstrainedFacet> facets_of_elements(E& executor,
+                                                                 const Elements& elements,
+                                                                 const Regions& regions,
+                                                                 const Vec3<Real>* positions) {
+  auto facets = executor.template allocate<ConstrainedFacet>(elements.count);
+  ConstrainedFacet* const out = facets.data();
+  executor.for_each(elements.count, [=] MESHSMOOTH_HD(std::size_t e) {
+    const ElementView element = elements[e];
+    out[e] = constrained_facet(element.nodes, element.shape->node_count,
+                               regions.caller(static_cast<ElementId>(e)), false, positions);
   });
   return facets;
 }

@@ -4,6 +4,7 @@
 
 #include "smooth/steps/mesh_counts.hpp"
 #include "smooth/steps/optimize.hpp"
+#include "smooth/steps/windowed_sinc.hpp"
 
 namespace meshsmooth::detail {
 
@@ -12,7 +13,11 @@ namespace meshsmooth::detail {
                                                 const SmoothOptions& options) {
   const std::int64_t positions = mesh.nodes * mesh.position_bytes;
   const Acceptance acceptance = acceptance_of(options);
-  std::int64_t bytes = 0;
+  std::int64_t bytes = options.movement_limit ? positions : 0;
+  if (std::holds_alternative<WindowedSinc>(options.method)) {
+    return bytes + windowed_sinc_bytes(mesh, acceptance.active() || options.movement_limit,
+                                       acceptance.active());
+  }
   if (const Form form = resolve_form(options); form != Form::gauss_seidel) {
     if (form == Form::jacobi || acceptance.active()) bytes += positions;  // the sweeper's
     if (acceptance.active()) bytes += limit_moves_bytes(mesh.nodes, acceptance.smart);
@@ -20,19 +25,19 @@ namespace meshsmooth::detail {
   if (std::holds_alternative<Taubin>(options.method)) bytes += positions;
   if (std::holds_alternative<HcLaplacian>(options.method)) bytes += 2 * positions;
   if (std::holds_alternative<Optimize>(options.method)) bytes += optimize_bytes(mesh, options);
-  return options.movement_limit ? bytes + positions : bytes;
+  return bytes;
 }
 
 /// Step 3: sweeps until the monitor reports the end.
 ///
-/// takes  `positions` in internal order
+/// takes  `positions` in internal order; the box of the input
 /// gives  the smoothed positions in `positions`
 /// cost   O(sweeps * entries); one or two more arrays of positions, one more for a
 ///        movement limit: `iterate_bytes`
 template <Backend B, class Real>
 void iterate(B& backend, const Surroundings& around,
              const Colouring<typename B::Executor>& colouring, const SmoothOptions& options,
-             ConvergenceMonitor& monitor, const CallerPositions<Real>& given,
+             ConvergenceMonitor& monitor, const Box& box, const CallerPositions<Real>& given,
              Vec3<Real>* positions) {
   using E = typename B::Executor;
   if (monitor.done_at_once()) return;
@@ -48,11 +53,15 @@ void iterate(B& backend, const Surroundings& around,
   if (const auto* method = std::get_if<Optimize>(&options.method)) {
     return optimize(backend, context, *method, monitor, given, positions);
   }
+  if (const auto* method = std::get_if<WindowedSinc>(&options.method)) {
+    const Vec3d centre = 0.5 * (box.lower + box.upper);
+    return windowed_sinc(executor, context, *method, centre, monitor, positions);
+  }
   Sweeper<E, Real> sweeper(executor, context, resolve_form(options), positions);
 
   const auto run = [&](const auto& method) {
     using M = std::decay_t<decltype(method)>;
-    if constexpr (std::is_same_v<M, Optimize>) {
+    if constexpr (std::is_same_v<M, Optimize> || std::is_same_v<M, WindowedSinc>) {
       return;  // above
     } else if constexpr (std::is_same_v<M, Taubin>) {
       auto start = allocate();

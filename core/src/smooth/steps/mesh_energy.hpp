@@ -6,6 +6,7 @@
 #include "meshsmooth/methods.hpp"
 #include "mesh/jacobian.hpp"
 #include "smooth/rules/ball_energy.hpp"
+#include "smooth/steps/convergence.hpp"
 #include "smooth/steps/executor.hpp"
 
 namespace meshsmooth::detail {
@@ -85,6 +86,15 @@ MeshEnergy measure_energy(E& executor, const Surroundings& around, const Vec3<Re
 
 [[nodiscard]] inline int power_of(Goal goal) {
   return goal == Goal::average ? 1 : goal == Goal::balanced ? 2 : 4;
+}
+
+/// Adds the energy of the mesh to the history, for methods without an energy of their own.
+template <Executor E, class Real>
+void record_energy(E& executor, const Surroundings& around, const Vec3<Real>* positions,
+                   ConvergenceMonitor& monitor) {
+  const int power = power_of(Goal::balanced);
+  const MeshEnergy energy = measure_energy(executor, around, positions, power);
+  monitor.record_energy(mean_energy(energy, power), energy.worst);
 }
 
 }  // namespace meshsmooth::detail

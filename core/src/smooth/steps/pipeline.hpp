@@ -29,15 +29,20 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
   auto job =
       backend.prepare(topology, std::span<const Vec3<Real>>(positions), options, control, times);
   TargetArrays<E> targets = find_reference(executor, job, options);
+  typename B::Orientation orientation;
+  {
+    const typename E::Timer timer(executor, times.evaluate_seconds);
+    orientation = backend.orient(job);
+  }
+  // A plane surface has no normals of its elements.
+  const bool surface = orientation.references() != nullptr && stays_on_surface(options);
   const Constraints<E> constraints =
-      constrain(executor, topology, options, control, targets.view.reference, job, times);
+      constrain(executor, topology, options, surface, control, targets.view.reference, job, times);
   SmoothSummary summary;
   summary.flat_reference_element_count = targets.flat;
 
-  typename B::Orientation orientation;
   {
     const StageTimer timer(executor, times.evaluate_seconds, control, Stage::evaluate);
-    orientation = backend.orient(job);
     summary.quality_before = backend.evaluate(job, orientation);
     refuse_tangled(summary.quality_before, options.tangled, job.volume());
   }
@@ -62,7 +67,7 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
     }
     if (!needs_balls(options)) job.balls = {};
     ConvergenceMonitor monitor(options, control, job.box.diagonal(), job.free_count);
-    iterate(backend, around, colouring, options, monitor,
+    iterate(backend, around, colouring, options, monitor, job.box,
             CallerPositions<Real>{job.given.data(), job.caller_ids.data()}, job.positions.data());
     summary.stop_reason = monitor.reason();
     summary.convergence = monitor.take();

@@ -2,7 +2,6 @@
 
 #include <utility>
 
-#include "smooth/steps/convergence.hpp"
 #include "smooth/steps/mesh_energy.hpp"
 #include "smooth/steps/sweeps.hpp"
 
@@ -44,11 +43,7 @@ class Sweeper {
   /// Reports the sweep just done to the monitor, for a history also the mesh's energy; true
   /// when it was the last.
   bool done(const SweepStats& stats, ConvergenceMonitor& monitor) {
-    if (monitor.options().history) {
-      const int power = power_of(Goal::balanced);
-      const MeshEnergy energy = measure_energy(executor_, around(), current_, power);
-      monitor.record_energy(mean_energy(energy, power), energy.worst);
-    }
+    if (monitor.options().history) record_energy(executor_, around(), current_, monitor);
     return monitor.done(stats);
   }
 

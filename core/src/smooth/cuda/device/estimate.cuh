@@ -67,10 +67,11 @@ namespace meshsmooth::detail {
   const std::int64_t evaluating = found + element_quality_bytes(mesh, options);
 
   const std::int64_t held = (plan.kept ? balls : 0) + rings + look_back;  // after `prepare`
+  const bool surface = mesh.dimension == 2 && stays_on_surface(options);
   const std::int64_t regions =
-      size.regions && options.boundary != BoundaryPolicy::free ? mesh.elements * 4 : 0;
+      size.regions && (surface || options.boundary != BoundaryPolicy::free) ? mesh.elements * 4 : 0;
   const std::int64_t given = has_reference(options) ? padded_bytes(mesh) : 0;  // the reference
-  const std::int64_t mask = options.boundary == BoundaryPolicy::slide ? n : 0;
+  const std::int64_t mask = surface || options.boundary == BoundaryPolicy::slide ? n : 0;
   const std::int64_t finding = plan.slotted ? counting + held - look_back
                                             : std::max(counting + balls, balls + rings + look_back);
   const std::int64_t peak =
