@@ -83,11 +83,10 @@ std::int64_t Admission::topology_bytes(const wire::MeshLayout& layout) {
 MemoryEstimate Admission::estimate(const JobRequest& request) const {
   const wire::MeshLayout& layout = request.layout;
   const MemoryEstimate own = smoother_.estimate(layout.size(), request.options);
-  const MemoryEstimate need{.host_bytes = topology_bytes(layout) +
-                                          block_bytes(layout.coordinates_bytes) +
-                                          block_bytes(layout.reference_bytes) + own.host_bytes +
-                                          stream_bytes_,
-                            .device_bytes = own.device_bytes};
+  const MemoryEstimate need{
+      .host_bytes = topology_bytes(layout) + block_bytes(layout.coordinates_bytes) +
+                    block_bytes(layout.reference_bytes) + own.host_bytes + stream_bytes_,
+      .device_bytes = own.device_bytes};
   budget_.check_fits(need);
   if (need.host_bytes > config_.max_job_bytes) {
     throw OutOfMemory("MESH_TOO_LARGE",

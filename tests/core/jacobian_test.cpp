@@ -96,8 +96,7 @@ TEST(Jacobian, IsHalvedAlongEveryAxis) {
   for (Vec3d& p : corners) p += Vec3d{shift(random), shift(random), shift(random)};
   const auto whole = detail::HexahedronEdges([&](int k) { return corners[k]; }).jacobian();
   const auto value = [&](double u, double v, double w) {
-    const auto [a, b, c] =
-        test::oracle::derivatives(ElementType::hexahedron, corners, {u, v, w});
+    const auto [a, b, c] = test::oracle::derivatives(ElementType::hexahedron, corners, {u, v, w});
     return dot(a, cross(b, c));
   };
   for (int part = 0; part < 8; ++part) {
@@ -105,7 +104,8 @@ TEST(Jacobian, IsHalvedAlongEveryAxis) {
     const auto half = whole.half(0, u > 0).half(1, v > 0).half(2, w > 0);
     for (int n = 0; n < 8; ++n) {
       const int i = n & 1, j = n >> 1 & 1, k = n >> 2;
-      EXPECT_NEAR(half.at[2 * i][2 * j][2 * k], value((u + i) / 2, (v + j) / 2, (w + k) / 2), 1e-14);
+      EXPECT_NEAR(half.at[2 * i][2 * j][2 * k], value((u + i) / 2, (v + j) / 2, (w + k) / 2),
+                  1e-14);
     }
   }
 }

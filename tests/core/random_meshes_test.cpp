@@ -216,10 +216,10 @@ TEST(RandomMeshes, NeverGetMoreEnergyByASweep) {
       const double p = goal == Goal::average ? 1 : 2;
       double before = test::oracle::mean_energy(mesh, p);
       for (int sweeps = 1; sweeps <= 4; ++sweeps) {
-        const test::Job job = test::smooth(
-            mesh, {.method = Optimize{.goal = goal, .target = Target::ideal},
-                   .max_iterations = sweeps,
-                   .tolerance = {0}});
+        const test::Job job =
+            test::smooth(mesh, {.method = Optimize{.goal = goal, .target = Target::ideal},
+                                .max_iterations = sweeps,
+                                .tolerance = {0}});
         if (job.summary.convergence.iteration_count < sweeps) break;
         const double after = test::oracle::mean_energy(job.mesh, p);
         EXPECT_LE(after, before * (1 + 1e-13)) << seed;

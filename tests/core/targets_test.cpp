@@ -117,8 +117,8 @@ TEST(IdealTargets, AreThoseOfElementsWithoutAMeantAspectRatio) {
 }
 
 TEST(Reference, BringsAJitteredLayerBack) {
-  for (const LayerCase& c : layer_cases(
-           {LayerElements::hexahedra, LayerElements::wedges, LayerElements::tetrahedra})) {
+  for (const LayerCase& c :
+       layer_cases({LayerElements::hexahedra, LayerElements::wedges, LayerElements::tetrahedra})) {
     if (c.growth == 1.5 && c.first == 1e-3) continue;  // the jitter of high layers tangles the mesh
     const formats::LayerOptions options{
         .elements = c.elements, .first = c.first, .growth = c.growth};
@@ -143,8 +143,9 @@ TEST(Reference, IsAFixedPoint) {
     EXPECT_TRUE(same_bits(input.mesh, mesh)) << element_shape(type).name;
     EXPECT_EQ(input.summary.flat_reference_element_count, 0);
     // In another precision, turned and scaled it is the same shape.
-    const Mesh turned = test::as_float32(
-        test::mapped(mesh, [](Vec3d p) { return Vec3d{-3 * p.y, 3 * p.x, 3 * p.z}; }));
+    const Mesh turned = test::as_float32(test::mapped(mesh, [](Vec3d p) {
+      return Vec3d{-3 * p.y, 3 * p.x, 3 * p.z};
+    }));
     const Job job = test::smooth(mesh, aiming_at(turned));
     EXPECT_LT(test::difference(job.mesh, test::oracle::to_points(mesh)), 1e-6);
   }

@@ -33,13 +33,14 @@ class CudaTargets : public test::CudaTest {
     const Job cpu = on("cpu", mesh, options);
     Job cuda = on("cuda:0", mesh, options);
     for (const Job* job : {&cpu, static_cast<const Job*>(&cuda)}) {
-      std::printf("%s on %s: %lld inverted to %lld, %d sweeps, scaled Jacobian %.6f, mean %.6f, "
-                  "%.2f ms\n",
-                  name.c_str(), job->summary.backend.c_str(),
-                  static_cast<long long>(job->summary.quality_before.inverted_count),
-                  static_cast<long long>(job->summary.quality_after.inverted_count),
-                  job->summary.convergence.iteration_count, jacobian(*job, &MetricStats::min),
-                  jacobian(*job, &MetricStats::mean), 1e3 * job->summary.times.iterate_seconds);
+      std::printf(
+          "%s on %s: %lld inverted to %lld, %d sweeps, scaled Jacobian %.6f, mean %.6f, "
+          "%.2f ms\n",
+          name.c_str(), job->summary.backend.c_str(),
+          static_cast<long long>(job->summary.quality_before.inverted_count),
+          static_cast<long long>(job->summary.quality_after.inverted_count),
+          job->summary.convergence.iteration_count, jacobian(*job, &MetricStats::min),
+          jacobian(*job, &MetricStats::mean), 1e3 * job->summary.times.iterate_seconds);
       EXPECT_EQ(job->summary.quality_after.inverted_count, 0);
       EXPECT_EQ(job->summary.quality_after.degenerate_count, 0);
     }

@@ -169,8 +169,7 @@ TEST(DecodeOptions, KeepsGoalAndTargetOfOptimize) {
 }
 
 TEST(DecodeOptions, KeepsWhatOptimizeAimsAt) {
-  for (const Target target :
-       {Target::automatic, Target::ideal, Target::input, Target::reference}) {
+  for (const Target target : {Target::automatic, Target::ideal, Target::input, Target::reference}) {
     const SmoothOptions options =
         decode_options(encode_options({.method = Optimize{.target = target, .stay = 0.5}}));
     EXPECT_EQ(std::get<Optimize>(options.method).target, target);

@@ -97,7 +97,9 @@ struct HexahedronEdges {
   /// its own direction than in the two others, so all matrices of edges are diagonally dominant by
   /// columns.
   [[nodiscard]] MESHSMOOTH_HD bool dominant() const {
-    const auto sum = [](const Vec3d(&e)[2][2]) { return (e[0][0] + e[0][1]) + (e[1][0] + e[1][1]); };
+    const auto sum = [](const Vec3d(&e)[2][2]) {
+      return (e[0][0] + e[0][1]) + (e[1][0] + e[1][1]);
+    };
     const Vec3d sa = sum(a), sb = sum(b), sc = sum(c);
     const Vec3d na = cross(sb, sc), nb = cross(sc, sa), nc = cross(sa, sb);
     const double determinant = dot(sa, na);

@@ -70,9 +70,9 @@ void validate_target(const SmoothOptions& options) {
 
 bool aims_at_reference(const SmoothOptions& options) {
   const auto* method = std::get_if<Optimize>(&options.method);
-  return method != nullptr && (method->target == Target::reference ||
-                               (method->target == Target::automatic &&
-                                position_count(options.reference) > 0));
+  return method != nullptr &&
+         (method->target == Target::reference ||
+          (method->target == Target::automatic && position_count(options.reference) > 0));
 }
 
 void validate_metrics(std::span<const QualityMetric> metrics) {

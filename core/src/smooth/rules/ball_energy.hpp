@@ -103,7 +103,8 @@ template <int kDimension, class Team, class Terms>
 MESHSMOOTH_HD BallScan scan_ball(const Team& team, const Terms& terms, bool sums) {
   BallScan scan;
   terms.for_each([&](const CornerTerm& term) {
-    scan.valid = scan.valid && CornerEnergy<kDimension>(term.volume, term.size, terms.certainty()).positive;
+    scan.valid =
+        scan.valid && CornerEnergy<kDimension>(term.volume, term.size, terms.certainty()).positive;
     if (term.volume < scan.lowest_volume) scan.lowest_volume = term.volume;
     scan.size += term.size;
     scan.count += 1;
@@ -165,7 +166,8 @@ MESHSMOOTH_HD double energy_as(const Team& team, const Terms& terms, const BallE
     double stretch = 0;
     if constexpr (kRegularised) {
       if (guard && CornerEnergy<kDimension>(term.volume, term.size, terms.certainty()).positive) {
-        allowed = allowed && MovedCorner<kDimension>(term, volume, size, terms.certainty()).positive;
+        allowed =
+            allowed && MovedCorner<kDimension>(term, volume, size, terms.certainty()).positive;
       }
       volume = Regularized(volume, energy.epsilon_squared).chi;
       stretch = size * InverseVolume<kDimension>(volume).scale;

@@ -58,11 +58,10 @@ MESHSMOOTH_HD inline bool fit_triangle(const double (&own)[4], double (&box)[4])
   const double sixteen_areas_squared = 2 * (u * v + v * w + w * u) - (u * u + v * v + w * w);
   const double sum = u + v + w;
   if (!(sixteen_areas_squared * (kBoxSkewness * kBoxSkewness) > sum * sum)) return false;
-  const double norm_squared =
-      2 *
-      (own[1] * own[1] * (v + w - u) + own[2] * own[2] * (w + u - v) +
-       own[3] * own[3] * (u + v - w)) /
-      sixteen_areas_squared;
+  const double norm_squared = 2 *
+                              (own[1] * own[1] * (v + w - u) + own[2] * own[2] * (w + u - v) +
+                               own[3] * own[3] * (u + v - w)) /
+                              sixteen_areas_squared;
   const double scale = std::sqrt(norm_squared / 2);
   for (int k = 1; k < 4; ++k) box[k] *= scale;
   return true;
@@ -114,9 +113,8 @@ MESHSMOOTH_HD BoxLengths box_of(const ElementShape& shape, const Get& get, Vec3d
   };
   const double aspect =
       smooth_step(kChanceAspect<kDimension>, 2 * kChanceAspect<kDimension>, longest / shortest);
-  const double ratio = least_mean_ratio<kDimension>(shape, get, reference, [&](int k) {
-    return box_corner<kDimension>(shape, stored(), k);
-  });
+  const double ratio = least_mean_ratio<kDimension>(
+      shape, get, reference, [&](int k) { return box_corner<kDimension>(shape, stored(), k); });
   const double square = smooth_step(kNearlySquare, kSquare, ratio);
   const double meant = aspect > square ? aspect : square;
   if (meant == 0) return kEqual;

@@ -148,7 +148,8 @@ MESHSMOOTH_HD void visit_terms(const Team& team, const Surroundings& around, con
         continue;
       }
       const Vec3d own = targets.reference[node];
-      const Vec3d target[] = {targets.reference[others[0]] - own, targets.reference[others[1]] - own,
+      const Vec3d target[] = {targets.reference[others[0]] - own,
+                              targets.reference[others[1]] - own,
                               targets.reference[others[2]] - own};
       visit(tetrahedron_term(a, b, c, target, *around.elements.runs[0].shape, targets.some_flat));
     }

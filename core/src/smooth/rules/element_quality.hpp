@@ -17,10 +17,10 @@ MESHSMOOTH_HD inline double tetrahedron_quality(Vec3d origin, Vec3d p1, Vec3d p2
   return det > 0 ? mean_ratio : -mean_ratio;
 }
 
-/// The quality by which the rules compare elements: above 0 if and only if the Jacobian is certainly
-/// positive everywhere, negative if it is certainly negative at a corner, else 0. In a volume
-/// element it is the cube of the worst corner's mean ratio (the same order without a root), in a
-/// surface element the mean ratio itself.
+/// The quality by which the rules compare elements: above 0 if and only if the Jacobian is
+/// certainly positive everywhere, negative if it is certainly negative at a corner, else 0. In a
+/// volume element it is the cube of the worst corner's mean ratio (the same order without a root),
+/// in a surface element the mean ratio itself.
 ///
 /// `get(n)` gives the position of local node n in double; `reference` is the
 /// normal that a surface element must not turn against.

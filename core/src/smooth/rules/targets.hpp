@@ -8,8 +8,8 @@
 namespace meshsmooth::detail {
 
 /// The edge lengths of an element with right angles. Quadrilateral, hexahedron: along its two or
-/// three directions. Pyramid: along its base, and the edge of an ideal one of its height. Wedge: its
-/// height, then the edges 0-1, 1-2 and 2-0 of its triangle.
+/// three directions. Pyramid: along its base, and the edge of an ideal one of its height. Wedge:
+/// its height, then the edges 0-1, 1-2 and 2-0 of its triangle.
 struct alignas(16) BoxLengths {
   float of[4];
 };
@@ -22,13 +22,13 @@ struct alignas(16) BoxLengths {
 /// linear and S = |T|^2 a parabola in the displacement for every W: the energy of a ball stays
 /// convex where its elements are valid.
 struct Targets {
-  const Vec3d* reference = nullptr;  // by node
-  bool some_flat = false;            // of the reference: their shape is the ideal one
+  const Vec3d* reference = nullptr;   // by node
+  bool some_flat = false;             // of the reference: their shape is the ideal one
   const BoxLengths* boxes = nullptr;  // by element, without the simplices that come first
   std::size_t first_box = 0;          // the element that boxes[0] belongs to
-  /// Rounding in D exceeds that against an ideal corner by the skewness of the target's corners, the
-  /// product of their edges over their determinant: by the largest to the power of -2/d `stretch`
-  /// must stay further below `kCertainStretch`.
+  /// Rounding in D exceeds that against an ideal corner by the skewness of the target's corners,
+  /// the product of their edges over their determinant: by the largest to the power of -2/d
+  /// `stretch` must stay further below `kCertainStretch`.
   double certainty = 1;
 
   [[nodiscard]] MESHSMOOTH_HD bool any() const { return reference != nullptr || boxes != nullptr; }
@@ -177,9 +177,8 @@ MESHSMOOTH_HD IdealCorner corner_target(const Targets& targets, std::size_t e,
                                         const ElementView& element, int k) {
   const ElementShape& shape = *element.shape;
   if (targets.reference != nullptr) {
-    return reference_corner<kDimension>(shape, k, targets.some_flat, [&](int n) {
-      return targets.reference[element.nodes[n]];
-    });
+    return reference_corner<kDimension>(shape, k, targets.some_flat,
+                                        [&](int n) { return targets.reference[element.nodes[n]]; });
   }
   if (targets.boxes == nullptr || is_simplex(shape)) return shape.ideal;
   return box_corner<kDimension>(shape, targets.boxes[e - targets.first_box], k);

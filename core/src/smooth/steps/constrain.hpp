@@ -284,8 +284,7 @@ Constraints<E> constrain(E& executor, const TopologyView& topology, const Smooth
                    : find_constrained_facets(executor, node_count, job.elements.view, balls,
                                              regions, job.fixed.data(), positions);
   };
-  result.facets =
-      reference != nullptr ? find_facets(reference) : find_facets(job.positions.data());
+  result.facets = reference != nullptr ? find_facets(reference) : find_facets(job.positions.data());
   result.slots = executor.template allocate<std::int32_t>(node_count);
   const ConstrainedFacet* const facets = result.facets.data();
   const std::size_t slot_count =

@@ -101,9 +101,9 @@ TargetArrays<E> find_reference(E& executor, const JobMesh<E, Real>& job,
         },
         options.reference);
   }
-  const ReferenceCheck check =
-      job.volume() ? check_reference<3>(executor, job.elements.view, reference)
-                   : check_reference<2>(executor, job.elements.view, reference);
+  const ReferenceCheck check = job.volume()
+                                   ? check_reference<3>(executor, job.elements.view, reference)
+                                   : check_reference<2>(executor, job.elements.view, reference);
   refuse_flat_reference(check.flat, job.elements.view.count);
   result.flat = check.flat;
   result.view.reference = reference;

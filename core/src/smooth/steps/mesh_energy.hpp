@@ -3,8 +3,8 @@
 #include <cmath>
 #include <limits>
 
-#include "meshsmooth/methods.hpp"
 #include "mesh/jacobian.hpp"
+#include "meshsmooth/methods.hpp"
 #include "smooth/rules/ball_energy.hpp"
 #include "smooth/steps/convergence.hpp"
 #include "smooth/steps/executor.hpp"

@@ -76,8 +76,8 @@ namespace meshsmooth::detail {
                                             : std::max(counting + balls, balls + rings + look_back);
   const std::int64_t peak =
       kept + std::max({order_bytes(n), finding, held + (colours ? colour_search_bytes(n) : 0),
-                       held + constraining_bytes(mesh, options) + regions + mask,
-                       held + given, held + only_below_bytes(mesh, options) + normals, iterating, evaluating});
+                       held + constraining_bytes(mesh, options) + regions + mask, held + given,
+                       held + only_below_bytes(mesh, options) + normals, iterating, evaluating});
   const std::int64_t histograms = std::int64_t{128} << 10;
   return peak + peak / 50 + batch_bytes(blocks) + histograms;
 }

@@ -47,11 +47,10 @@ void run_with(CudaExecutor& executor, OptimizeSweeper<CudaExecutor, Real>& sweep
   const bool has_reference = kBalls == Balls::reference_tetrahedra;
   auto padded_reference =
       executor.allocate<Real>(has_reference ? PaddedPositions<Real>::size(around.node_count) : 0);
-  const TetrahedronTargets<Real> targets{
-      {padded_reference.data(), around.node_count},
-      around.elements.runs[0].shape,
-      around.targets.some_flat,
-      around.targets.certainty};
+  const TetrahedronTargets<Real> targets{{padded_reference.data(), around.node_count},
+                                         around.elements.runs[0].shape,
+                                         around.targets.some_flat,
+                                         around.targets.certainty};
   if (has_reference) {
     pad_positions(executor, around.node_count, around.targets.reference, targets.reference);
   }

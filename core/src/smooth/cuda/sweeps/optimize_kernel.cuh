@@ -84,8 +84,8 @@ template <Balls kBalls, bool kBound, int kTeam, class Real>
 __global__ void __launch_bounds__(kOptimizeThreads, 4)
     optimize_kernel(Surroundings around, OptimizePhase phase,
                     DisplacementLimit<Real> displacement_limit, ColouredNodes nodes,
-                    std::uint8_t* states, PaddedPositions<Real> x,
-                    TetrahedronTargets<Real> targets, OptimizeBatch batch) {
+                    std::uint8_t* states, PaddedPositions<Real> x, TetrahedronTargets<Real> targets,
+                    OptimizeBatch batch) {
   using Team = WarpTeam<kTeam>;
   constexpr int kDimension = kBalls == Balls::surface ? 2 : 3;
   constexpr int kHeld = kTeam == 8 ? 5 : kTeam == 16 ? 3 : 2;
