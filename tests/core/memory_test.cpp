@@ -75,13 +75,6 @@ Mesh large(ElementType type) {
   return test::noisy(test::lattice(type, n), 0.1, 1);
 }
 
-/// A surface mesh is curved, since sizes do not tell it from a plane one, of which Optimize needs
-/// less; a volume mesh stays as it is.
-Mesh wavy_if_surface(const Mesh& mesh) {
-  if (!test::oracle::is_surface(mesh.blocks[0].type)) return mesh;
-  return test::mapped(mesh, [](Vec3d p) { return Vec3d{p.x, p.y, 3 * std::sin(0.1 * p.x)}; });
-}
-
 class EveryWay : public testing::TestWithParam<test::Way> {};
 INSTANTIATE_TEST_SUITE_P(Estimate, EveryWay, testing::ValuesIn(test::ways(true)), test::way_name);
 
@@ -120,11 +113,11 @@ TEST(Estimate, BoundsTheMemoryOfSlidingNodes) {
     mesh.regions.resize(mesh.element_count(), 2);
     for (const Method& method : std::vector<Method>{Laplacian{}, SmartLaplacian{}, Optimize{}}) {
       const bool optimizes = std::holds_alternative<Optimize>(method);
-      expect_bounded(name, optimizes ? wavy_if_surface(mesh) : mesh,
+      expect_bounded(name, optimizes ? test::wavy_if_surface(mesh) : mesh,
                      {.method = method, .max_iterations = 1, .boundary = BoundaryPolicy::slide},
                      1.3);  // the lattice of pyramids has few nodes on its boundary
     }
-    const Mesh curved = test::mapped(wavy_if_surface(mesh), [](Vec3d p) {
+    const Mesh curved = test::mapped(test::wavy_if_surface(mesh), [](Vec3d p) {
       return Vec3d{p.x, p.y + std::sin(0.1 * p.x), p.z};
     });
     expect_bounded(name + " curved", curved,
@@ -138,7 +131,7 @@ TEST(Estimate, BoundsTheMemoryOfOptimizeOnSurfaces) {
     const std::string name(element_shape(type).name);
     for (const BoundaryPolicy boundary : {BoundaryPolicy::fixed, BoundaryPolicy::slide}) {
       const SmoothOptions options{.max_iterations = 1, .boundary = boundary};
-      expect_bounded(name + " curved", wavy_if_surface(large(type)), options, 1.3);
+      expect_bounded(name + " curved", test::wavy_if_surface(large(type)), options, 1.3);
       expect_bounded(name + " plane", large(type), options, 3);
     }
   }
@@ -161,7 +154,7 @@ TEST(Estimate, BoundsTheMemoryOfALongDescent) {
     const int n = test::oracle::is_surface(type) ? 225 : type == ElementType::pyramid ? 29 : 37;
     const double wave = 3.14159265358979 / n;
     const bool plane = test::oracle::is_surface(type);
-    const Mesh mesh = wavy_if_surface(test::mapped(test::lattice(type, n), [&](Vec3d p) {
+    const Mesh mesh = test::wavy_if_surface(test::mapped(test::lattice(type, n), [&](Vec3d p) {
       const double bump = std::sin(wave * p.x) * std::sin(wave * p.y);
       p.x += 0.2 * n * bump * (plane ? 1 : std::sin(wave * p.z));
       return p;

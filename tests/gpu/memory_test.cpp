@@ -32,7 +32,9 @@ TEST_P(DeviceMemoryOf, IsBoundedByTheEstimateToTwentyPercent) {
   const std::unique_ptr<Smoother> smoother = make_smoother("cuda");
   for (const auto& [name, mesh] : large_meshes()) {
     ASSERT_GE(mesh.element_count(), 100000U) << name;
-    for (const Mesh& start : {mesh, test::as_float32(mesh)}) {
+    const bool optimizes = std::holds_alternative<Optimize>(GetParam().method);
+    const Mesh given = optimizes ? test::wavy_if_surface(mesh) : mesh;
+    for (const Mesh& start : {given, test::as_float32(given)}) {
       for (const bool guard : {false, true}) {
         SCOPED_TRACE(name + (start.positions.index() == 1 ? ", float64" : ", float32") +
                      (guard ? ", guarded" : ", bare"));
@@ -78,7 +80,8 @@ TEST_F(DeviceMemory, OfRegionsUnderAFixedBoundaryIsBoundedByTheEstimate) {
     for (const Method& method : std::vector<Method>{Laplacian{}, SmartLaplacian{}, Optimize{}}) {
       const SmoothOptions options = test::sweeps(2, method, Form::automatic);
       const std::int64_t estimate = smoother->estimate(test::size_of(halves), options).device_bytes;
-      Mesh smoothed = halves;
+      Mesh smoothed =
+          std::holds_alternative<Optimize>(method) ? test::wavy_if_surface(halves) : halves;
 
       const SmoothSummary summary = smoother->smooth(smoothed, options);
 

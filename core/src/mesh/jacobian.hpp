@@ -212,6 +212,10 @@ MESHSMOOTH_OUTLINE MESHSMOOTH_HD JacobianSign sign_of(const JacobianPolynomial<k
   return sign == JacobianSign::unknown ? subdivided_sign<kJacobianLevels>(jacobian) : sign;
 }
 
+MESHSMOOTH_OUTLINE MESHSMOOTH_HD inline JacobianSign sign_of(const HexahedronEdges& edges) {
+  return edges.dominant() ? JacobianSign::positive : sign_of(edges.jacobian());
+}
+
 /// The sign of an element's Jacobian. In simplices, and in quadrilaterals, where it is bilinear,
 /// the corners tell it; they are not looked at here: positive.
 ///
@@ -221,8 +225,7 @@ MESHSMOOTH_HD JacobianSign jacobian_sign(const ElementShape& shape, const Get& g
   if (shape.dimension == 2 || shape.node_count == 4) return JacobianSign::positive;
   if (shape.node_count == 6) return wedge_jacobian_sign(get);
   if (shape.node_count == 5) return sign_of(pyramid_jacobian(get));
-  const HexahedronEdges edges(get);
-  return edges.dominant() ? JacobianSign::positive : sign_of(edges.jacobian());
+  return sign_of(HexahedronEdges(get));
 }
 
 }  // namespace meshsmooth::detail

@@ -187,6 +187,7 @@ template <int kDimension, int kCapacity, class Team, class P>
 class BallTerms {
  public:
   using Real = typename P::Real;
+  static constexpr bool kTetrahedra = false;  // known to be all
 
   MESHSMOOTH_HD BallTerms(const Team& team, const Surroundings& around, const P& x,
                           std::size_t node, Vec3d normal)

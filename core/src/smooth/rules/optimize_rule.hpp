@@ -217,9 +217,11 @@ class NodeOptimizer {
           }
           const Vec3d d = vec3_cast<double>(position) - vec3_cast<double>(terms_.position());
           const double found = energy_at<kDimension>(team_, terms_, energy, d, phase_.guard);
-          if (kDimension == 3 && phase_.guard && found < value &&
-              !keeps_jacobians(team_, around_, terms_.positions(), node_, position)) {
-            return HUGE_VAL;
+          if constexpr (kDimension == 3 && !Terms::kTetrahedra) {
+            if (phase_.guard && found < value &&
+                !keeps_jacobians(team_, around_, terms_.positions(), node_, position)) {
+              return HUGE_VAL;
+            }
           }
           return anchored(energy) ? found + anchor_->energy(vec3_cast<double>(position)) : found;
         });

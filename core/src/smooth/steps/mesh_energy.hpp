@@ -35,9 +35,10 @@ MESHSMOOTH_HD MeshEnergy energy_of(const CornerTerm& term, int power, double cer
   return {0, term.weight, term.volume < 0 ? -1 / f : 1 / f, 1};
 }
 
-/// Sums over the corners with a free node; one corner stands for a simplex.
+/// Sums over the corners with a free node; one corner stands for a simplex. Elements that are
+/// `kSimplices` need no more than their corners.
 /// cost   O(elements)
-template <int kDimension, Executor E, class Real>
+template <int kDimension, bool kSimplices, Executor E, class Real>
 MeshEnergy measure_energy(E& executor, const Surroundings& around, const Vec3<Real>* positions,
                           int power) {
   return executor.reduce(
@@ -62,7 +63,7 @@ MeshEnergy measure_energy(E& executor, const Surroundings& around, const Vec3<Re
                                             power, around.targets.certainty);
         }
         // An element with a free node, valid at its corners.
-        if (sum.weight > 0 && sum.invalid == 0 &&
+        if (!kSimplices && sum.weight > 0 && sum.invalid == 0 &&
             jacobian_sign(shape, get) != JacobianSign::positive) {
           sum.invalid = 1;
         }
@@ -74,8 +75,10 @@ MeshEnergy measure_energy(E& executor, const Surroundings& around, const Vec3<Re
 template <Executor E, class Real>
 MeshEnergy measure_energy(E& executor, const Surroundings& around, const Vec3<Real>* positions,
                           int power) {
-  return around.surface() ? measure_energy<2>(executor, around, positions, power)
-                          : measure_energy<3>(executor, around, positions, power);
+  // In a surface the corners tell; opposite nodes are those of tetrahedra.
+  if (around.surface()) return measure_energy<2, true>(executor, around, positions, power);
+  return around.opposite != nullptr ? measure_energy<3, true>(executor, around, positions, power)
+                                    : measure_energy<3, false>(executor, around, positions, power);
 }
 
 /// See `Convergence::energies`.

@@ -43,9 +43,10 @@ namespace meshsmooth::detail {
   const MeshCounts mesh = count_mesh(size);
   const std::int64_t n = mesh.nodes;
   const BallPlan plan = BallPlan::of(size, options);
-  // The surface is a cube's; a plate has twice as much.
-  const std::int64_t kept =
-      job_bytes(mesh) + 2 * constraint_bytes(mesh, options) + target_bytes(mesh, options);
+  // The boundary is a cube's; a plate has twice as much.
+  const bool surface = mesh.dimension == 2 && stays_on_surface(options);
+  const std::int64_t kept = job_bytes(mesh) + (surface ? 1 : 2) * constraint_bytes(mesh, options) +
+                            target_bytes(mesh, options);
   const std::int64_t balls = row_bytes(n, mesh.entries), rings = row_bytes(n, 2 * mesh.edges);
   const std::int64_t counting = FoundBalls::bytes(mesh, plan);
   const std::int64_t look_back = n / 4;
@@ -67,7 +68,6 @@ namespace meshsmooth::detail {
   const std::int64_t evaluating = found + element_quality_bytes(mesh, options);
 
   const std::int64_t held = (plan.kept ? balls : 0) + rings + look_back;  // after `prepare`
-  const bool surface = mesh.dimension == 2 && stays_on_surface(options);
   const std::int64_t regions =
       size.regions && (surface || options.boundary != BoundaryPolicy::free) ? mesh.elements * 4 : 0;
   const std::int64_t given = has_reference(options) ? padded_bytes(mesh) : 0;  // the reference

@@ -29,6 +29,7 @@ template <int kHeld, int kThreads, bool kReference, class Team, class R>
 class TeamTerms {
  public:
   using Real = R;
+  static constexpr bool kTetrahedra = true;
   static constexpr int kValues = kReference ? 9 : 8;
   /// No bank conflicts. The gradient of the size is held negated, which costs nothing.
   struct Memory {
