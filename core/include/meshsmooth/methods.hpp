@@ -70,8 +70,8 @@ enum class Window {
 /// vtkWindowedSincPolyDataFilter with NormalizeCoordinates on, but fixed nodes keep their
 /// positions, and the mesh keeps its size where VTK finds no offset of the step.
 ///
-/// The iterations end at their limit, at most `kMostFilterIterations`; the tolerance has no say.
-/// Guard, sliding and movement limit act once, on the result.
+/// The iterations end at their limit, at most `kMostFilterIterations`; the tolerance does not end
+/// them. Guard, sliding and movement limit act once, on the result.
 ///
 /// Source: Taubin, Zhang, Golub 1996, "Optimal surface smoothing as filter design". O(edges) per
 /// iteration.

@@ -217,7 +217,7 @@ MESHSMOOTH_OUTLINE MESHSMOOTH_HD inline JacobianSign sign_of(const HexahedronEdg
 }
 
 /// The sign of an element's Jacobian. In simplices, and in quadrilaterals, where it is bilinear,
-/// the corners tell it; they are not looked at here: positive.
+/// the corners decide; they are not checked here: positive.
 ///
 /// `get(n)` gives the position of local node n.
 template <class Get>

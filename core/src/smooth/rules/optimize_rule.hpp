@@ -85,7 +85,7 @@ MESHSMOOTH_HD Vec3d node_normal(const Team& team, const Surroundings& around, st
 }
 
 /// Whether every volume element at a node whose Jacobian is certainly positive everywhere keeps it
-/// so with the node moved. What corners tell is not looked at again.
+/// so with the node moved. The corners themselves are not checked.
 template <class Team, class P>
 MESHSMOOTH_HD bool keeps_jacobians(const Team& team, const Surroundings& around, const P& x,
                                    std::size_t node, Vec3<typename P::Real> position) {

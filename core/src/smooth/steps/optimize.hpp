@@ -65,7 +65,7 @@ class Optimizer {
   void run(const CallerPositions<Real>& given) {
     const MeshEnergy start = sweeper_.measure(1);
     run_phases(given, start);
-    // Repair looks at corners; what it broke between them, the descent may not have cured.
+    // Repair checks corners only, and the descent need not cure what it broke between them.
     if (start.invalid > 0 && options_.guard && sweeper_.measure(1).invalid > 0) {
       undo_inversions(given);
     }

@@ -54,8 +54,7 @@ std::int64_t admit(E& executor, const SweepContext<E, Real>& context, const Vec3
 }
 
 /// The method WindowedSinc: `WindowedSincFilter` about the centre of the box, fixed nodes as they
-/// are. What the result may not be (guard, sliding, movement limit) is corrected once, at the end:
-/// elsewhere it is the filter's.
+/// are. Guard, sliding and movement limit are applied once, to the result.
 ///
 /// takes  positions in internal order
 /// gives  the filtered positions in place; after an early end those after the last term
