@@ -68,6 +68,22 @@ inline Mesh wavy_if_surface(const Mesh& mesh) {
   return mapped(mesh, [](Vec3d p) { return Vec3d{p.x, p.y, 3 * std::sin(0.1 * p.x)}; });
 }
 
+/// `brief` has all that `full` has but the metrics.
+inline void expect_brief_of(const QualityStats& full, const QualityStats& brief) {
+  EXPECT_TRUE(brief.metrics.empty());
+  EXPECT_EQ(full.element_count, brief.element_count);
+  EXPECT_EQ(full.inverted_count, brief.inverted_count);
+  EXPECT_EQ(full.degenerate_count, brief.degenerate_count);
+  EXPECT_EQ(full.sum_absolute_volume, brief.sum_absolute_volume);
+  EXPECT_EQ(full.enclosed_volume, brief.enclosed_volume);
+  ASSERT_EQ(full.worst.size(), brief.worst.size());
+  for (std::size_t i = 0; i < full.worst.size(); ++i) {
+    EXPECT_EQ(full.worst[i].element, brief.worst[i].element);
+    EXPECT_EQ(full.worst[i].mean_ratio, brief.worst[i].mean_ratio);
+    EXPECT_EQ(full.worst[i].scaled_jacobian, brief.worst[i].scaled_jacobian);
+  }
+}
+
 /// Options that do exactly `count` sweeps of the bare method.
 inline SmoothOptions sweeps(int count, const Method& method, Form form = Form::jacobi) {
   return {
