@@ -14,6 +14,7 @@ struct OptimizePhase {
   int power = 2;      // of the energy of valid balls, a power of two
   double poor = 0;    // visit only balls whose worst inverse mean ratio is above
   bool guard = true;  // in a tangled ball valid corners stay valid
+  bool facets = true;  // those of sliding nodes that are right stay right
   /// Above 0 valid balls descend a regularized energy too: e is at least this share of the
   /// volume of an ideal corner of the ball's size.
   double softness = 0;
@@ -211,7 +212,7 @@ class NodeOptimizer {
           return kBound ? project(around_, displacement_limit_, node_, position) : position;
         },
         [&](Vec3<Real> position) {
-          if (kBound &&
+          if (kBound && phase_.facets &&
               !keeps_facets(team_, around_.sliding, terms_.positions(), node_, position)) {
             return HUGE_VAL;
           }

@@ -128,6 +128,17 @@ MESHSMOOTH_HD bool facet_is_right(const ConstrainedFacet& facet, bool curved, co
   return true;
 }
 
+/// Whether facet `f` is right at the positions `before`, but not `after`.
+template <class Real>
+MESHSMOOTH_HD bool facet_turns(const SlidingConstraints& sliding, std::size_t f,
+                               const Vec3<Real>* before, const Vec3<Real>* after) {
+  const auto is_right = [&](const Vec3<Real>* x) {
+    return facet_is_right(sliding.facets[f], sliding.curved,
+                          [=](NodeId n) { return vec3_cast<double>(x[n]); });
+  };
+  return !is_right(after) && is_right(before);
+}
+
 /// Whether every facet at the node that keeps its orientation still does with the node moved.
 template <class Team, class P>
 MESHSMOOTH_HD bool keeps_facets(const Team& team, const SlidingConstraints& sliding, const P& x,

@@ -119,7 +119,9 @@ class AndersonMixing {
     if (!factors) return 1;
     mix(*factors, count, last);
     const MeshEnergy mixed = sweeper_.measure(power_);
-    if (mixed.invalid > 0 || !(mixed.energy < plain.energy) || turns_facets(last)) {
+    if (mixed.invalid > 0 || !(mixed.energy < plain.energy) ||
+        turns_facets(executor_, sweeper_.around().sliding, ends_[last].data(),
+                     sweeper_.positions())) {
       copy_positions(executor_, node_count(), ends_[last].data(), sweeper_.positions());
       return 1;
     }
@@ -177,25 +179,6 @@ class AndersonMixing {
       if (step == Vec3d{0, 0, 0}) return;
       x[node] = project(around, limit, node, vec3_cast<Real>(end + step));
     });
-  }
-
-  /// Whether a facet at sliding nodes that was right after the plain sweep no longer is.
-  [[nodiscard]] bool turns_facets(int last) {
-    const SlidingConstraints sliding = sweeper_.around().sliding;
-    if (!sliding.any()) return false;
-    const Vec3<Real>* const plain = ends_[last].data();
-    const Vec3<Real>* const mixed = sweeper_.positions();
-    return executor_.reduce(
-               sliding.facet_count, std::int64_t{0},
-               [=] MESHSMOOTH_HD(std::size_t f) -> std::int64_t {
-                 const ConstrainedFacet& facet = sliding.facets[f];
-                 const auto lies = [=](const Vec3<Real>* x) {
-                   return facet_is_right(facet, sliding.curved,
-                                         [=](NodeId n) { return vec3_cast<double>(x[n]); });
-                 };
-                 return lies(plain) && !lies(mixed) ? 1 : 0;
-               },
-               Plus{}) > 0;
   }
 
  private:

@@ -77,13 +77,8 @@ std::int64_t limit_moves(E& executor, const SweepContext<E, Real>& context,
     if (acceptance.facets) {
       const SlidingConstraints sliding = around.sliding;
       executor.for_each(sliding.facet_count, [=] MESHSMOOTH_HD(std::size_t f) {
-        const ConstrainedFacet& facet = sliding.facets[f];
-        const auto lies = [=](const Vec3<Real>* x) {
-          return facet_is_right(facet, sliding.curved,
-                                [=](NodeId n) { return vec3_cast<double>(x[n]); });
-        };
-        if (lies(after) || !lies(before)) return;
-        for (const NodeId n : facet.nodes) {
+        if (!facet_turns(sliding, f, before, after)) return;
+        for (const NodeId n : sliding.facets[f].nodes) {
           if (n >= 0) E::store(mark[n], std::uint8_t{1});
         }
       });

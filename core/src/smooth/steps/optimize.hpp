@@ -96,6 +96,12 @@ class Optimizer {
     monitor_.end(last_.tangled > 0 || stuck ? StopReason::stagnated : StopReason::converged);
   }
 
+  /// Where to return to.
+  struct Saved {
+    typename E::template Buffer<Vec3<Real>> positions;
+    OptimizeStats last;
+  };
+
   /// A valid mesh with a corner below is nearly tangled: its nodes may hold each other there.
   static constexpr double kNearlyFlat = 0.05;
 
@@ -136,17 +142,29 @@ class Optimizer {
 
   /// Sweeps of an energy that is regularized in every ball, by less and less: continuation. At
   /// first it is nearly that of springs, in which elements pass through each other; at last the
-  /// true one of power 1.
-  bool soften() {
+  /// true one of power 1. Facets at sliding nodes hold each other in it, unless they may turn over
+  /// as the elements do.
+  bool soften(bool facets) {
     constexpr int kStages = 10;
     constexpr int kSweepsOfStage = 10;
     double softness = 1;
     for (int stage = 0; stage < kStages; ++stage, softness /= 2) {
-      if (!run_phase({.power = 1, .guard = false, .softness = softness}, {.least_gain = 1e-3},
-                     kSweepsOfStage))
+      if (!run_phase({.power = 1, .guard = false, .facets = facets, .softness = softness},
+                     {.least_gain = 1e-3}, kSweepsOfStage))
         return false;
     }
     return true;
+  }
+
+  /// Softens and repairs from `saved`; true when the job goes on. Facets that were right then are.
+  bool soften_and_repair(const Saved& saved) {
+    const bool goes_on = soften(false) && repair();
+    if (!turns_facets(executor_, context_.around.sliding, saved.positions.data(),
+                      sweeper_.positions())) {
+      return goes_on;
+    }
+    restore(saved);
+    return goes_on && soften(true) && repair();
   }
 
   /// True when the job goes on. Where inverted elements are left, moves that inverted a valid one
@@ -156,7 +174,7 @@ class Optimizer {
     if (goes_on && last_.tangled > 0) {
       const std::int64_t invalid = sweeper_.measure(1).invalid;
       const Saved saved = save();
-      goes_on = soften() && repair();
+      goes_on = soften_and_repair(saved);
       if (last_.tangled > 0 && sweeper_.measure(1).invalid > invalid) restore(saved);
     }
     if (last_.tangled > 0 && options_.guard) undo_inversions(given);
@@ -234,18 +252,13 @@ class Optimizer {
   /// it was unless the outcome is valid and better.
   bool escape(const OptimizePhase& phase, const PhaseEnd& converged, double energy) {
     const Saved saved = save();
-    const bool goes_on = soften() && repair() && last_.tangled == 0;
+    const bool goes_on = soften_and_repair(saved) && last_.tangled == 0;
     const bool descends = goes_on && descend_far(phase, converged);
     const MeshEnergy after = sweeper_.measure(phase.power);
     if (after.invalid > 0 || !(after.energy < energy)) restore(saved);
     return descends;
   }
 
-  /// Where to return to.
-  struct Saved {
-    typename E::template Buffer<Vec3<Real>> positions;
-    OptimizeStats last;
-  };
   [[nodiscard]] Saved save() {
     const std::size_t node_count = context_.around.node_count;
     Saved saved{executor_.template allocate<Vec3<Real>>(node_count), last_};

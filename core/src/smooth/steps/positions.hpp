@@ -1,6 +1,7 @@
 #pragma once
 
 #include "meshsmooth/element.hpp"
+#include "smooth/rules/sliding_constraints.hpp"
 #include "smooth/rules/sweep_stats.hpp"
 #include "smooth/steps/executor.hpp"
 
@@ -20,6 +21,19 @@ SweepStats measure_moves(E& executor, std::size_t node_count, const Vec3<Real>* 
 template <Executor E, class Real>
 void copy_positions(E& executor, std::size_t node_count, const Vec3<Real>* from, Vec3<Real>* to) {
   executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) { to[node] = from[node]; });
+}
+
+/// Whether a facet at sliding nodes that is right at the positions `before` is not `after`.
+template <Executor E, class Real>
+[[nodiscard]] bool turns_facets(E& executor, const SlidingConstraints& sliding,
+                                const Vec3<Real>* before, const Vec3<Real>* after) {
+  if (!sliding.any()) return false;
+  return executor.reduce(
+             sliding.facet_count, std::int64_t{0},
+             [=] MESHSMOOTH_HD(std::size_t f) -> std::int64_t {
+               return facet_turns(sliding, f, before, after) ? 1 : 0;
+             },
+             Plus{}) > 0;
 }
 
 /// The caller's positions in internal order.
