@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <variant>
 
 #include "smooth/rules/box_lengths.hpp"
@@ -38,13 +39,19 @@ struct TargetArrays {
   return method != nullptr ? method->stay : 0;
 }
 
+/// Bytes that `find_boxes` holds while it runs.
+[[nodiscard]] inline std::int64_t finding_boxes_bytes(const MeshCounts& mesh,
+                                                      const SmoothOptions& options) {
+  return has_boxes(options) ? mesh.boxes * std::int64_t{sizeof(BoxLengths)} : 0;
+}
+
 /// Bytes of `TargetArrays` and anchors.
 [[nodiscard]] inline std::int64_t target_bytes(const MeshCounts& mesh,
                                                const SmoothOptions& options) {
   const std::int64_t anchors =
       anchor_weight(options) > 0 ? mesh.nodes * std::int64_t{sizeof(Anchor)} : 0;
   if (has_reference(options)) return anchors + mesh.nodes * std::int64_t{sizeof(Vec3d)};
-  return anchors + (has_boxes(options) ? mesh.boxes * std::int64_t{sizeof(BoxLengths)} : 0);
+  return anchors + finding_boxes_bytes(mesh, options);  // as many are kept
 }
 
 /// What `find_reference` finds in a reference.
@@ -119,28 +126,48 @@ TargetArrays<E> find_reference(E& executor, const JobMesh<E, Real>& job,
 
 template <int kDimension, Executor E, class Real>
 void measure_boxes(E& executor, const Surroundings& around, const Vec3<Real>* positions,
-                   std::size_t first, std::size_t count, BoxLengths* boxes) {
+                   std::size_t first, std::size_t count, const BoxLengths* evened,
+                   BoxLengths* boxes) {
   executor.for_each(count, [=] MESHSMOOTH_HD(std::size_t n) {
     const ElementView element = around.elements[first + n];
     boxes[n] = box_of<kDimension>(
         *element.shape, [&](int m) { return vec3_cast<double>(positions[element.nodes[m]]); },
-        around.reference_of(first + n));
+        around.reference_of(first + n), evened[n]);
   });
 }
 
+/// Passes of `evened_lengths`, an odd number: each halves the scatter of a layer's heights or so.
+inline constexpr int kEveningPasses = 3;
+
 /// The boxes of the elements that are no simplices, from their input positions.
 ///
-/// cost   O(elements); 16 B for each such element
+/// cost   O(ball entries); 32 B for each such element, half of it kept
 template <Executor E, class Real>
 void find_boxes(E& executor, const Surroundings& around, const Vec3<Real>* positions,
                 std::size_t first, TargetArrays<E>& result) {
   const std::size_t count = around.elements.count - first;
   if (count == 0) return;
   result.boxes = executor.template allocate<BoxLengths>(count);
+  auto evened = executor.template allocate<BoxLengths>(count);
+  BoxLengths* from = result.boxes.data();
+  BoxLengths* to = evened.data();
+  BoxLengths* const logs = from;
+  executor.for_each(count, [=] MESHSMOOTH_HD(std::size_t n) {
+    const ElementView element = around.elements[first + n];
+    logs[n] = log_lengths(*element.shape,
+                          [&](int m) { return vec3_cast<double>(positions[element.nodes[m]]); });
+  });
+  static_assert(kEveningPasses % 2 == 1, "the last pass writes to `evened`");
+  for (int pass = 0; pass < kEveningPasses; ++pass) {
+    executor.for_each(count, [=] MESHSMOOTH_HD(std::size_t n) {
+      to[n] = evened_lengths(around, first + n, from, first);
+    });
+    std::swap(from, to);
+  }
   if (around.surface()) {
-    measure_boxes<2>(executor, around, positions, first, count, result.boxes.data());
+    measure_boxes<2>(executor, around, positions, first, count, evened.data(), result.boxes.data());
   } else {
-    measure_boxes<3>(executor, around, positions, first, count, result.boxes.data());
+    measure_boxes<3>(executor, around, positions, first, count, evened.data(), result.boxes.data());
   }
   result.view.boxes = result.boxes.data();
   result.view.first_box = first;
