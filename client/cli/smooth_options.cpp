@@ -253,6 +253,9 @@ void add_smooth_flags(CLI::App& command, SmoothFlags& flags) {
       .add_option("--only-below-rings", flags.only_below_rings,
                   "Rings of nodes around the elements of --only-below that move too [2]")
       ->needs(only_below);
+  command.add_option("--report-below", flags.report_below,
+                     "Mean ratio against the target: elements of the result below it are counted "
+                     "by what holds them there (optimize only), (0, 1] [none]");
   command.add_option("--compute-budget", flags.compute_budget_seconds,
                      "Computing time after which the best result so far is returned, in seconds "
                      "[none]");
@@ -286,6 +289,7 @@ SmoothOptions to_smooth_options(const SmoothFlags& flags) {
   options.tangled = flags.tangled == "refuse" ? TangledPolicy::refuse : TangledPolicy::repair;
   if (flags.only_below) options.only_below = {.quality = *flags.only_below};
   if (flags.only_below_rings) options.only_below->rings = *flags.only_below_rings;
+  options.report_below = flags.report_below;
   if (flags.compute_budget_seconds) {
     options.compute_budget = to_duration("--compute-budget", *flags.compute_budget_seconds);
   }

@@ -30,6 +30,7 @@ struct SmoothFlags {
   std::optional<double> compute_budget_seconds;
   std::optional<double> only_below;
   std::optional<int> only_below_rings;
+  std::optional<double> report_below;
   bool history = false;
 };
 

@@ -14,9 +14,26 @@ namespace {
 /// What the last sweep came to, beside what would have ended the job.
 std::string last_sweep(const Convergence& convergence, const SmoothOptions& options) {
   const bool by_energy = converges_by_energy(options);
-  return fmt::format("largest move {:.3g}, {} {:.3g}", convergence.last_max_displacement,
-                     by_energy ? "energy tolerance" : "tolerance",
-                     by_energy ? options.tolerance.value : convergence.tolerance);
+  std::string text =
+      fmt::format("largest move {:.3g}, {} {:.3g}", convergence.last_max_displacement,
+                  by_energy ? "energy tolerance" : "tolerance",
+                  by_energy ? options.tolerance.value : convergence.tolerance);
+  if (convergence.remaining_gain) {
+    text += fmt::format(", about {:.2g} % of the energy left to gain",
+                        100 * *convergence.remaining_gain);
+  }
+  return text;
+}
+
+const char* standstill(EndRule rule) {
+  switch (rule) {
+    case EndRule::no_progress:
+      return "tangled elements do not become better, or moves no longer shrink";
+    case EndRule::all_held:
+      return "every move was rejected";
+    default:
+      return "no node moves any more for the better";
+  }
 }
 
 std::string stop_sentence(const SmoothSummary& summary, const SmoothOptions& options) {
@@ -34,7 +51,7 @@ std::string stop_sentence(const SmoothSummary& summary, const SmoothOptions& opt
     case StopReason::compute_budget:
       return fmt::format("stopped {} when the compute budget was used up ({})", after, move);
     case StopReason::stagnated:
-      return fmt::format("stagnated {}: no node moves any more for the better ({})", after, move);
+      return fmt::format("stagnated {}: {} ({})", after, standstill(convergence.end_rule), move);
     case StopReason::cancelled_with_result:
       return fmt::format("cancelled {}; this is the result reached by then ({})", after, move);
   }
@@ -119,6 +136,16 @@ std::string locked_sentence(const LockedStats& locked,
                         file_element_id(locked.worst->element), locked.worst->mean_ratio);
   }
   return text + "\n";
+}
+
+std::string poor_sentence(const std::optional<PoorElements>& poor) {
+  if (!poor) return {};
+  const std::int64_t rest = poor->element_count - poor->locked_count - poor->limited_count;
+  return fmt::format(
+      "{} below a mean ratio of {:.4g}: {} locked, {} limited by connectivity, {} could still "
+      "become better\n",
+      counted(poor->element_count, "element"), poor->below, with_commas(poor->locked_count),
+      with_commas(poor->limited_count), with_commas(rest));
 }
 
 std::string nodes_sentence(const SmoothSummary& summary, const SmoothOptions& options) {
@@ -231,8 +258,9 @@ std::string describe_summary(const client::SmoothReport& report, const SmoothOpt
                         counted(degenerate, "element"), degenerate == 1 ? "is" : "are");
   }
   return text + volume_sentence(summary.quality_after) +
-         locked_sentence(summary.locked, file_element_id) + nodes_sentence(summary, options) +
-         deviation_sentence(summary) + times_sentence(report, total_seconds);
+         locked_sentence(summary.locked, file_element_id) + poor_sentence(summary.poor) +
+         nodes_sentence(summary, options) + deviation_sentence(summary) +
+         times_sentence(report, total_seconds);
 }
 
 }  // namespace meshsmooth::cli

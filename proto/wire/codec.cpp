@@ -213,6 +213,7 @@ v1::SmoothingOptions encode_options(const SmoothOptions& options) {
     message.set_only_below(options.only_below->quality);
     message.set_only_below_rings(options.only_below->rings);
   }
+  if (options.report_below) message.set_report_below(*options.report_below);
   if (options.compute_budget) {
     *message.mutable_compute_budget() = encode_duration(*options.compute_budget);
   }
@@ -250,6 +251,7 @@ SmoothOptions decode_options(const v1::SmoothingOptions& message) {
   } else if (message.has_only_below_rings()) {
     throw_not_supported("only_below_rings", "only a job with only_below has it");
   }
+  if (message.has_report_below()) options.report_below = message.report_below();
   if (message.has_compute_budget()) {
     options.compute_budget = decode_duration(message.compute_budget(), "compute_budget");
   }

@@ -52,6 +52,13 @@ StopReason decode_stop_reason(v1::StopReason reason) {
   }
 }
 
+static_assert(static_cast<int>(EndRule::at_rest) == v1::END_RULE_AT_REST &&
+              static_cast<int>(EndRule::all_held) == v1::END_RULE_ALL_HELD);
+
+EndRule decode_end_rule(v1::EndRule rule) {
+  return v1::EndRule_IsValid(rule) ? static_cast<EndRule>(rule) : EndRule::none;
+}
+
 void encode_element_quality(const ElementQuality& quality, v1::ElementQuality* message) {
   message->set_element(quality.element);
   message->set_element_type(encode_element_type(quality.type));
@@ -126,6 +133,8 @@ QualityStats decode_quality(const v1::QualityStats& message) {
 
 void encode_convergence(const Convergence& convergence, v1::ConvergenceStats* message) {
   message->set_iteration_count(convergence.iteration_count);
+  message->set_end_rule(static_cast<v1::EndRule>(convergence.end_rule));
+  if (convergence.remaining_gain) message->set_remaining_gain(*convergence.remaining_gain);
   message->set_last_max_displacement(convergence.last_max_displacement);
   message->set_last_rms_displacement(convergence.last_rms_displacement);
   message->set_tolerance(convergence.tolerance);
@@ -141,6 +150,9 @@ void encode_convergence(const Convergence& convergence, v1::ConvergenceStats* me
 Convergence decode_convergence(const v1::ConvergenceStats& message) {
   return {
       .iteration_count = message.iteration_count(),
+      .end_rule = decode_end_rule(message.end_rule()),
+      .remaining_gain =
+          message.has_remaining_gain() ? std::optional(message.remaining_gain()) : std::nullopt,
       .last_max_displacement = message.last_max_displacement(),
       .last_rms_displacement = message.last_rms_displacement(),
       .tolerance = message.tolerance(),
@@ -205,6 +217,14 @@ v1::Summary encode_summary(const SmoothSummary& summary) {
     encode_element_quality(*summary.locked.worst, locked->mutable_worst_element());
   }
 
+  if (summary.poor) {
+    v1::PoorElements* poor = message.mutable_poor();
+    poor->set_below(summary.poor->below);
+    poor->set_element_count(summary.poor->element_count);
+    poor->set_locked_count(summary.poor->locked_count);
+    poor->set_limited_count(summary.poor->limited_count);
+  }
+
   v1::NodeCounts* nodes = message.mutable_nodes();
   nodes->set_total(summary.nodes.total);
   nodes->set_boundary(summary.nodes.boundary);
@@ -248,6 +268,12 @@ SmoothSummary decode_summary(const v1::Summary& message) {
   summary.locked = {.element_count = message.locked().element_count(),
                     .inverted_count = message.locked().inverted_element_count(),
                     .worst = {}};
+  if (message.has_poor()) {
+    summary.poor = {.below = message.poor().below(),
+                    .element_count = message.poor().element_count(),
+                    .locked_count = message.poor().locked_count(),
+                    .limited_count = message.poor().limited_count()};
+  }
   if (message.locked().has_worst_element()) {
     summary.locked.worst = decode_element_quality(message.locked().worst_element());
   }

@@ -164,6 +164,19 @@ TEST(DescribeSummary, SaysWhatMayHaveHeldNodesBack) {
       HasSubstr("; the guard or the movement limit held 3 back"));
 }
 
+TEST(DescribeSummary, SaysWhatIsLeftAndWhatHoldsPoorElements) {
+  SmoothSummary summary = summary_of(0, 0);
+  summary.convergence.remaining_gain = 0.0025;
+  summary.poor = {.below = 0.2, .element_count = 1500, .locked_count = 3, .limited_count = 1490};
+  EXPECT_THAT(report_of(summary, {}), HasSubstr(", about 0.25 % of the energy left to gain"));
+  EXPECT_THAT(report_of(summary, {}),
+              HasSubstr("1,500 elements below a mean ratio of 0.2: 3 locked, 1,490 limited by "
+                        "connectivity, 7 could still become better\n"));
+  summary.stop_reason = StopReason::stagnated;
+  summary.convergence.end_rule = EndRule::all_held;
+  EXPECT_THAT(report_of(summary, {}), HasSubstr("every move was rejected"));
+}
+
 TEST(DescribeQuality, ShowsEveryMetricWithItsHistogramAndTheWorstElements) {
   const QualityStats stats = measure_quality(test::inverted(test::tet_ball()));
 

@@ -150,15 +150,8 @@ TEST(Estimate, BoundsTheMemoryOfRegionsUnderAFixedBoundary) {
 
 TEST(Estimate, BoundsTheMemoryOfALongDescent) {
   for (const ElementType type : kElementTypes) {
-    // A smooth error as long as the mesh: accelerated.
     const int n = test::oracle::is_surface(type) ? 225 : type == ElementType::pyramid ? 29 : 37;
-    const double wave = 3.14159265358979 / n;
-    const bool plane = test::oracle::is_surface(type);
-    const Mesh mesh = test::wavy_if_surface(test::mapped(test::lattice(type, n), [&](Vec3d p) {
-      const double bump = std::sin(wave * p.x) * std::sin(wave * p.y);
-      p.x += 0.2 * n * bump * (plane ? 1 : std::sin(wave * p.z));
-      return p;
-    }));
+    const Mesh mesh = test::long_error(type, n);
     const std::string name(element_shape(type).name);
     expect_bounded(name, mesh, {.max_iterations = 20});
     expect_bounded(name + " float32", test::as_float32(mesh), {.max_iterations = 20});

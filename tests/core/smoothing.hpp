@@ -68,6 +68,18 @@ inline Mesh wavy_if_surface(const Mesh& mesh) {
   return mapped(mesh, [](Vec3d p) { return Vec3d{p.x, p.y, 3 * std::sin(0.1 * p.x)}; });
 }
 
+/// A lattice of `n` cells a side with a smooth error as long as the mesh: its descent is
+/// accelerated.
+inline Mesh long_error(ElementType type, int n) {
+  const double wave = 3.14159265358979 / n;
+  const bool plane = oracle::is_surface(type);
+  return wavy_if_surface(mapped(lattice(type, n), [&](Vec3d p) {
+    const double bump = std::sin(wave * p.x) * std::sin(wave * p.y);
+    p.x += 0.2 * n * bump * (plane ? 1 : std::sin(wave * p.z));
+    return p;
+  }));
+}
+
 /// `brief` has all that `full` has but the metrics.
 inline void expect_brief_of(const QualityStats& full, const QualityStats& brief) {
   EXPECT_TRUE(brief.metrics.empty());

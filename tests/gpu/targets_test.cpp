@@ -93,12 +93,25 @@ TEST_F(CudaTargets, KeepTheLayerOnATangledCore) {
 }
 
 TEST_F(CudaTargets, TellWhatSlidesWhere) {
-  constexpr int kRows = 24;
-  const Mesh clean = test::with_fixed_set(formats::generate_hub({.rows = kRows, .layers = kRows}));
-  const Mesh turned =
-      test::with_fixed_set(formats::generate_hub({.rows = kRows, .degrees = 30, .layers = kRows}));
-  expect_alike("hub of 24 rows and layers", turned,
-               {.boundary = BoundaryPolicy::slide, .reference = clean.positions_view()});
+  for (const int rows : {24, 48}) {
+    const Mesh clean = test::with_fixed_set(formats::generate_hub({.rows = rows, .layers = rows}));
+    const Mesh turned =
+        test::with_fixed_set(formats::generate_hub({.rows = rows, .degrees = 30, .layers = rows}));
+    expect_alike("hub of " + std::to_string(rows) + " rows and layers", turned,
+                 {.boundary = BoundaryPolicy::slide, .reference = clean.positions_view()});
+  }
+}
+
+TEST_F(CudaTargets, PoorElementsAreCountedAsOnTheCpu) {
+  const Mesh mesh = test::noisy(test::lattice(ElementType::tetrahedron, 12), 0.25, 6);
+  const SmoothOptions options{
+      .max_iterations = 200, .tolerance = {.value = 1e-9}, .report_below = 0.9};
+  const PoorElements cpu = on("cpu", mesh, options).summary.poor.value();
+  const PoorElements gpu = on("cuda:0", mesh, options).summary.poor.value();
+  EXPECT_GT(cpu.limited_count, 0);
+  EXPECT_NEAR(double(gpu.element_count), double(cpu.element_count), 0.01 * cpu.element_count);
+  EXPECT_EQ(gpu.locked_count, cpu.locked_count);
+  EXPECT_EQ(gpu.limited_count + gpu.locked_count, gpu.element_count);
 }
 
 TEST_F(CudaTargets, AnchorsFlatReferencesAndBadElementsAreAsOnTheCpu) {

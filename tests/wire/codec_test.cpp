@@ -187,6 +187,8 @@ TEST(DecodeOptions, KeepsTheLimitOfBadElements) {
   EXPECT_EQ(options.only_below->quality, 0.25);
   EXPECT_EQ(options.only_below->rings, 7);
   EXPECT_FALSE(decode_options({}).only_below);
+  EXPECT_EQ(decode_options(encode_options({.report_below = 0.25})).report_below, 0.25);
+  EXPECT_FALSE(decode_options({}).report_below);
   v1::SmoothingOptions rings;
   rings.set_only_below_rings(3);
   EXPECT_THROW((void)decode_options(rings), NotSupported);
@@ -334,7 +336,10 @@ TEST(ElementTypes, ComeBackAsTheyWereSent) {
 SmoothSummary full_summary() {
   SmoothSummary s;
   s.stop_reason = StopReason::stagnated;
+  s.poor = {.below = 0.25, .element_count = 43, .locked_count = 41, .limited_count = 2};
   s.convergence = {.iteration_count = 1,
+                   .end_rule = EndRule::all_held,
+                   .remaining_gain = 0.125,
                    .last_max_displacement = 2,
                    .last_rms_displacement = 3,
                    .tolerance = 4,
@@ -394,6 +399,12 @@ TEST(DecodeSummary, ReadsWhatEncodeWrote) {
   const SmoothSummary s = decode_summary(encode_summary(full_summary()));
 
   EXPECT_EQ(s.stop_reason, StopReason::stagnated);
+  EXPECT_EQ(s.convergence.end_rule, EndRule::all_held);
+  EXPECT_EQ(s.convergence.remaining_gain, 0.125);
+  EXPECT_EQ(s.poor.value().below, 0.25);
+  EXPECT_EQ(s.poor->element_count, 43);
+  EXPECT_EQ(s.poor->locked_count, 41);
+  EXPECT_EQ(s.poor->limited_count, 2);
   EXPECT_EQ(s.convergence.held_node_count, 6);
   EXPECT_THAT(s.convergence.moved_node_counts, ::testing::ElementsAre(11, 12));
   EXPECT_THAT(s.convergence.energies, ::testing::ElementsAre(1.5, 1.25));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,9 +19,24 @@ enum class StopReason {
   cancelled_with_result,  ///< Cancelled by a caller who wants the positions reached.
 };
 
+/// The rule by which a job converged or stagnated.
+enum class EndRule {
+  none,         ///< It ended by a limit, a target or the caller.
+  at_rest,      ///< No node moves any more.
+  small_moves,  ///< The largest move fell below the tolerance.
+  small_gains,  ///< `Optimize`: further sweeps would lower the energy by less than the tolerance.
+  no_progress,  ///< Moves no longer shrink; `Optimize`: tangled balls do not become better.
+  all_held,     ///< Every move was rejected.
+};
+
 /// How the sweeps converged. Lengths are in the mesh's unit.
 struct Convergence {
   int iteration_count = 0;
+  EndRule end_rule = EndRule::none;
+  /// Of `Optimize`: by which share the energy of a free node's ball, to the power of 1/p, would
+  /// fall in the mean if the sweeps went on; estimated from the last two. Unset while it does not
+  /// converge, and with other methods.
+  std::optional<double> remaining_gain;
   double last_max_displacement = 0;
   double last_rms_displacement = 0;
   double tolerance = 0;  ///< See `displacement_tolerance`.
@@ -64,6 +80,16 @@ struct BoundaryDeviation {
   double input_to_result = 0;  ///< Largest distance of an input position from the result.
 };
 
+/// The elements of the result below `SmoothOptions::report_below`, by what holds them there.
+struct PoorElements {
+  double below = 0;  ///< A mean ratio, against the target.
+  std::int64_t element_count = 0;
+  std::int64_t locked_count = 0;  ///< All nodes are fixed.
+  /// Of the others, those limited by connectivity: no allowed move of one of their nodes would
+  /// lower the energy of its ball by 0.1 % or more.
+  std::int64_t limited_count = 0;
+};
+
 /// Times of the stages of a job.
 struct StageTimes {
   double upload_seconds = 0;
@@ -83,6 +109,7 @@ struct SmoothSummary {
   /// Of the result, with SmoothOptions::element_quality_metrics.
   ElementQualityArrays element_quality;
   LockedStats locked;
+  std::optional<PoorElements> poor;  ///< With SmoothOptions::report_below.
   NodeCounts nodes;
   BoundaryDeviation deviation;
   /// Elements that are flat or inverted in the reference: they aim at their ideal shape.

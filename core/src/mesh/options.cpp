@@ -116,6 +116,16 @@ void validate(const SmoothOptions& options) {
     need(options.only_below->rings >= 0, "only_below_rings", options.only_below->rings,
          "0 or more");
   }
+  if (options.report_below) {
+    need(*options.report_below > 0 && *options.report_below <= 1, "report_below",
+         *options.report_below, "above 0 and at most 1");
+    if (!std::holds_alternative<Optimize>(options.method)) {
+      throw NotSupported("OPTION_NOT_SUPPORTED",
+                         "only optimize tells what holds elements below a quality, the method is " +
+                             std::string(method_name(options.method)),
+                         {{"field", "report_below"}});
+    }
+  }
   std::visit([&](const auto& method) { validate_form(method, options.form); }, options.method);
   validate_target(options);
 }

@@ -44,7 +44,8 @@ namespace meshsmooth::detail {
       std::max({n * 4 + renumbering_bytes(mesh), rows + finding_rings_bytes(mesh),
                 rows + n + (colours ? colouring_nodes_bytes(n) : 0),
                 rows + n + constraining_bytes(mesh, options),
-                rows + n + normals + only_below_bytes(mesh, options), iterating, evaluating});
+                rows + n + normals + only_below_bytes(mesh, options),
+                rows + n + normals + finding_boxes_bytes(mesh, options), iterating, evaluating});
   const std::int64_t histograms = (1 + thread_count) * (std::int64_t{192} << 10);
   return peak + peak / 50 + histograms;
 }

@@ -11,9 +11,9 @@ inline constexpr double kRestDecrement = 4e-6;
 
 /// What the visits of a phase do.
 struct OptimizePhase {
-  int power = 2;      // of the energy of valid balls, a power of two
-  double poor = 0;    // visit only balls whose worst inverse mean ratio is above
-  bool guard = true;  // in a tangled ball valid corners stay valid
+  int power = 2;       // of the energy of valid balls, a power of two
+  double poor = 0;     // visit only balls whose worst inverse mean ratio is above
+  bool guard = true;   // in a tangled ball valid corners stay valid
   bool facets = true;  // those of sliding nodes that are right stay right
   /// Above 0 valid balls descend a regularized energy too: e is at least this share of the
   /// volume of an ideal corner of the ball's size.

@@ -40,12 +40,13 @@ class ConvergenceMonitor {
   /// `done` by the sweeps alone, whenever it is called.
   [[nodiscard]] bool ended_by(const SweepStats& stats) {
     record(stats);
-    if (stats.moved == 0 && stats.held > 0) return end(StopReason::stagnated);
-    if (state_.last_max_displacement < state_.tolerance || stats.moved == 0) {
-      return end(StopReason::converged);
+    if (stats.moved == 0 && stats.held > 0) return end(StopReason::stagnated, EndRule::all_held);
+    if (stats.moved == 0) return end(StopReason::converged, EndRule::at_rest);
+    if (state_.last_max_displacement < state_.tolerance) {
+      return end(StopReason::converged, EndRule::small_moves);
     }
     if (sweeps_left() == 0) return end(StopReason::iteration_limit);
-    if (stagnated()) return end(StopReason::stagnated);
+    if (stagnated()) return end(StopReason::stagnated, EndRule::no_progress);
     return false;
   }
 
@@ -108,10 +109,18 @@ class ConvergenceMonitor {
   [[nodiscard]] std::size_t free_count() const { return free_count_; }
 
   /// Ends the job; true.
-  bool end(StopReason reason) {
+  bool end(StopReason reason, EndRule rule = EndRule::none) {
     reason_ = reason;
+    state_.end_rule = rule;
     return true;
   }
+  /// Sum over the free nodes of what further sweeps of `Optimize` would gain.
+  void record_remaining(double gain) {
+    state_.remaining_gain.reset();
+    if (std::isfinite(gain)) state_.remaining_gain = gain / static_cast<double>(free_count_);
+  }
+  void record_poor(const PoorElements& poor) { poor_ = poor; }
+  [[nodiscard]] const std::optional<PoorElements>& poor() const { return poor_; }
   [[nodiscard]] StopReason reason() const { return reason_; }
   [[nodiscard]] Convergence take() { return std::move(state_); }
 
@@ -140,6 +149,7 @@ class ConvergenceMonitor {
   std::optional<Clock::time_point> budget_end_;
   Convergence state_;
   StopReason reason_ = StopReason::converged;
+  std::optional<PoorElements> poor_;
   double lowest_ = HUGE_VAL;
   int lowest_at_ = 0;
 };

@@ -8,9 +8,11 @@
 
 namespace meshsmooth::detail {
 
-/// Bytes that `iterate` holds besides rings and balls.
+/// Bytes that `iterate` holds besides rings and balls; `optimizing` are those of a backend's sweeps
+/// of `Optimize`.
 [[nodiscard]] inline std::int64_t iterate_bytes(const MeshCounts& mesh,
-                                                const SmoothOptions& options) {
+                                                const SmoothOptions& options,
+                                                std::int64_t optimizing = 0) {
   const std::int64_t positions = mesh.nodes * mesh.position_bytes;
   const Acceptance acceptance = acceptance_of(options);
   std::int64_t bytes = options.movement_limit ? positions : 0;
@@ -24,7 +26,9 @@ namespace meshsmooth::detail {
   }
   if (std::holds_alternative<Taubin>(options.method)) bytes += positions;
   if (std::holds_alternative<HcLaplacian>(options.method)) bytes += 2 * positions;
-  if (std::holds_alternative<Optimize>(options.method)) bytes += optimize_bytes(mesh, options);
+  if (std::holds_alternative<Optimize>(options.method)) {
+    bytes += optimize_bytes(mesh, options, optimizing);
+  }
   return bytes;
 }
 
@@ -40,7 +44,7 @@ void iterate(B& backend, const Surroundings& around,
              ConvergenceMonitor& monitor, const Box& box, const CallerPositions<Real>& given,
              Vec3<Real>* positions) {
   using E = typename B::Executor;
-  if (monitor.done_at_once()) return;
+  if (monitor.done_at_once() && !options.report_below) return;
   E& executor = backend.executor();
   const auto allocate = [&] { return executor.template allocate<Vec3<Real>>(around.node_count); };
   SweepContext<E, Real> context{around, &colouring, acceptance_of(options)};

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -7,6 +8,7 @@
 #include "smooth/steps/backend.hpp"
 #include "smooth/steps/limit_moves.hpp"
 #include "smooth/steps/mesh_counts.hpp"
+#include "smooth/steps/poor_elements.hpp"
 
 namespace meshsmooth::detail {
 
@@ -27,16 +29,22 @@ struct CallerPositions {
 inline constexpr int kUntanglingSweeps = 10;
 inline constexpr int kDescentSweeps = 15;
 
-/// Bytes of `optimize`: states, opposite nodes; where a tangled mesh is repaired its input and
-/// `limit_moves`, or the positions to return to and what accelerates a long descent.
+/// Bytes of `optimize`: states, opposite nodes, and the most of its parts. Each part but the last
+/// of repair holds what a backend's sweeps need, `sweeping`, and most of them where to return to.
 [[nodiscard]] inline std::int64_t optimize_bytes(const MeshCounts& mesh,
-                                                 const SmoothOptions& options) {
-  const bool repairs = options.tangled == TangledPolicy::repair;
-  const bool far = iteration_limit(options) > kDescentSweeps;
+                                                 const SmoothOptions& options,
+                                                 std::int64_t sweeping) {
   const std::int64_t positions = mesh.nodes * mesh.position_bytes;
-  return mesh.nodes + (mesh.only(4) ? 3 * 4 * mesh.entries : 0) +
-         std::max(repairs ? positions + limit_moves_bytes(mesh.nodes, false) : 0,
-                  far ? positions + anderson_bytes(mesh) : 0);
+  std::int64_t most = options.report_below ? positions + sweeping : sweeping;
+  if (options.tangled == TangledPolicy::repair) {
+    const bool softens = iteration_limit(options) > kUntanglingSweeps;
+    most = std::max(
+        most, positions + std::max(softens ? sweeping : 0, limit_moves_bytes(mesh.nodes, false)));
+  }
+  if (iteration_limit(options) > kDescentSweeps) {
+    most = std::max(most, positions + anderson_bytes(mesh) + sweeping);
+  }
+  return mesh.nodes + (mesh.only(4) ? 3 * 4 * mesh.entries : 0) + most;
 }
 
 /// The method Optimize: untangles where a ball is not valid, then descends the goal's energy,
@@ -63,15 +71,41 @@ class Optimizer {
         sweeper_(executor_, with_opposite(context, opposite_.data()), positions) {}
 
   void run(const CallerPositions<Real>& given) {
-    const MeshEnergy start = sweeper_.measure(1);
-    run_phases(given, start);
-    // Repair checks corners only, and the descent need not cure what it broke between them.
-    if (start.invalid > 0 && options_.guard && sweeper_.measure(1).invalid > 0) {
-      undo_inversions(given);
+    if (!monitor_.done_at_once()) {
+      const MeshEnergy start = sweeper_.measure(1);
+      run_phases(given, start);
+      // Repair checks corners only, and the descent need not cure what it broke between them.
+      if (start.invalid > 0 && options_.guard && sweeper_.measure(1).invalid > 0) {
+        undo_inversions(given);
+      }
     }
+    if (options_.report_below) monitor_.record_poor(explain(*options_.report_below));
   }
 
  private:
+  /// What holds elements below a quality: a sweep in which only nodes move that gain by it is tried
+  /// and undone.
+  [[nodiscard]] PoorElements explain(double quality) {
+    constexpr double kWorthwhile = 1e-3;  // decrement
+    const Saved saved = save();
+    const SmoothOptions once{.max_iterations = 1};
+    const JobControl nobody;
+    ConvergenceMonitor monitor(once, nobody, 0, monitor_.free_count());
+    const OptimizePhase phase{.power = power_of(method_.goal),
+                              .poor = 1 / quality,
+                              .guard = options_.guard,
+                              .rest = kWorthwhile};
+    PhaseMonitor phase_monitor(monitor, phase, {}, 0);
+    if (monitor_.free_count() > 0) {
+      sweeper_.wake_all();
+      backend_.optimize_phase(sweeper_, phase, phase_monitor);
+    }
+    const PoorElements poor = count_poor(executor_, context_.around, quality,
+                                         saved.positions.data(), sweeper_.positions());
+    restore(saved);
+    return poor;
+  }
+
   void run_phases(const CallerPositions<Real>& given, const MeshEnergy& start) {
     if (method_.target_quality > 0 && start.worst >= method_.target_quality) {
       monitor_.end(StopReason::target_reached);
@@ -92,8 +126,7 @@ class Optimizer {
           return;
       }
     }
-    const bool stuck = last_.moves.moved == 0 && last_.moves.held > 0;
-    monitor_.end(last_.tangled > 0 || stuck ? StopReason::stagnated : StopReason::converged);
+    end();
   }
 
   /// Where to return to.
@@ -101,6 +134,20 @@ class Optimizer {
     typename E::template Buffer<Vec3<Real>> positions;
     OptimizeStats last;
   };
+
+  /// Ends a job that no limit has ended.
+  void end() {
+    const SweepStats& moves = last_.moves;
+    if (last_.tangled > 0) {
+      monitor_.end(StopReason::stagnated, EndRule::no_progress);
+    } else if (moves.moved == 0 && moves.held > 0) {
+      monitor_.end(StopReason::stagnated, EndRule::all_held);
+    } else {
+      monitor_.end(StopReason::converged, moves.moved == 0              ? EndRule::at_rest
+                                          : options_.tolerance.relative ? EndRule::small_gains
+                                                                        : EndRule::small_moves);
+    }
+  }
 
   /// A valid mesh with a corner below is nearly tangled: its nodes may hold each other there.
   static constexpr double kNearlyFlat = 0.05;
@@ -124,6 +171,7 @@ class Optimizer {
     phase_monitor.limit(most_sweeps);
     backend_.optimize_phase(sweeper_, phase, phase_monitor);
     last_ = phase_monitor.last();
+    monitor_.record_remaining(phase_monitor.remaining_gain());
     return !phase_monitor.job_ended();
   }
 

@@ -67,6 +67,12 @@ class PhaseMonitor {
   /// After a part: whether the job is over.
   [[nodiscard]] bool job_ended() const { return job_ended_; }
   [[nodiscard]] const OptimizeStats& last() const { return last_; }
+  /// What further sweeps would gain, were their gains to go on falling as the last two.
+  [[nodiscard]] double remaining_gain() const {
+    return last_.tangled > 0 ? HUGE_VAL
+           : last_.gain == 0 ? 0
+                             : PhaseEnd::remaining_gain(last_.gain, gain_before_);
+  }
 
  private:
   static constexpr int kPatience = 10;

@@ -71,6 +71,7 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
             CallerPositions<Real>{job.given.data(), job.caller_ids.data()}, job.positions.data());
     summary.stop_reason = monitor.reason();
     summary.convergence = monitor.take();
+    summary.poor = monitor.poor();
   }
   {
     const StageTimer timer(executor, times.evaluate_seconds, control, Stage::evaluate);

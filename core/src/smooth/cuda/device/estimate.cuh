@@ -10,28 +10,29 @@
 
 namespace meshsmooth::detail {
 
+/// Bytes of a visit of all nodes colour by colour: `run_phase`, and the sweeps in place.
+[[nodiscard]] inline std::int64_t visiting_bytes(const MeshCounts& mesh,
+                                                 const SmoothOptions& options) {
+  const std::int64_t reference = has_reference(options) && mesh.only(4) ? padded_bytes(mesh) : 0;
+  return padded_bytes(mesh) + reference + BallRecords::bytes(mesh.nodes);
+}
+
 /// Bytes that the CUDA sweeps hold besides those of `iterate`, without sums; mirrors the choices of
 /// `run_sweeps` and `run_phase`.
 [[nodiscard]] inline std::int64_t extra_sweep_bytes(const MeshCounts& mesh,
                                                     const SmoothOptions& options,
                                                     const std::optional<PatchSizes>& patch) {
-  const std::int64_t n = mesh.nodes;
   const MeanProperties mean = mean_properties(options.method);
-  const bool optimizes = std::holds_alternative<Optimize>(options.method);
   const Form form = resolve_form(options);
   std::int64_t bytes = 0;
   if (mean.averages && form == Form::jacobi && !acceptance_of(options).active()) {
     // Two padded copies of the positions instead of the sweeper's second array.
-    bytes += 2 * padded_bytes(mesh) - n * mesh.position_bytes;
+    bytes += 2 * padded_bytes(mesh) - mesh.nodes * mesh.position_bytes;
     if (mean.uniform && !patch) bytes += SellRings::bytes(mesh);
   }
-  if (optimizes ||
-      (form == Form::gauss_seidel && !std::holds_alternative<Taubin>(options.method))) {
-    const std::int64_t reference = has_reference(options) && mesh.only(4) ? padded_bytes(mesh) : 0;
-    const std::int64_t visiting = padded_bytes(mesh) + reference + BallRecords::bytes(n);
-    // Freed before moves that broke valid elements are undone.
-    const bool repairs = optimizes && options.tangled == TangledPolicy::repair;
-    bytes += visiting - (repairs ? std::min(visiting, n * (mesh.position_bytes + 3)) : 0);
+  if (form == Form::gauss_seidel && !std::holds_alternative<Taubin>(options.method) &&
+      !std::holds_alternative<Optimize>(options.method)) {
+    bytes += visiting_bytes(mesh, options);
   }
   return bytes;
 }
@@ -63,7 +64,8 @@ namespace meshsmooth::detail {
   const std::int64_t normals =
       mesh.dimension == 2 ? mesh.elements * std::int64_t{sizeof(PackedDirection)} : 0;
   const std::int64_t found = (needs_balls(options) ? balls : 0) + rings + normals;
-  const std::int64_t iterating = found + iterate_bytes(mesh, options) +
+  const std::int64_t iterating = found +
+                                 iterate_bytes(mesh, options, visiting_bytes(mesh, options)) +
                                  extra_sweep_bytes(mesh, options, patch) + (colours ? n * 4 : 0);
   const std::int64_t evaluating = found + element_quality_bytes(mesh, options);
 
@@ -77,7 +79,8 @@ namespace meshsmooth::detail {
   const std::int64_t peak =
       kept + std::max({order_bytes(n), finding, held + (colours ? colour_search_bytes(n) : 0),
                        held + constraining_bytes(mesh, options) + regions + mask, held + given,
-                       held + only_below_bytes(mesh, options) + normals, iterating, evaluating});
+                       held + only_below_bytes(mesh, options) + normals,
+                       held + finding_boxes_bytes(mesh, options) + normals, iterating, evaluating});
   const std::int64_t histograms = std::int64_t{128} << 10;
   return peak + peak / 50 + batch_bytes(blocks) + histograms;
 }
