@@ -356,5 +356,21 @@ TEST(MovementLimit, HoldsEveryMethod) {
   }
 }
 
+TEST(Optimize, LeavesTheWorstElementNoWorseThanBalanced) {
+  std::vector<Mesh> meshes;
+  for (const ElementType type : kElementTypes) {
+    meshes.push_back(test::noisy(test::lattice(type, 8), 0.3, 6));
+  }
+  // One bad ball among good ones.
+  Mesh& damaged = meshes.emplace_back(test::lattice(ElementType::tetrahedron, 9));
+  test::points(damaged)[555] += Vec3d{0.9, 0.05, 0.1};
+  for (const Mesh& mesh : meshes) {
+    const double balanced = test::oracle::worst_mean_ratio(test::smooth(mesh, optimize()).mesh);
+    const double worst =
+        test::oracle::worst_mean_ratio(test::smooth(mesh, optimize(Goal::worst)).mesh);
+    EXPECT_GE(worst, balanced) << element_shape(mesh.blocks[0].type).name;
+  }
+}
+
 }  // namespace
 }  // namespace meshsmooth

@@ -125,9 +125,9 @@ MESHSMOOTH_HD inline double blend(double ratio, double power) {
 /// How much of an aspect ratio is meant: nothing up to `kChanceAspect`, which distorted elements of
 /// equal edges have too, all of it from `kMeantAspect` on.
 template <int kDimension>
-inline constexpr double kChanceAspect = 1.5;
+inline constexpr double kChanceAspect = kDimension == 3 ? 1.65 : 2;
 template <int kDimension>
-inline constexpr double kMeantAspect = kDimension == 3 ? 2 : 3;
+inline constexpr double kMeantAspect = kDimension == 3 ? 2.1 : 4;
 /// How much of its own shape a wedge's triangle keeps: by the same ratio nothing, or all of it.
 inline constexpr double kThick = 3;
 inline constexpr double kThin = 6;
@@ -147,7 +147,7 @@ MESHSMOOTH_HD BoxLengths box_of(const ElementShape& shape, const Get& get, Vec3d
                                 const BoxLengths& evened) {
   constexpr BoxLengths kEqual{{1, 1, 1, 1}};
   const bool wedge = shape.node_count == 6;
-  double own[4];
+  double own[4] = {0, 0, 0, 0};
   // Lengths of which the ratio is 1 in the ideal element.
   double lengths[3] = {};
   double longest = 0, shortest = 0, mean = 1;

@@ -136,8 +136,8 @@ void measure_boxes(E& executor, const Surroundings& around, const Vec3<Real>* po
   });
 }
 
-/// Passes of `evened_lengths`, an odd number: each halves the scatter of a layer's heights or so.
-inline constexpr int kEveningPasses = 3;
+/// Passes of `evened_lengths`, an odd number.
+inline constexpr int kEveningPasses = 5;
 
 /// The boxes of the elements that are no simplices, from their input positions.
 ///

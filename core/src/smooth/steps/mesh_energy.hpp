@@ -87,9 +87,8 @@ MeshEnergy measure_energy(E& executor, const Surroundings& around, const Vec3<Re
   return std::pow(energy.energy / energy.weight, 1.0 / power);
 }
 
-[[nodiscard]] inline int power_of(Goal goal) {
-  return goal == Goal::average ? 1 : goal == Goal::balanced ? 2 : 4;
-}
+/// The power that a goal's descent begins with; `worst` goes on from the optimum of `balanced`.
+[[nodiscard]] inline int power_of(Goal goal) { return goal == Goal::average ? 1 : 2; }
 
 /// Adds the energy of the mesh to the history, for methods without an energy of their own.
 template <Executor E, class Real>

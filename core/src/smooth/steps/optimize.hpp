@@ -14,7 +14,7 @@ namespace meshsmooth::detail {
 
 /// Balls with a worst mean ratio below are refined when no target is given.
 inline constexpr double kPoorMeanRatio = 0.5;
-/// The refinement phase: norms that approach the maximum norm. A step along the gradient of the
+/// The refinement phases: norms that approach the maximum norm. A step along the gradient of the
 /// worst corner of each ball stops earlier, where no single node can improve it.
 inline constexpr int kRefinementPowers[] = {8, 16, 32};
 
@@ -35,7 +35,9 @@ inline constexpr int kDescentSweeps = 15;
                                                  const SmoothOptions& options,
                                                  std::int64_t sweeping) {
   const std::int64_t positions = mesh.nodes * mesh.position_bytes;
-  std::int64_t most = options.report_below ? positions + sweeping : sweeping;
+  const auto* method = std::get_if<Optimize>(&options.method);
+  const bool returns = options.report_below || (method != nullptr && method->goal == Goal::worst);
+  std::int64_t most = returns ? positions + sweeping : sweeping;
   if (options.tangled == TangledPolicy::repair) {
     const bool softens = iteration_limit(options) > kUntanglingSweeps;
     most = std::max(
@@ -114,18 +116,7 @@ class Optimizer {
     if (start.invalid > 0 && !untangle(given)) return;
     const PhaseEnd converged = converged_end();
     if (!descend(converged)) return;
-    if (method_.goal == Goal::worst) {
-      // Few balls are poor, which is no reason to ask more of them; and what high powers gain in
-      // many sweeps is little (cube of 10,000 nodes: 0.1 degrees for twice the sweeps).
-      PhaseEnd refined = converged;
-      refined.free_count = 0;
-      refined.tolerance *= 3;
-      const double poor = method_.target_quality > 0 ? method_.target_quality : kPoorMeanRatio;
-      for (const int power : kRefinementPowers) {
-        if (!run_phase({.power = power, .poor = 1 / poor, .guard = options_.guard}, refined))
-          return;
-      }
-    }
+    if (method_.goal == Goal::worst && !refine(converged)) return;
     end();
   }
 
@@ -134,6 +125,26 @@ class Optimizer {
     typename E::template Buffer<Vec3<Real>> positions;
     OptimizeStats last;
   };
+
+  /// From the optimum of `balanced` on: higher powers in all balls, then the highest in poor ones.
+  /// True when the job goes on. What it reaches is no worse than `balanced`.
+  bool refine(const PhaseEnd& converged) {
+    const Saved saved = save();
+    const double worst = sweeper_.measure(1).worst;
+    bool goes_on = run_phase({.power = 4, .guard = options_.guard}, converged);
+    // Few balls are poor, which is no reason to ask more of them; and what high powers gain in
+    // many sweeps is little (cube of 10,000 nodes: 0.1 degrees for twice the sweeps).
+    PhaseEnd refined = converged;
+    refined.free_count = 0;
+    refined.tolerance *= 3;
+    const double poor = method_.target_quality > 0 ? method_.target_quality : kPoorMeanRatio;
+    for (const int power : kRefinementPowers) {
+      const OptimizePhase phase{.power = power, .poor = 1 / poor, .guard = options_.guard};
+      goes_on = goes_on && run_phase(phase, refined);
+    }
+    if (sweeper_.measure(1).worst < worst) restore(saved);
+    return goes_on;
+  }
 
   /// Ends a job that no limit has ended.
   void end() {
