@@ -109,7 +109,8 @@ TEST_F(CudaTargets, PoorElementsAreCountedAsOnTheCpu) {
   const PoorElements cpu = on("cpu", mesh, options).summary.poor.value();
   const PoorElements gpu = on("cuda:0", mesh, options).summary.poor.value();
   EXPECT_GT(cpu.limited_count, 0);
-  EXPECT_NEAR(double(gpu.element_count), double(cpu.element_count), 0.01 * cpu.element_count);
+  const auto count = static_cast<double>(cpu.element_count);
+  EXPECT_NEAR(static_cast<double>(gpu.element_count), count, 0.01 * count);
   EXPECT_EQ(gpu.locked_count, cpu.locked_count);
   EXPECT_EQ(gpu.limited_count + gpu.locked_count, gpu.element_count);
 }
