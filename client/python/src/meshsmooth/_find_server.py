@@ -28,16 +28,21 @@ def find_program() -> str:
             )
         return os.path.abspath(given)
     packaged = _packaged_program()
-    if packaged is not None and _is_program(packaged):
+    if packaged is not None:
+        if not _is_program(packaged):  # that on PATH may be the package's too
+            raise Unavailable(
+                f"cannot start a local server: the package meshsmooth_server lacks its program, "
+                f"{packaged}",
+                hint="run: pip install --force-reinstall meshsmooth-server",
+            )
         return packaged
     on_path = shutil.which(PROGRAM)
     if on_path is not None:
         return os.path.abspath(on_path)
-    package = "is not installed" if packaged is None else f"lacks its program, {packaged}"
     raise Unavailable(
         f"cannot start a local server: no {PROGRAM} was found: ${BINARY_VARIABLE} is not set, the "
-        f"package meshsmooth_server {package}, PATH has none",
-        hint="on Linux x86-64 run: pip install --force-reinstall meshsmooth-server, or set "
+        "package meshsmooth_server is not installed, PATH has none",
+        hint="on Linux x86-64 run: pip install 'meshsmooth[server]', or set "
         f"${BINARY_VARIABLE} to a program that you built; anywhere: set $MESHSMOOTH_SERVER to the "
         "HOST:PORT of a running server, or start an image by LocalServer(container=...)",
     )
