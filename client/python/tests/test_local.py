@@ -154,7 +154,7 @@ def test_threads_share_the_default_server():
 def test_a_default_server_that_ended_is_replaced():
     first = default_server()
     kill_server_of(first)
-    assert eventually(lambda: first.failure() is not None)
+    assert first.failure(wait=60)
     second = default_server()
     assert server_info(second.address)
     second.close()
@@ -173,6 +173,7 @@ def test_four_forked_workers_at_once(parent):
     assert eventually(lambda: not any(socket_of(a).parent.exists() for a in addresses))
 
 
+@pytest.mark.filterwarnings("ignore:.*multi-threaded:DeprecationWarning")  # Python 3.12's, of fork
 def test_a_forked_process_outlives_its_parents_server():
     server = LocalServer()
     address = server.address
@@ -202,7 +203,7 @@ def test_a_server_that_dies_reports_its_end(server):
     path = socket_of(server.address)
     assert server.failure() is None
     kill_server_of(server)
-    assert eventually(lambda: server.failure() is not None)
+    assert server.failure(wait=60)
     with pytest.raises(Unavailable, match="was ended by SIGKILL"):
         _ = server.address
     assert not path.parent.exists()
@@ -347,8 +348,7 @@ def end_of(server):
         _ = server.address
     except Unavailable as error:
         return str(error)
-    assert eventually(lambda: server.failure() is not None)
-    return server.failure()
+    return server.failure(wait=60)
 
 
 def only_child():

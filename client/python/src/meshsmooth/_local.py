@@ -116,10 +116,14 @@ class LocalServer:
         """Whether `close` was called."""
         return self._closed
 
-    def failure(self) -> str | None:
-        """How the server ended by itself, with the last lines of its log; None if it did not."""
+    def failure(self, wait: float = 0.0) -> str | None:
+        """How the server ended by itself, with the last lines of its log; None if it did not.
+
+        Args:
+            wait: seconds to wait for its end: a connection breaks before the process is gone.
+        """
         process = self._process
-        return None if process is None else process.failure()
+        return None if process is None else process.failure(wait)
 
     def close(self) -> None:
         """Ends the server and its jobs, and returns when it has ended; may be repeated.

@@ -83,9 +83,10 @@ class ServerProcess:
                 raise Unavailable(self._report(f"it did not serve within {seconds:g} s"))
             return self._listen
 
-    def failure(self) -> str | None:
-        """How the server ended, with the last lines of its log; None while it runs."""
+    def failure(self, wait: float = 0.0) -> str | None:
+        """How the server ended, with the last lines of its log; None if it runs after `wait` s."""
         with self._changed:
+            self._changed.wait_for(lambda: self._exit_code is not None, wait)
             if self._exit_code is None:
                 return None
             return self._report(f"it {_ending(self._exit_code)}")
