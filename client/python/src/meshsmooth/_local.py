@@ -154,13 +154,15 @@ class LocalServer:
     def _start(self) -> str:
         settings = self._settings | _OWN_SETTINGS
         if self._container is None:
-            command = [find_program(), *_flags(settings)]
-            process = ServerProcess(command, _environment(), _remove_socket)
+            program = find_program()
+            name, command = f"the local server {program}", [program, *_flags(settings)]
+            process = ServerProcess(name, command, _environment(), _remove_socket)
         else:
             container = Container(self._engine)
             flags = _flags(settings | {"listen": container.listen, "insecure": True})
             command = container.command(self._container, self._engine_options, flags)
-            process = ServerProcess(command, os.environ, lambda _: container.remove())
+            name = f"the container of {self._container}"
+            process = ServerProcess(name, command, os.environ, lambda _: container.remove())
         try:
             address = process.wait_until_serving(self._start_timeout)
             if self._container is not None:

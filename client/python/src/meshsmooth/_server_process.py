@@ -48,15 +48,16 @@ class ServerProcess:
 
     def __init__(
         self,
+        name: str,
         command: Sequence[str],
         environment: Mapping[str, str],
         clean_up: Callable[[str | None], None],
     ) -> None:
         """`clean_up` is called with the address, if known, once the process has ended.
 
-        Raises Unavailable when the program cannot be executed.
+        Errors call the server `name`. Raises Unavailable when the program cannot be executed.
         """
-        self._name = command[0]
+        self._name = name
         self._clean_up = clean_up
         self._lines: collections.deque[str] = collections.deque(maxlen=_KEPT_LINES)
         self._changed = threading.Condition()
@@ -127,7 +128,7 @@ class ServerProcess:
         except OSError as error:
             self._stdin.close()
             self._log.close()
-            raise Unavailable(f"cannot start {self._name}: {error.strerror}") from error
+            raise Unavailable(f"cannot run {command[0]}: {error.strerror}") from error
         finally:
             os.close(stdin)
             os.close(stderr)
@@ -153,7 +154,8 @@ class ServerProcess:
         found = _START.search(line)
         with self._changed:
             if found is None:
-                self._lines.append(line)
+                if line.strip():
+                    self._lines.append(line)
             elif self._listen is None:
                 value = found.group(1)
                 self._listen = json.loads(value) if value.startswith('"') else value
@@ -161,7 +163,7 @@ class ServerProcess:
 
     def _report(self, what: str) -> str:
         log = " | ".join(self._lines) if self._lines else "none"
-        return f"the local server {self._name} does not run: {what}; its last log lines: {log}"
+        return f"{self._name} does not run: {what}; its last log lines: {log}"
 
 
 def _ending(exit_code: int) -> str:
