@@ -97,12 +97,12 @@ class ServerProcess:
         self._stdin.close()
 
     def stop(self) -> None:
-        """Ends the server and returns when it has ended."""
+        """Ends the server and returns when it has ended; it is killed if that takes 10 s."""
         self.release()
         with self._changed:
             if not self._changed.wait_for(lambda: self._exit_code is not None, _STOP_SECONDS):
                 self._process.kill()
-                self._changed.wait_for(lambda: self._exit_code is not None)
+                self._changed.wait_for(lambda: self._exit_code is not None, _STOP_SECONDS)
 
     def disown(self) -> None:
         """Closes what a child process has inherited: the server is not this process's."""
