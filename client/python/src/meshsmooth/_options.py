@@ -286,6 +286,9 @@ def to_method(options: JobOptions) -> Method | None:
         if options.get(field.name) is not None
     }
     if not short:
+        # Servers know this option of a method that is named only.
+        if method is None and options.get("target_quality") is not None:
+            return Optimize()
         return method
     if method not in (None, Optimize()):
         raise misplaced(
