@@ -6,6 +6,9 @@
 The guide is docs/python.md.
 """
 
+from typing import TYPE_CHECKING, Any
+
+from . import gmsh
 from ._adapters import register_adapter
 from ._channel import Tls
 from ._client import Client, Session
@@ -34,6 +37,7 @@ from ._options import (
     Taubin,
     WindowedSinc,
 )
+from ._plot import plot_quality
 from ._progress import Progress
 from ._result import SmoothResult
 from ._rpc import JobInfo, ServerInfo, TopologyInfo
@@ -41,6 +45,9 @@ from ._summary import ElementQuality, MetricStats, QualityStats, Summary
 
 __all__ = [
     "AccessDenied",
+    "AsyncClient",
+    "AsyncJob",
+    "AsyncSession",
     "Busy",
     "Cancelled",
     "Client",
@@ -73,7 +80,25 @@ __all__ = [
     "Unavailable",
     "WindowedSinc",
     "default_client",
+    "gmsh",
+    "plot_quality",
     "quality",
     "register_adapter",
     "smooth",
 ]
+
+if TYPE_CHECKING:
+    from ._aio import AsyncClient, AsyncJob, AsyncSession
+
+
+def __getattr__(name: str) -> Any:
+    """Imports what few need when they do: asyncio's half of gRPC, and the version."""
+    if name in ("AsyncClient", "AsyncJob", "AsyncSession"):
+        from . import _aio
+
+        return getattr(_aio, name)
+    if name == "__version__":
+        import importlib.metadata
+
+        return importlib.metadata.version("meshsmooth")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

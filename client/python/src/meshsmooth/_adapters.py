@@ -194,7 +194,7 @@ def _read_polydata(mesh: Any) -> MeshData:
 
 def _write_vtk(mesh: Any, points: Points) -> Any:
     core = importlib.import_module("vtkmodules.vtkCommonCore")
-    if hasattr(mesh, "points"):  # PyVista's: NewInstance would return VTK's own class
+    if hasattr(mesh, "copy"):  # PyVista's: NewInstance would return VTK's own class
         result = mesh.copy(deep=False)
     else:
         result = mesh.NewInstance()

@@ -53,6 +53,7 @@ _BY_NAME |= {
     "hex": _BY_NAME["hexahedron"],
 }
 _BY_VTK = {kind.vtk: kind for kind in _TYPES}
+ELEMENT_TO_VTK = {kind.element: kind.vtk for kind in _TYPES if kind.element}
 _POLYGON = 7
 _SIZES = np.full(256, -1, np.int64)  # nodes of a VTK type; 0: any, -1: not known
 for _kind in _TYPES:

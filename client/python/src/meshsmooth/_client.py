@@ -21,7 +21,7 @@ from ._errors import Error
 from ._job import Control, Job
 from ._mesh import Mesh
 from ._options import JobOptions
-from ._progress import Display, Progress, make_display
+from ._progress import Display, Progress, Tee, closing, make_display
 from ._request import Request, Topology, TopologyUse
 from ._result import Finish, SmoothResult, session_request
 from ._retry import Retry
@@ -167,7 +167,7 @@ class Client:
         display = make_display(options.get("progress"))
         job._start(
             functools.partial(
-                self._smooth, request, finish, control, _Tee(job._note, display), patient=patient
+                self._smooth, request, finish, control, Tee(job._note, display), patient=patient
             )
         )
         return job
@@ -264,7 +264,7 @@ class Client:
         request, finish = prepare(mesh, options, None, False)
         control = Control()
         job: Job[M] = Job(self, "", control, kept=True)
-        display = _Tee(job._note, make_display(progress))
+        display = Tee(job._note, make_display(progress))
         control.job_name = name
         job._start(functools.partial(self._attach, name, request, finish, control, display))
         return job
@@ -360,7 +360,7 @@ class Client:
         attempts = _call.Attempts(
             retry, use or TopologyUse(), last_was_accepted=self._last_was_accepted
         )
-        with _closing(display):
+        with closing(display):
             while True:
                 control.check()
                 call = _call.SmoothCall(
@@ -416,8 +416,7 @@ class Client:
         def receive(message: bytes) -> Progress | None:
             progress = call.receive(message)
             control.job_name = call.job_name
-            if not upload.complete:
-                wake.set()
+            wake.set()
             return progress
 
         facts = functools.partial(CallFacts, self.address, request.timeout)
@@ -433,7 +432,7 @@ class Client:
         retry = Retry(request.timeout, request.max_attempts)
         call = _call.AttachCall(name, request, finish.memory)
         facts = functools.partial(CallFacts, self.address, request.timeout)
-        with _closing(display):
+        with closing(display):
             while True:
                 control.check()
                 before = call.result.received_bytes
@@ -480,31 +479,6 @@ class Client:
         if "result_ttl" in request.options and control.job_name:
             with contextlib.suppress(Error):
                 self._unary(_rpc.CANCEL_JOB, pb.CancelJobRequest(name=control.job_name), 1.0)
-
-
-class _Tee:
-    """A display that also notes the progress in a job."""
-
-    def __init__(self, note: Callable[[Progress], None], display: Display | None) -> None:
-        self._note = note
-        self._display = display
-
-    def __call__(self, progress: Progress) -> object:
-        self._note(progress)
-        return None if self._display is None else self._display(progress)
-
-    def close(self) -> None:
-        if self._display is not None:
-            self._display.close()
-
-
-@contextlib.contextmanager
-def _closing(display: Display | None) -> Iterator[None]:
-    try:
-        yield
-    finally:
-        if display is not None:
-            display.close()
 
 
 def prepare(

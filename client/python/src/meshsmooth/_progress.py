@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -149,3 +150,29 @@ def make_display(progress: bool | Callable[[Progress], object] | None) -> Displa
         except ImportError:
             continue
     return kinds[-1]()
+
+
+class Tee:
+    """A display that also notes the progress in a job."""
+
+    def __init__(self, note: Callable[[Progress], None], display: Display | None) -> None:
+        self._note = note
+        self._display = display
+
+    def __call__(self, progress: Progress) -> object:
+        self._note(progress)
+        return None if self._display is None else self._display(progress)
+
+    def close(self) -> None:
+        if self._display is not None:
+            self._display.close()
+
+
+@contextlib.contextmanager
+def closing(display: Display | None) -> Iterator[None]:
+    """Closes the display of a job at its end."""
+    try:
+        yield
+    finally:
+        if display is not None:
+            display.close()
