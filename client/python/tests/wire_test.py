@@ -95,4 +95,4 @@ def test_long_indices_travel_as_short_ones(numbers: list[int], cut: int) -> None
     assert b"".join(_wire.pieces(view)) == expected
     at = 4 * min(cut, len(numbers))
     assert isinstance(view, _wire.Int32View)
-    assert view[:at].tobytes() + view[at:].tobytes() == expected
+    assert bytes(view[:at].converted()) + bytes(view[at:].converted()) == expected

@@ -61,6 +61,7 @@ __all__ = [
     "JobInfo",
     "JobOptions",
     "Laplacian",
+    "LocalServer",
     "MeshData",
     "MetricStats",
     "NotFound",
@@ -89,14 +90,19 @@ __all__ = [
 
 if TYPE_CHECKING:
     from ._aio import AsyncClient, AsyncJob, AsyncSession
+    from ._local import LocalServer
 
 
 def __getattr__(name: str) -> Any:
-    """Imports what few need when they do: asyncio's half of gRPC, and the version."""
+    """Imports what few need when they do: asyncio's half of gRPC, the local server, the version."""
     if name in ("AsyncClient", "AsyncJob", "AsyncSession"):
         from . import _aio
 
         return getattr(_aio, name)
+    if name == "LocalServer":
+        from ._local import LocalServer
+
+        return LocalServer
     if name == "__version__":
         import importlib.metadata
 

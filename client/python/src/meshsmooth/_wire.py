@@ -45,14 +45,13 @@ class Chunk(NamedTuple):
         return self.crc32c is None or self.crc32c == crc32c(self.data)
 
 
-def encode_chunk(field: int, array_id: int, offset_bytes: int, data: memoryview | bytes) -> bytes:
+def encode_chunk(field: int, array_id: int, offset_bytes: int, data: memoryview) -> bytes:
     """Returns a message whose field number `field` is a chunk with `data`; copies `data` once."""
-    count = len(data)
     header = b"\x08" + _varint(array_id)
     if offset_bytes:  # proto3 leaves zeros out
         header += b"\x10" + _varint(offset_bytes)
-    header += b"\x1a" + _varint(count)
-    size = len(header) + count
+    header += b"\x1a" + _varint(data.nbytes)
+    size = len(header) + data.nbytes
     return b"".join((_varint(field << 3 | _BYTES), _varint(size), header, data))
 
 
@@ -142,19 +141,22 @@ class Int32View:
         assert start % 4 == stop % 4 == 0
         return Int32View(self._numbers[start // 4 : stop // 4])
 
-    def tobytes(self) -> bytes:
-        """Converts them."""
-        return self._numbers.astype("<i4").tobytes()
+    def converted(self) -> memoryview:
+        """Returns the bytes."""
+        return bytes_of(self._numbers.astype("<i4"))
 
 
 Data = memoryview | Int32View
 
 
-def pieces(data: Data) -> Iterator[bytes | memoryview]:
+def _memory(data: Data) -> memoryview:
+    return data if isinstance(data, memoryview) else data.converted()
+
+
+def pieces(data: Data) -> Iterator[memoryview]:
     """Yields all bytes of an array, a chunk's size at a time."""
     for start in range(0, data.nbytes, CHUNK_BYTES):
-        piece = data[start : start + CHUNK_BYTES]
-        yield piece if isinstance(piece, memoryview) else piece.tobytes()
+        yield _memory(data[start : start + CHUNK_BYTES])
 
 
 class Part(NamedTuple):
@@ -194,8 +196,8 @@ class Upload:
                 self._parts.append(
                     Part(part.array_id, part.offset_bytes + data.nbytes, part.data[most:])
                 )
-            raw = data if isinstance(data, memoryview) else data.tobytes()
-            yield encode_chunk(SMOOTH_REQUEST_CHUNK, part.array_id, part.offset_bytes, raw)
+            memory = _memory(data)
+            yield encode_chunk(SMOOTH_REQUEST_CHUNK, part.array_id, part.offset_bytes, memory)
 
     @property
     def complete(self) -> bool:
