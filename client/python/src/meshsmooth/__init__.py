@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from . import gmsh
 from ._adapters import register_adapter
+from ._aio import AsyncClient, AsyncJob, AsyncSession
 from ._channel import Tls
 from ._client import Client, Session
 from ._default import default_client, quality, smooth
@@ -89,16 +90,11 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from ._aio import AsyncClient, AsyncJob, AsyncSession
     from ._local import LocalServer
 
 
 def __getattr__(name: str) -> Any:
-    """Imports what few need when they do: asyncio's half of gRPC, the local server, the version."""
-    if name in ("AsyncClient", "AsyncJob", "AsyncSession"):
-        from . import _aio
-
-        return getattr(_aio, name)
+    """Imports what few need when they do: the local server and the version."""
     if name == "LocalServer":
         from ._local import LocalServer
 
