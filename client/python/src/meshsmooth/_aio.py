@@ -210,7 +210,7 @@ class AsyncClient:
     ) -> AsyncJob[Any]:
         request, finish = prepare(mesh, options, None, full)
         job: AsyncJob[Any] = AsyncJob(self, request.request_id, kept="result_ttl" in options)
-        display = Tee(job._note, make_display(options.get("progress")))
+        display = Tee(job._note, make_display(options.get("progress"), alone=False))
         job._start(self._smooth(request, finish, job._control, display, patient=patient))
         return job
 

@@ -164,7 +164,7 @@ class Client:
         request, finish = prepare(mesh, options, None, full)
         control = Control()
         job: Job[Any] = Job(self, request.request_id, control, kept="result_ttl" in options)
-        display = make_display(options.get("progress"))
+        display = make_display(options.get("progress"), alone=False)
         job._start(
             functools.partial(
                 self._smooth, request, finish, control, Tee(job._note, display), patient=patient
