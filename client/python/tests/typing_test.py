@@ -47,6 +47,7 @@ def check(code: str, folder: pathlib.Path) -> str:
         capture_output=True,
         text=True,
         check=False,
+        cwd=PACKAGE,  # for the settings in pyproject.toml
         env={"MYPYPATH": str(PACKAGE / "src"), "PATH": ""},
     )
     return done.stdout

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 from . import gmsh
 from ._adapters import register_adapter
-from ._aio import AsyncClient, AsyncJob, AsyncSession
+from ._aio import AsyncClient
+from ._aio_job import AsyncJob, AsyncSession
 from ._channel import Tls
-from ._client import Client, Session
+from ._client import Client
 from ._default import default_client, quality, smooth
 from ._errors import (
     AccessDenied,
@@ -42,6 +43,7 @@ from ._plot import plot_quality
 from ._progress import Progress
 from ._result import SmoothResult
 from ._rpc import JobInfo, ServerInfo, TopologyInfo
+from ._session import Session
 from ._summary import ElementQuality, MetricStats, QualityStats, Summary
 
 __all__ = [
