@@ -1,0 +1,108 @@
+"""Improves finite-element meshes: nodes move, nothing else changes, valid stays valid.
+
+    import meshsmooth as ms
+    better = ms.smooth(grid)  # PyVista, VTK, meshio, trimesh, scikit-fem, (points, cells)
+
+The guide is docs/python.md.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+from . import gmsh
+from ._adapters import register_adapter
+from ._aio import AsyncClient
+from ._aio_job import AsyncJob, AsyncSession
+from ._channel import Tls
+from ._client import Client
+from ._default import default_client, quality, smooth
+from ._errors import (
+    AccessDenied,
+    Busy,
+    Cancelled,
+    DeadlineExceeded,
+    Error,
+    InvalidMesh,
+    InvalidOption,
+    NotFound,
+    ServerError,
+    TooLarge,
+    Unavailable,
+)
+from ._job import Job
+from ._mesh import MeshData
+from ._options import (
+    HcLaplacian,
+    JobOptions,
+    Laplacian,
+    Optimize,
+    SmartLaplacian,
+    Taubin,
+    WindowedSinc,
+)
+from ._plot import plot_quality
+from ._progress import Progress
+from ._result import SmoothResult
+from ._rpc import JobInfo, ServerInfo, TopologyInfo
+from ._session import Session
+from ._summary import ElementQuality, MetricStats, QualityStats, Summary
+
+__all__ = [
+    "AccessDenied",
+    "AsyncClient",
+    "AsyncJob",
+    "AsyncSession",
+    "Busy",
+    "Cancelled",
+    "Client",
+    "DeadlineExceeded",
+    "ElementQuality",
+    "Error",
+    "HcLaplacian",
+    "InvalidMesh",
+    "InvalidOption",
+    "Job",
+    "JobInfo",
+    "JobOptions",
+    "Laplacian",
+    "LocalServer",
+    "MeshData",
+    "MetricStats",
+    "NotFound",
+    "Optimize",
+    "Progress",
+    "QualityStats",
+    "ServerError",
+    "ServerInfo",
+    "Session",
+    "SmartLaplacian",
+    "SmoothResult",
+    "Summary",
+    "Taubin",
+    "Tls",
+    "TooLarge",
+    "TopologyInfo",
+    "Unavailable",
+    "WindowedSinc",
+    "default_client",
+    "gmsh",
+    "plot_quality",
+    "quality",
+    "register_adapter",
+    "smooth",
+]
+
+if TYPE_CHECKING:
+    from ._local import LocalServer
+
+
+def __getattr__(name: str) -> Any:
+    """Imports what few need when they do: the local server and the version."""
+    if name == "LocalServer":
+        from ._local import LocalServer
+
+        return LocalServer
+    if name == "__version__":
+        import importlib.metadata
+
+        return importlib.metadata.version("meshsmooth")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

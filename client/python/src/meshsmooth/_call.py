@@ -1,0 +1,243 @@
+"""The protocol of a job without its input and output, for the blocking and the asyncio client."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from google.protobuf.message import DecodeError
+from numpy.typing import NDArray
+
+from . import _wire
+from ._errors import Error, InvalidOption
+from ._progress import Progress, decode_progress
+from ._request import Request, TopologyUse
+from ._service_error import broken_answer
+from .v1 import smoothing_pb2
+
+SMOOTH = "/meshsmooth.v1.SmoothingService/Smooth"
+ATTACH = "/meshsmooth.v1.SmoothingService/AttachJob"
+
+# What is sent before it is known whether the server accepts the job: of a large mesh little is in
+# vain, and a proxy can be heard that refuses at once, which it cannot be while more is under way.
+FEW_EARLY_BYTES = 64 << 10
+# The same where the last job was accepted: a mesh of this size does not wait for the answer.
+MANY_EARLY_BYTES = 2 << 20
+
+
+class Result:
+    """The arrays of a result, filled chunk by chunk; chunks may come over several calls."""
+
+    def __init__(self, request: Request, memory: NDArray[Any] | None = None) -> None:
+        """Prepares for the result of a request.
+
+        Args:
+            request: of the job.
+            memory: where the positions are written, of their shape and type; None: new memory.
+        """
+        self._request = request
+        self._positions = memory
+        self._quality = np.empty((0, 0), np.float32)
+        self._metrics: list[int] = []
+        self._arrays: list[tuple[int, memoryview]] = []  # of the result, in order
+        self.size_bytes = 0
+        self.received_bytes = 0
+        self.begun = False
+        self.summary: smoothing_pb2.Summary | None = None
+
+    def begin(self, header: smoothing_pb2.ResultHeader) -> None:
+        """Takes the announcement of the arrays."""
+        if self.begun:
+            raise broken_answer("the server announced its result twice")
+        points = self._request.points
+        scalar = 2 if points.dtype.itemsize == 8 else 1  # SCALAR_TYPE_FLOAT64, _FLOAT32
+        if header.node_count != len(points) or header.coordinate_type != scalar:
+            raise broken_answer(
+                f"the server announced a result of {header.node_count} nodes in scalar type "
+                f"{header.coordinate_type} for {len(points)} nodes in {points.dtype}"
+            )
+        self._metrics = list(header.element_quality_metrics)
+        if self._metrics != self._request.metrics:
+            raise InvalidOption(
+                "the server does not return the element_quality that was asked for; a server that "
+                "can has the feature element_quality",
+                reason="OPTION_NOT_SUPPORTED",
+                details={"field": "element_quality_metrics"},
+            )
+        if self._positions is None:
+            self._positions = np.empty(points.shape, points.dtype)
+        shape = (len(self._metrics), self._request.topology.element_count)
+        self._quality = np.empty(shape, np.dtype("<f4"))
+        self._arrays = [(_wire.COORDINATES, _wire.bytes_of(self._positions))]
+        if self._metrics:
+            self._arrays.append((_wire.ELEMENT_QUALITY, _wire.bytes_of(self._quality)))
+        self.size_bytes = sum(view.nbytes for _, view in self._arrays)
+        if header.size_bytes != self.size_bytes:
+            raise broken_answer(
+                f"the server announced a result of {header.size_bytes} bytes, it must have "
+                f"{self.size_bytes}"
+            )
+        self.begun = True
+
+    def add(self, chunk: _wire.Chunk) -> None:
+        """Copies a chunk to its place."""
+        due, memory, offset_bytes = self._due()
+        if chunk.array_id != due or chunk.offset_bytes != offset_bytes:
+            raise broken_answer(
+                f"the server sent result bytes at {chunk.offset_bytes} where those at "
+                f"{offset_bytes} were due"
+            )
+        end = offset_bytes + chunk.data.nbytes
+        if end > memory.nbytes:
+            raise broken_answer(
+                f"the server sent more result bytes than the {self.size_bytes} announced"
+            )
+        if not chunk.has_right_checksum():
+            raise broken_answer(
+                f"the checksum of the result bytes at {self.received_bytes} is wrong"
+            )
+        memory[offset_bytes:end] = chunk.data
+        self.received_bytes += chunk.data.nbytes
+
+    def _due(self) -> tuple[int, memoryview, int]:
+        """The array that the next byte belongs to, and its offset there."""
+        offset_bytes = self.received_bytes
+        for array_id, memory in self._arrays:
+            if offset_bytes < memory.nbytes:
+                return array_id, memory, offset_bytes
+            offset_bytes -= memory.nbytes
+        return _wire.COORDINATES, memoryview(b""), self.received_bytes
+
+    def take(self) -> tuple[NDArray[Any], NDArray[np.float32], smoothing_pb2.Summary]:
+        """Returns positions, quality of each element by metric, and the summary."""
+        if self.summary is None:
+            raise broken_answer("the server ended the call without a summary")
+        if self._positions is None or self.received_bytes != self.size_bytes:
+            raise broken_answer(
+                f"the result is incomplete: {self.received_bytes} of {self.size_bytes} bytes "
+                "arrived"
+            )
+        return self._positions, self._quality, self.summary
+
+
+class SmoothCall:
+    """One attempt at a job, from spec to summary."""
+
+    def __init__(
+        self,
+        request: Request,
+        use: TopologyUse,
+        early_bytes: int,
+        memory: NDArray[Any] | None,
+        *,
+        with_progress: bool,
+    ) -> None:
+        self.first = request.spec(use, with_progress=with_progress)
+        self.metadata = request.metadata(use)
+        self.upload = _wire.Upload(request.parts(use), early_bytes)
+        self.result = Result(request, memory)
+        self.job_name = ""
+
+    @property
+    def answered(self) -> bool:
+        """Whether the server has accepted the job, or refused it itself."""
+        return self.upload.answered or self.upload.stopped
+
+    def receive(self, message: bytes) -> Progress | None:
+        """Takes an answer; returns the progress if it is one.
+
+        Raises:
+            Error: the answer breaks the protocol.
+        """
+        if (chunk := _find_chunk(message, _wire.SMOOTH_RESPONSE_CHUNK)) is not None:
+            self.result.add(chunk)
+            return None
+        response = _parse(smoothing_pb2.SmoothResponse, message)
+        kind = response.WhichOneof("message")
+        if kind == "accepted":
+            if self.upload.answered:
+                raise broken_answer("the server accepted the job twice")
+            self.job_name = response.accepted.job.name
+            self.upload.answered = True
+        elif kind == "stop_sending":
+            self.upload.stopped = True
+        elif kind == "progress":
+            return decode_progress(response.progress)
+        elif kind == "result":
+            self.result.begin(response.result)
+        elif kind == "summary":
+            self.result.summary = response.summary
+        return None  # also of what a newer server adds
+
+
+class AttachCall:
+    """Attempts at the result of a kept job; each continues where the last one ended."""
+
+    def __init__(self, name: str, request: Request, memory: NDArray[Any] | None) -> None:
+        self.job_name = name
+        self.result = Result(request, memory)
+
+    def first(self) -> bytes:
+        """Returns the request of the next attempt."""
+        message = smoothing_pb2.AttachJobRequest(
+            name=self.job_name, result_offset_bytes=self.result.received_bytes
+        )
+        return message.SerializeToString()
+
+    def receive(self, message: bytes) -> Progress | None:
+        """Takes an answer; returns the progress if it is one."""
+        if (chunk := _find_chunk(message, _wire.ATTACH_RESPONSE_CHUNK)) is not None:
+            self.result.add(chunk)
+            return None
+        response = _parse(smoothing_pb2.AttachJobResponse, message)
+        kind = response.WhichOneof("message")
+        if kind == "progress":
+            return decode_progress(response.progress)
+        if kind == "result" and not self.result.begun:
+            self.result.begin(response.result)
+        elif kind == "summary":
+            self.result.summary = response.summary
+        return None
+
+
+def _find_chunk(message: bytes, field: int) -> _wire.Chunk | None:
+    try:
+        return _wire.find_chunk(message, field)
+    except _wire.Malformed as error:
+        raise broken_answer(f"cannot parse the server's chunk: {error}") from None
+
+
+def _parse(kind: Any, message: bytes) -> Any:
+    try:
+        return kind.FromString(message)
+    except DecodeError:
+        raise broken_answer(f"cannot parse the server's {kind.DESCRIPTOR.name}") from None
+
+
+class Attempts:
+    """The attempts at one job, with the rules of the C++ client for what is sent again and how.
+
+    Attributes:
+        use: how the next attempt names or sends the topology.
+        early_bytes: what it sends before the server has answered.
+    """
+
+    def __init__(self, retry: Any, use: TopologyUse, *, last_was_accepted: bool) -> None:
+        self.retry = retry
+        self.use = use
+        self.early_bytes = MANY_EARLY_BYTES if last_was_accepted else FEW_EARLY_BYTES
+
+    def after(self, error: Error, call: SmoothCall) -> float:
+        """Returns the seconds to wait before the next attempt; raises if there is none."""
+        if error.reason == "TOPOLOGY_NOT_FOUND" and self.use.named:
+            self.use = TopologyUse(kept=True, routed=self.use.routed)
+            return 0.0
+        # The server itself refused: a proxy may choose another.
+        if error.reason:
+            self.use = self.use._replace(routed=False)
+        # Cut off with much data in flight, which may hide a proxy's answer: try with less.
+        many = self.early_bytes == MANY_EARLY_BYTES
+        self.early_bytes = FEW_EARLY_BYTES
+        if many and not call.answered and not error.reason and self.retry.left() > 0:
+            return 0.0
+        return float(self.retry.delay_after(error))

@@ -1,0 +1,261 @@
+"""Connections: address, TLS, token, and what gRPC needs to know of them."""
+
+from __future__ import annotations
+
+import contextlib
+import ipaddress
+import json
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import grpc
+
+from ._errors import Error, InvalidOption
+
+SERVER_VARIABLE = "MESHSMOOTH_SERVER"
+
+Token = str | Callable[[], str]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tls:
+    """TLS of a connection; all files are PEM.
+
+    Attributes:
+        ca: file of the authorities that may sign the server's certificate [gRPC's own].
+        cert: file of the client certificate, for servers that require one.
+        key: file of the key of `cert`.
+        server_name: name in the server's certificate [the host of the address].
+    """
+
+    ca: str | os.PathLike[str] | None = None
+    cert: str | os.PathLike[str] | None = None
+    key: str | os.PathLike[str] | None = None
+    server_name: str | None = None
+
+
+# Calls alternate between all servers that serve, each asked by health's Watch; what only asks is
+# tried again elsewhere by gRPC, jobs by `Retry`.
+_FLEET_CONFIG = json.dumps(
+    {
+        "loadBalancingConfig": [{"round_robin": {}}],
+        "healthCheckConfig": {"serviceName": "meshsmooth.v1.SmoothingService"},
+        "methodConfig": [
+            {
+                "name": [
+                    {"service": "meshsmooth.v1.SmoothingService", "method": method}
+                    for method in ("GetServerInfo", "ListJobs", "GetJob")
+                ],
+                "retryPolicy": {
+                    "maxAttempts": 4,
+                    "initialBackoff": "0.1s",
+                    "maxBackoff": "2s",
+                    "backoffMultiplier": 2,
+                    "retryableStatusCodes": ["UNAVAILABLE"],
+                },
+            }
+        ],
+        "retryThrottling": {"maxTokens": 10, "tokenRatio": 0.1},
+    }
+)
+
+
+def channel_options(address: str, tls: Tls | None) -> list[tuple[str, Any]]:
+    """Returns the channel arguments, which are those of the C++ client."""
+    options: list[tuple[str, Any]] = [
+        # Finds out within a minute when a server has gone without a word. Servers allow a ping
+        # every 15 s.
+        ("grpc.keepalive_time_ms", 30_000),
+        ("grpc.keepalive_timeout_ms", 20_000),
+        ("grpc.http2.max_pings_without_data", 0),
+        # As many connections as clients: else gRPC has all of a process share one.
+        ("grpc.use_local_subchannel_pool", 1),
+    ]
+    if address.startswith(("dns:", "ipv4:", "ipv6:")):
+        options += [
+            ("grpc.service_config", _FLEET_CONFIG),
+            ("grpc.dns_min_time_between_resolutions_ms", 2_000),
+        ]
+    if tls is not None and tls.server_name:
+        options.append(("grpc.ssl_target_name_override", tls.server_name))
+    return options
+
+
+def channel_credentials(tls: Tls) -> grpc.ChannelCredentials:
+    """Reads the files of a TLS connection.
+
+    Raises:
+        InvalidOption: CREDENTIALS_UNUSABLE.
+    """
+    if (tls.cert is None) != (tls.key is None):
+        missing = "key" if tls.key is None else "cert"
+        raise _unusable(missing, "a certificate and its key belong together")
+    return grpc.ssl_channel_credentials(
+        _read("ca", tls.ca), _read("key", tls.key), _read("cert", tls.cert)
+    )
+
+
+def _read(field: str, path: str | os.PathLike[str] | None) -> bytes | None:
+    if path is None:
+        return None
+    try:
+        with open(path, "rb") as file:
+            content = file.read()
+    except OSError as error:
+        raise _unusable(field, f"cannot read {os.fspath(path)}: {error.strerror}") from None
+    if not content:
+        raise _unusable(field, f"{os.fspath(path)} is empty")
+    return content
+
+
+def _unusable(field: str, what: str) -> InvalidOption:
+    return InvalidOption(
+        f"{field}: {what}", reason="CREDENTIALS_UNUSABLE", details={"field": field}
+    )
+
+
+class TokenFile:
+    """A token on the first line of a file, which is read anew for each call.
+
+    While a new token is being written, the one before is shown.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self._path = path
+        self._token = self._read_token()
+
+    def __call__(self) -> str:
+        with contextlib.suppress(InvalidOption):
+            self._token = self._read_token()
+        return self._token
+
+    def _read_token(self) -> str:
+        content = _read("token_file", self._path) or b""
+        lines = content.decode("ascii", "replace").splitlines()
+        return checked_token(lines[0] if lines else "", "token_file")
+
+
+def checked_token(token: str, field: str = "token") -> str:
+    """Returns the token, or raises InvalidOption if it cannot travel as metadata."""
+    if not token or not all(0x20 < ord(letter) < 0x7F for letter in token):
+        raise _unusable(field, "a token is visible ASCII without spaces, alone on its line")
+    return token
+
+
+def is_local(address: str) -> bool:
+    """Whether calls to an address stay on this machine."""
+    if address.startswith(("unix:", "unix-abstract:")):
+        return True
+    host = address.rpartition(":")[0]
+    if host in ("localhost", "[::1]"):
+        return True
+    try:
+        return ipaddress.IPv4Address(host).is_loopback
+    except ValueError:
+        return False
+
+
+@dataclass(frozen=True)
+class Endpoint:
+    """A server and what it needs to know of its caller."""
+
+    address: str
+    tls: Tls | None = None
+    token: Token | None = None
+
+    def metadata(self) -> list[tuple[str, str]]:
+        """Returns the token's metadata of one call."""
+        if self.token is None:
+            return []
+        token = self.token if isinstance(self.token, str) else self.token()
+        return [("authorization", f"Bearer {token}")]
+
+
+def make_endpoint(
+    address: str | None,
+    tls: Tls | bool | None,
+    token: Token | None,
+    token_file: str | os.PathLike[str] | None,
+) -> Endpoint:
+    """Returns the endpoint of a client's arguments; what is None comes from the environment.
+
+    Raises:
+        InvalidOption: CREDENTIALS_UNUSABLE: a file cannot be read, or a token would travel in
+            clear.
+        Unavailable: no address is given and no local server can be started.
+    """
+    own_address = address is not None
+    if address is None:
+        address = os.environ.get(SERVER_VARIABLE) or _local_address()
+    if not own_address and tls is None:
+        tls = _tls_of_environment()
+    if not own_address and token is None and token_file is None:
+        token = os.environ.get("MESHSMOOTH_CLIENT_TOKEN") or None
+        token_file = os.environ.get("MESHSMOOTH_CLIENT_TOKEN_FILE") or None
+    if token is not None and token_file is not None:
+        raise _unusable("token_file", "there is a token already")
+    if isinstance(token, str):
+        checked_token(token)
+    elif token_file is not None:
+        token = TokenFile(token_file)
+    secure = Tls() if tls is True else tls or None
+    if secure is None and token is not None and not is_local(address):
+        raise _unusable("token", f"the token would travel to {address} in clear; use TLS")
+    return Endpoint(address, secure, token)
+
+
+def _tls_of_environment() -> Tls | None:
+    def variable(name: str) -> str | None:
+        return os.environ.get(f"MESHSMOOTH_CLIENT_TLS_{name}") or None
+
+    tls = Tls(
+        ca=variable("CA"),
+        cert=variable("CERT"),
+        key=variable("KEY"),
+        server_name=variable("SERVER_NAME"),
+    )
+    wanted = os.environ.get("MESHSMOOTH_CLIENT_TLS", "") not in ("", "0", "false")
+    return tls if wanted or tls != Tls() else None
+
+
+def _local_address() -> str:
+    # Not at the top: whoever has a server elsewhere needs no local one.
+    from ._local import default_server
+
+    return str(default_server().address)
+
+
+class ForkGuard:
+    """Refuses the use of gRPC in a process that was forked while gRPC was in use.
+
+    gRPC's threads do not survive fork(); a call in the child would wait for ever.
+    """
+
+    def __init__(self) -> None:
+        self._used = False
+        self._refused = False
+        if hasattr(os, "register_at_fork"):
+            os.register_at_fork(after_in_child=self._forked)
+
+    def _forked(self) -> None:
+        self._refused = self._used
+
+    def check(self) -> None:
+        """Notes that gRPC is used.
+
+        Raises:
+            Error: FORKED.
+        """
+        if self._refused:
+            raise Error(
+                "this process was forked after its parent had used a meshsmooth client, which "
+                "gRPC does not survive",
+                reason="FORKED",
+                hint='use multiprocessing.get_context("spawn"), or fork before the first call',
+            )
+        self._used = True
+
+
+fork_guard = ForkGuard()

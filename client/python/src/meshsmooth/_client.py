@@ -1,0 +1,481 @@
+"""The blocking client."""
+
+from __future__ import annotations
+
+import collections
+import contextlib
+import functools
+import os
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any, Literal, TypeVar, Unpack, overload
+
+import grpc
+from numpy.typing import NDArray
+
+from . import _call, _channel, _options, _rpc
+from ._adapters import find_adapter
+from ._channel import Tls, Token
+from ._errors import Error
+from ._job import Control, Job
+from ._mesh import Mesh
+from ._options import JobOptions
+from ._progress import Display, Progress, Tee, closing, make_display
+from ._request import Request, TopologyUse
+from ._result import Finish, SmoothResult, prepare
+from ._retry import Retry
+from ._service_error import CallFacts, place_in_input, to_error
+from ._session import Session
+from ._summary import QualityStats
+from .v1 import smoothing_pb2 as pb
+
+M = TypeVar("M")
+Array = NDArray[Any]
+
+SHORT_TIMEOUT = 30.0  # seconds, of calls that carry no mesh
+
+
+class Client:
+    """A connection to one server, or to several equal ones.
+
+    Thread-safe: calls may run concurrently. In a forked child each client connects anew, if the
+    parent had not called yet; else calls raise `Error` (FORKED).
+    """
+
+    def __init__(
+        self,
+        address: str | None = None,
+        *,
+        tls: Tls | bool | None = None,
+        token: Token | None = None,
+        token_file: str | os.PathLike[str] | None = None,
+    ) -> None:
+        """Does not connect yet.
+
+        Args:
+            address: HOST:PORT or unix:PATH, or several servers, used alternately:
+                dns:///NAME:PORT or ipv4:A:PORT,B:PORT. None: `$MESHSMOOTH_SERVER`, with
+                `$MESHSMOOTH_CLIENT_TLS_CA`, `_TLS_CERT`, `_TLS_KEY`, `_TLS_SERVER_NAME`, `_TOKEN`
+                and `_TOKEN_FILE`; without that variable a server of this process.
+            tls: certificates; True for TLS with gRPC's own authorities.
+            token: the caller's bearer token, or a function that returns it for each call.
+            token_file: a file with the token on its first line, read anew for each call.
+
+        Raises:
+            InvalidOption: CREDENTIALS_UNUSABLE: a file cannot be read, or a token would travel in
+                clear.
+            Unavailable: no local server can be started.
+        """
+        self._endpoint = _channel.make_endpoint(address, tls, token, token_file)
+        self._lock = threading.Lock()
+        self._channel: Any = None
+        self._pid = 0  # of the process that the channel belongs to
+        self._last_was_accepted = False
+
+    @property
+    def address(self) -> str:
+        """The address of the server."""
+        return self._endpoint.address
+
+    def close(self) -> None:
+        """Closes the connection; calls under way end with `Cancelled`."""
+        with self._lock:
+            channel, self._channel = self._channel, None
+            if channel is not None and self._pid == os.getpid():
+                channel.close()
+
+    def __enter__(self) -> Client:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"meshsmooth.Client({self.address!r})"
+
+    # --- jobs ------------------------------------------------------------------------------------
+
+    @overload
+    def smooth(
+        self, mesh: Any, *, out: Array, full: Literal[False] = False, **options: Unpack[JobOptions]
+    ) -> Array: ...
+    @overload
+    def smooth(
+        self, mesh: M, *, full: Literal[False] = False, **options: Unpack[JobOptions]
+    ) -> M: ...
+    @overload
+    def smooth(
+        self,
+        mesh: M,
+        *,
+        out: Array | None = None,
+        full: Literal[True],
+        **options: Unpack[JobOptions],
+    ) -> SmoothResult[M]: ...
+    def smooth(
+        self,
+        mesh: Any,
+        *,
+        out: Array | None = None,
+        full: bool = False,
+        **options: Unpack[JobOptions],
+    ) -> Any:
+        """Smooths a mesh and returns one of the same kind; the argument is unchanged.
+
+        Args:
+            mesh: of any kind that docs/python.md lists.
+            out: array [nodes, 2 or 3] for the positions, which may be those of `mesh`; it is then
+                returned in place of a mesh. After an error it is unchanged if it shares memory with
+                `mesh`, else undefined.
+            full: return a `SmoothResult` with `.mesh` and `.summary`.
+            **options: see docs/python.md.
+
+        Raises:
+            InvalidMesh: the mesh cannot be smoothed.
+            InvalidOption: an option has no such value or means nothing here.
+            Error: any other error of this package; see docs/python.md ("Errors").
+            KeyboardInterrupt: on Ctrl-C; the job is cancelled on the server.
+        """
+        request, finish = prepare(mesh, options, out, full)
+        return self._smooth(request, finish, Control(), make_display(options.get("progress")))
+
+    @overload
+    def submit(
+        self, mesh: M, *, full: Literal[False] = False, **options: Unpack[JobOptions]
+    ) -> Job[M]: ...
+    @overload
+    def submit(
+        self, mesh: M, *, full: Literal[True], **options: Unpack[JobOptions]
+    ) -> Job[SmoothResult[M]]: ...
+    def submit(self, mesh: Any, *, full: bool = False, **options: Unpack[JobOptions]) -> Any:
+        """Starts a job and returns its future at once; arguments as of `smooth`.
+
+        With `result_ttl` the job outlives this process, and `attach` takes its result later.
+
+        Raises:
+            InvalidMesh: the mesh cannot be encoded. What the server refuses, `Job.result` raises.
+            InvalidOption: likewise.
+        """
+        return self._submit(mesh, full, options)
+
+    def _submit(
+        self, mesh: Any, full: bool, options: JobOptions, *, patient: bool = False
+    ) -> Job[Any]:
+        request, finish = prepare(mesh, options, None, full)
+        control = Control()
+        job: Job[Any] = Job(self, request.request_id, control, kept="result_ttl" in options)
+        display = make_display(options.get("progress"), alone=False)
+        job._start(
+            functools.partial(
+                self._smooth, request, finish, control, Tee(job._note, display), patient=patient
+            )
+        )
+        return job
+
+    @overload
+    def map(
+        self,
+        meshes: Iterable[M],
+        *,
+        max_in_flight: int = 8,
+        full: Literal[False] = False,
+        **options: Unpack[JobOptions],
+    ) -> Iterator[M]: ...
+    @overload
+    def map(
+        self,
+        meshes: Iterable[M],
+        *,
+        max_in_flight: int = 8,
+        full: Literal[True],
+        **options: Unpack[JobOptions],
+    ) -> Iterator[SmoothResult[M]]: ...
+    def map(
+        self,
+        meshes: Iterable[Any],
+        *,
+        max_in_flight: int = 8,
+        full: bool = False,
+        **options: Unpack[JobOptions],
+    ) -> Iterator[Any]:
+        """Smooths many meshes; yields the results in their order.
+
+        No more than `max_in_flight` meshes are taken from the iterable ahead of the results. A job
+        that finds the server busy is sent again when the server says. An error ends the iteration
+        and cancels the jobs under way.
+
+        Args:
+            meshes: of any kind.
+            max_in_flight: jobs at a time, 1 or more.
+            full: yield a `SmoothResult` for each mesh.
+            **options: as of `smooth`, for all meshes.
+
+        Raises:
+            InvalidOption: `max_in_flight` is below 1.
+        """
+        if max_in_flight < 1:
+            raise _options.out_of_range("max_in_flight", "max_in_flight must be 1 or more")
+        return self._map(meshes, max_in_flight, full, options)
+
+    def _map(
+        self, meshes: Iterable[Any], max_in_flight: int, full: bool, options: JobOptions
+    ) -> Iterator[Any]:
+        jobs: collections.deque[Job[Any]] = collections.deque()
+        try:
+            for mesh in meshes:
+                if len(jobs) >= max_in_flight:
+                    yield jobs.popleft().result()
+                jobs.append(self._submit(mesh, full, options, patient=True))
+            while jobs:
+                yield jobs.popleft().result()
+        finally:
+            for job in jobs:
+                job.cancel()
+
+    def session(self, mesh: Any, **options: Unpack[JobOptions]) -> Session:
+        """Opens a session for many jobs on the elements of a mesh whose nodes move.
+
+        The server keeps the elements, so that a step sends positions only, 12 or 24 bytes a node.
+
+        Args:
+            mesh: of any kind; its positions are not sent.
+            **options: `fixed`, `fixed_types`, `regions` and `boundary` hold for all steps; the
+                others are defaults of the steps.
+        """
+        return Session(self, Mesh(find_adapter(mesh).read(mesh)), options)
+
+    def attach(
+        self,
+        name: str,
+        mesh: M,
+        *,
+        timeout: _options.Duration | None = None,
+        progress: bool | Callable[[Progress], object] = False,
+    ) -> Job[M]:
+        """Returns the future of a job that was sent with `result_ttl`.
+
+        Args:
+            name: "jobs/…", as `Job.name` and `jobs` have it.
+            mesh: the mesh that was sent.
+            timeout: of waiting and receiving [by the size of the mesh].
+            progress: as of `smooth`.
+        """
+        options: JobOptions = {} if timeout is None else {"timeout": timeout}
+        request, finish = prepare(mesh, options, None, False)
+        control = Control()
+        job: Job[M] = Job(self, "", control, kept=True)
+        display = Tee(job._note, make_display(progress))
+        control.job_name = name
+        job._start(functools.partial(self._attach, name, request, finish, control, display))
+        return job
+
+    # --- what needs no mesh ----------------------------------------------------------------------
+
+    def info(self) -> _rpc.ServerInfo:
+        """Describes the server: version, methods, features, limits, backends."""
+        return _rpc.decode_info(self._unary(_rpc.GET_SERVER_INFO, pb.GetServerInfoRequest()))
+
+    def jobs(self) -> list[_rpc.JobInfo]:
+        """Lists the caller's jobs, running and ended, newest first."""
+        found: list[_rpc.JobInfo] = []
+        request = pb.ListJobsRequest()
+        while True:
+            response = self._unary(_rpc.LIST_JOBS, request)
+            found += [_rpc.decode_job(job) for job in response.jobs]
+            if not response.next_page_token:
+                return found
+            request.page_token = response.next_page_token
+
+    def job(self, name: str) -> _rpc.JobInfo:
+        """Returns what the server knows of a job; raises NotFound."""
+        return _rpc.decode_job(self._unary(_rpc.GET_JOB, pb.GetJobRequest(name=name)).job)
+
+    def cancel(self, name: str, *, keep_result: bool = False) -> _rpc.JobInfo:
+        """Cancels a job; with `keep_result` its callers receive the positions reached so far."""
+        request = pb.CancelJobRequest(name=name, result_kept=keep_result)
+        return _rpc.decode_job(self._unary(_rpc.CANCEL_JOB, request).job)
+
+    def delete_job(self, name: str) -> None:
+        """Deletes a job that has ended, and its result."""
+        self._unary(_rpc.DELETE_JOB, pb.DeleteJobRequest(name=name))
+
+    def topology(self, name: str) -> _rpc.TopologyInfo:
+        """Returns what the server knows of a topology that it keeps; raises NotFound."""
+        request = pb.GetTopologyRequest(name=name)
+        return _rpc.decode_topology(self._unary(_rpc.GET_TOPOLOGY, request).topology)
+
+    def delete_topology(self, name: str) -> None:
+        """Makes the server drop a topology; jobs that use it continue. Raises NotFound."""
+        self._unary(_rpc.DELETE_TOPOLOGY, pb.DeleteTopologyRequest(name=name))
+
+    def health(self, timeout: float = 5.0) -> bool:
+        """Returns whether the server serves, as grpc.health.v1 reports."""
+        return _rpc.is_serving(self._unary(_rpc.HEALTH, _rpc.Empty(), timeout))
+
+    def quality(self, mesh: Any, **options: Unpack[JobOptions]) -> QualityStats:
+        """Evaluates a mesh; see `meshsmooth.quality`."""
+        return self.smooth(mesh, full=True, **_rpc.evaluate_only(options)).summary.quality_before
+
+    # --- calls -----------------------------------------------------------------------------------
+
+    def _own_channel(self) -> Any:
+        _channel.fork_guard.check()
+        with self._lock:
+            if self._channel is None or self._pid != os.getpid():
+                endpoint = self._endpoint
+                options = _channel.channel_options(endpoint.address, endpoint.tls)
+                self._channel = (
+                    grpc.insecure_channel(endpoint.address, options)
+                    if endpoint.tls is None
+                    else grpc.secure_channel(
+                        endpoint.address, _channel.channel_credentials(endpoint.tls), options
+                    )
+                )
+                self._pid = os.getpid()
+            return self._channel
+
+    def _unary(self, method: _rpc.Unary, request: Any, timeout: float = SHORT_TIMEOUT) -> Any:
+        call = self._own_channel().unary_unary(
+            method.path,
+            request_serializer=_rpc.serialize,
+            response_deserializer=method.response.FromString,
+        )
+        try:
+            return call(request, timeout=timeout, metadata=self._endpoint.metadata())
+        except grpc.RpcError as error:
+            raise to_error(error, CallFacts(self.address, timeout)) from None  # type: ignore[arg-type]
+
+    def _smooth(
+        self,
+        request: Request,
+        finish: Finish,
+        control: Control,
+        display: Display | None,
+        *,
+        use: TopologyUse | None = None,
+        patient: bool = False,
+    ) -> Any:
+        """Runs a job in as many attempts as it may have."""
+        retry = Retry(request.timeout, request.max_attempts, patient=patient)
+        attempts = _call.Attempts(
+            retry, use or TopologyUse(), last_was_accepted=self._last_was_accepted
+        )
+        with closing(display):
+            while True:
+                control.check()
+                call = _call.SmoothCall(
+                    request,
+                    attempts.use,
+                    attempts.early_bytes,
+                    finish.memory,
+                    with_progress=display is not None,
+                )
+                try:
+                    self._run_smooth(call, request, control, display, retry.left())
+                    self._last_was_accepted = True
+                    return finish(call.result, call.job_name)
+                except Error as error:
+                    self._last_was_accepted = False
+                    place_in_input(
+                        error, request.topology.element_count, len(request.points), request.mesh
+                    )
+                    control.wait(attempts.after(error, call))
+
+    def _run_smooth(
+        self,
+        call: _call.SmoothCall,
+        request: Request,
+        control: Control,
+        display: Display | None,
+        left: float,
+    ) -> None:
+        upload = call.upload
+        wake = threading.Event()  # the upload may continue, or the call has ended
+        ended = False
+
+        def messages() -> Iterator[bytes]:
+            yield call.first
+            while not ended:
+                yield from upload.chunks()
+                if upload.complete:
+                    return
+                wake.wait()
+                wake.clear()
+
+        def end() -> None:
+            nonlocal ended
+            ended = True
+            wake.set()
+
+        stream = self._own_channel().stream_stream(_call.SMOOTH)(
+            messages(), timeout=left, metadata=self._endpoint.metadata() + call.metadata
+        )
+        if not stream.add_callback(end):
+            end()
+
+        def receive(message: bytes) -> Progress | None:
+            progress = call.receive(message)
+            control.job_name = call.job_name
+            wake.set()
+            return progress
+
+        facts = functools.partial(CallFacts, self.address, request.timeout)
+        try:
+            self._drain(stream, receive, control, display, facts, lambda: bool(call.job_name))
+        except KeyboardInterrupt:
+            self._interrupted(control, request)
+            raise
+
+    def _attach(
+        self, name: str, request: Request, finish: Finish, control: Control, display: Display
+    ) -> Any:
+        retry = Retry(request.timeout, request.max_attempts)
+        call = _call.AttachCall(name, request, finish.memory)
+        facts = functools.partial(CallFacts, self.address, request.timeout)
+        with closing(display):
+            while True:
+                control.check()
+                before = call.result.received_bytes
+                try:
+                    stream = self._own_channel().unary_stream(_call.ATTACH)(
+                        call.first(), timeout=retry.left(), metadata=self._endpoint.metadata()
+                    )
+                    self._drain(stream, call.receive, control, display, facts, lambda: True)
+                    return finish(call.result, name)
+                except Error as error:
+                    if call.result.received_bytes > before:
+                        retry.succeeded_in_part()
+                    control.wait(retry.delay_after(error))
+
+    @staticmethod
+    def _drain(
+        stream: Any,
+        receive: Callable[[bytes], Progress | None],
+        control: Control,
+        display: Display | None,
+        facts: Callable[..., CallFacts],
+        answered: Callable[[], bool],
+    ) -> None:
+        """Takes all answers of a call; raises the error that it ends with."""
+        control.begin(stream.cancel)
+        try:
+            for message in stream:
+                progress = receive(message)
+                if progress is not None and display is not None and display(progress) is False:
+                    control.cancel()
+        except grpc.RpcError as error:
+            raise to_error(
+                error,  # type: ignore[arg-type]
+                facts(cancelled_by_caller=control.cancelled, answered=answered()),
+            ) from None
+        except BaseException:
+            stream.cancel()
+            raise
+        finally:
+            control.end()
+
+    def _interrupted(self, control: Control, request: Request) -> None:
+        """Ends a job that would outlive its call."""
+        if "result_ttl" in request.options and control.job_name:
+            with contextlib.suppress(Error):
+                self._unary(_rpc.CANCEL_JOB, pb.CancelJobRequest(name=control.job_name), 1.0)

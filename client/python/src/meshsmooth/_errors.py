@@ -1,0 +1,121 @@
+"""What calls raise.
+
+Every error is an `Error` and, where Python has a builtin for it, that too: an invalid mesh is a
+`ValueError`, a server that cannot be reached a `ConnectionError`, a deadline a `TimeoutError`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+
+class Error(Exception):
+    """A failed call.
+
+    `str()` is what failed, where, and what to do, on one line.
+
+    Attributes:
+        message: what failed, without reason and hint.
+        reason: the stable name of docs/protocol.md, as in "INDEX_OUT_OF_RANGE"; "" if the error was
+            not made by meshsmooth.
+        code: the gRPC status as in "INVALID_ARGUMENT"; "" if there was no call.
+        details: the facts of the reason by name, as the server numbers elements and nodes.
+        hint: what to do; may be empty.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        reason: str = "",
+        code: str = "",
+        details: Mapping[str, str] | None = None,
+        hint: str = "",
+        retry_delay: float | None = None,
+    ) -> None:
+        super().__init__(message)
+        self.message = message
+        self.reason = reason
+        self.code = code
+        self.details = dict(details or {})
+        self.hint = hint
+        # Seconds after which the same request may succeed; None: it will not.
+        self._retry_delay = retry_delay
+
+    def __str__(self) -> str:
+        text = self.message
+        if self.reason:
+            text += f" ({self.reason})"
+        if self.hint:
+            text += f"; {self.hint}"
+        return text.replace("\r", " ").replace("\n", " ")
+
+
+class InvalidMesh(Error, ValueError):
+    """The mesh cannot be smoothed.
+
+    Attributes:
+        element: the first element that is wrong, in the caller's numbering (docs/python.md); None
+            if the reason has none.
+        node: the first node that is wrong, likewise.
+    """
+
+    element: int | None = None
+    node: int | None = None
+
+
+class InvalidOption(Error, ValueError):
+    """An option is out of range, unknown, or means nothing in its context."""
+
+
+class Busy(Error):
+    """The server has no room now."""
+
+    @property
+    def retry_after(self) -> float:
+        """Seconds after which the same call may succeed."""
+        return self._retry_delay or 0.0
+
+
+class TooLarge(Error):
+    """The job never fits this server.
+
+    Attributes:
+        need_bytes: memory that the job needs.
+        limit_bytes: memory that it may have.
+        space: "host" or "device".
+    """
+
+    need_bytes: int | None = None
+    limit_bytes: int | None = None
+    space: str = ""
+
+
+class Unavailable(Error, ConnectionError):
+    """No server answers, it is shutting down, or the connection to it broke."""
+
+
+class AccessDenied(Error, PermissionError):
+    """The server asks for another token or certificate."""
+
+
+class NotFound(Error, LookupError):
+    """The server has no job, result or topology of this name for this caller."""
+
+
+class DeadlineExceeded(Error, TimeoutError):
+    """The call or its queue timeout took too long."""
+
+
+class Cancelled(Error):
+    """The job was cancelled, by this caller or by another call."""
+
+
+class ServerError(Error):
+    """The server failed, or something between here and the server.
+
+    Attributes:
+        incident: the id under which the server's log has the failure; "" if there is none.
+    """
+
+    incident: str = ""

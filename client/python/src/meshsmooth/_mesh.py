@@ -1,0 +1,315 @@
+"""A mesh between an adapter and the wire."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._cells import Cells, parse_cells
+from ._errors import InvalidMesh, InvalidOption
+
+
+class LazyArrays(Mapping[str, NDArray[Any]]):
+    """Arrays by name, each made when it is asked for."""
+
+    def __init__(self, names: list[str], get: Callable[[str], NDArray[Any]]) -> None:
+        self._names = names
+        self._get = get
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        if name not in self._names:
+            raise KeyError(name)
+        return self._get(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+
+@dataclass(frozen=True)
+class MeshData:
+    """What an adapter reads of a mesh.
+
+    Attributes:
+        points: node positions, [nodes, 2] or [nodes, 3]; float32 and float64 keep their type.
+        cells: in any layout of docs/python.md ("Cells").
+        point_data: one number per node by name, for `fixed`.
+        cell_data: one number per cell by name, for `regions`; cells count through all blocks.
+        node_sets: indices of nodes by name, for `fixed`.
+        cell_ids: the caller's number of each cell, for errors and the summary; None: its index.
+        node_ids: the caller's number of each node, likewise.
+    """
+
+    points: ArrayLike
+    cells: Any
+    point_data: Mapping[str, ArrayLike] = field(default_factory=dict)
+    cell_data: Mapping[str, ArrayLike] = field(default_factory=dict)
+    node_sets: Mapping[str, ArrayLike] = field(default_factory=dict)
+    cell_ids: NDArray[np.int64] | None = None
+    node_ids: NDArray[np.int64] | None = None
+
+
+class Mesh:
+    """A mesh as it travels, and how the caller numbers and types it."""
+
+    def __init__(self, data: MeshData) -> None:
+        points = np.asarray(data.points)
+        if points.ndim != 2 or points.shape[1] not in (2, 3):
+            raise InvalidMesh(
+                f"the points have the shape {points.shape}, they need (nodes, 2) or (nodes, 3)",
+                reason="ARRAY_SIZE_MISMATCH",
+                details={"array": "COORDINATES"},
+            )
+        self._data = data
+        self.width: int = points.shape[1]
+        self.dtype: np.dtype[Any] = (
+            points.dtype if points.dtype.kind == "f" else np.dtype(np.float64)
+        )
+        self.points = to_wire(points)
+
+    def moved(self, points: NDArray[Any]) -> Mesh:
+        """Returns the mesh with other positions [nodes, 2 or 3] of float32 or float64."""
+        if points.shape[:1] != self.points.shape[:1]:
+            raise InvalidMesh(
+                f"{len(points)} positions for a mesh of {self.node_count} nodes",
+                reason="ARRAY_SIZE_MISMATCH",
+                details={"array": "COORDINATES"},
+            )
+        other = Mesh(dataclasses.replace(self._data, points=points))
+        other.__dict__["cells"] = self.cells
+        return other
+
+    @functools.cached_property
+    def cells(self) -> Cells:
+        """The cells, parsed at first use: a session's steps have no need of them."""
+        return parse_cells(self._data.cells)
+
+    @property
+    def node_count(self) -> int:
+        """The number of nodes."""
+        return len(self.points)
+
+    @property
+    def data(self) -> MeshData:
+        """What the adapter read."""
+        return self._data
+
+    def caller_element(self, element: int) -> int:
+        """Returns the caller's number of an element."""
+        cells = self.cells.element_cells
+        cell = element if cells is None else int(cells[element])
+        ids = self._data.cell_ids
+        return cell if ids is None else int(ids[cell])
+
+    def caller_node(self, node: int) -> int:
+        """Returns the caller's number of a node."""
+        ids = self._data.node_ids
+        return node if ids is None else int(ids[node])
+
+    def from_wire(self, positions: NDArray[Any]) -> NDArray[Any]:
+        """Returns positions [nodes, 3] in the caller's shape and type; a copy only if it must."""
+        return positions[:, : self.width].astype(self.dtype, copy=False)
+
+    def elements_to_cells(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Returns values of the elements as values of the caller's cells; NaN elsewhere."""
+        cells = self.cells
+        if cells.element_cells is None and cells.cell_count == cells.element_count:
+            return values
+        result = np.full(cells.cell_count, np.nan, np.float32)
+        where = cells.element_cells
+        result[slice(len(values)) if where is None else where] = values
+        return result
+
+
+def to_wire(points: NDArray[Any]) -> NDArray[Any]:
+    """Returns positions as they travel: [nodes, 3], little-endian float32 or float64, C order."""
+    dtype = np.dtype("<f4") if points.dtype.itemsize <= 4 else np.dtype("<f8")
+    if points.dtype.kind != "f":
+        dtype = np.dtype("<f8")
+    if points.shape[1] == 3:
+        return np.ascontiguousarray(points, dtype)
+    result = np.zeros((len(points), 3), dtype)
+    result[:, :2] = points
+    return result
+
+
+def fixed_mask(
+    mesh: Mesh, fixed: Any, fixed_types: tuple[int, ...], lower_dimensional: bool
+) -> NDArray[np.uint8] | None:
+    """Returns 1 for each node that must stay, or None if all may move.
+
+    Args:
+        mesh: the mesh.
+        fixed: a boolean mask [nodes], indices of nodes, the name of a node array (not 0: fixed) or
+            of a set, or a list of names; None: no node.
+        fixed_types: meshsmooth.v1.ElementTypes whose nodes are fixed.
+        lower_dimensional: whether the nodes of lower-dimensional cells are fixed.
+    """
+    mask = np.zeros(mesh.node_count, np.uint8)
+    if lower_dimensional:
+        for nodes in mesh.cells.lower_dimensional:
+            _mark(mask, nodes, strict=False)
+    for block in mesh.cells.blocks:
+        if block.element_type in fixed_types:
+            _mark(mask, block.nodes.reshape(-1), strict=False)
+    for chosen in _selections(fixed):
+        if isinstance(chosen, str):
+            _mark_by_name(mask, mesh, chosen)
+        else:
+            _mark(mask, _node_indices(mesh, np.asarray(chosen)), strict=True)
+    return mask if mask.any() else None
+
+
+def _selections(fixed: Any) -> list[Any]:
+    if fixed is None:
+        return []
+    if isinstance(fixed, list | tuple) and fixed and all(isinstance(name, str) for name in fixed):
+        return list(fixed)
+    return [fixed]
+
+
+def _node_indices(mesh: Mesh, chosen: NDArray[Any]) -> NDArray[Any]:
+    if chosen.dtype == np.bool_:
+        if chosen.shape != (mesh.node_count,):
+            raise _out_of_range(
+                "fixed",
+                f"the mask has the shape {chosen.shape}, the mesh has {mesh.node_count} nodes",
+            )
+        return np.flatnonzero(chosen)
+    if chosen.size == 0:
+        return np.zeros(0, np.int64)
+    if chosen.dtype.kind not in "iu" or chosen.ndim != 1:
+        raise _out_of_range(
+            "fixed",
+            "fixed nodes are a boolean mask, indices of nodes, or the name of an array or set",
+        )
+    if len(chosen) == mesh.node_count > 2 and chosen.max() <= 1:
+        raise _out_of_range(
+            "fixed",
+            "fixed has a 0 or 1 for each node, which as indices are the first two nodes; for a "
+            "mask give fixed.astype(bool)",
+        )
+    return chosen
+
+
+def _mark(mask: NDArray[np.uint8], nodes: NDArray[Any], *, strict: bool) -> None:
+    """Nodes of cells that do not exist are the server's to refuse; the caller's are ours."""
+    outside = (nodes < 0) | (nodes >= len(mask))
+    if outside.any():
+        if strict:
+            raise _out_of_range(
+                "fixed",
+                f"node {nodes[outside][0]} is not in the mesh; its nodes count from 0 to "
+                f"{len(mask) - 1}",
+            )
+        nodes = nodes[~outside]
+    mask[nodes] = 1
+
+
+def _mark_by_name(mask: NDArray[np.uint8], mesh: Mesh, name: str) -> None:
+    data = mesh.data
+    found = False
+    if name in data.node_sets:
+        found = True
+        _mark(mask, np.asarray(data.node_sets[name]), strict=True)
+    if name in data.point_data:
+        values = np.asarray(data.point_data[name])
+        if values.shape == mask.shape:
+            found = True
+            mask[(values != 0) & (values == values)] = 1  # neither 0 nor NaN
+    if not found:
+        raise _unknown(
+            "no node set and no node array of one number a node",
+            name,
+            data.node_sets,
+            data.point_data,
+        )
+
+
+# Cell arrays that tell regions, as the command line takes them: Gmsh's physical groups, Medit's
+# references, TetGen's first attribute, Gmsh's entities.
+_REGION_ARRAYS = ("gmsh:physical", "medit:ref", "tetgen:attribute_0", "gmsh:geometrical")
+
+
+def element_regions(mesh: Mesh, regions: Any, free_boundary: bool) -> NDArray[np.int32] | None:
+    """Returns the region of each element, or None if there is only one.
+
+    Args:
+        mesh: the mesh.
+        regions: "auto", None, the name of a cell array, or one whole number per cell or element.
+        free_boundary: nodes between regions are free too.
+    """
+    automatic = isinstance(regions, str) and regions == "auto"
+    if regions is None or (automatic and free_boundary):
+        return None
+    if free_boundary:
+        raise InvalidOption(
+            'regions mean nothing with boundary="free", which frees interfaces too',
+            reason="OPTION_MISPLACED",
+            details={"field": "regions"},
+        )
+    if automatic:
+        for name in _REGION_ARRAYS:
+            if name in mesh.data.cell_data:
+                values = _per_element(mesh, mesh.data.cell_data[name], name)
+                if values.any():
+                    return _numbered(mesh, values, name)
+        return None
+    if isinstance(regions, str):
+        if regions not in mesh.data.cell_data:
+            raise _unknown("no cell array of one number a cell", regions, mesh.data.cell_data)
+        return _numbered(mesh, _per_element(mesh, mesh.data.cell_data[regions], regions), regions)
+    return _numbered(mesh, _per_element(mesh, regions, "regions"), "regions")
+
+
+def _per_element(mesh: Mesh, values: ArrayLike, name: str) -> NDArray[Any]:
+    array = np.asarray(values)
+    cells = mesh.cells
+    if array.shape == (cells.cell_count,):
+        where = cells.element_cells
+        return array[: cells.element_count] if where is None else array[where]
+    if array.shape == (cells.element_count,):
+        return array
+    raise _out_of_range(
+        "regions",
+        f'the cell array "{name}" has the shape {array.shape}, the mesh has {cells.cell_count} '
+        "cells",
+    )
+
+
+def _numbered(mesh: Mesh, values: NDArray[Any], name: str) -> NDArray[np.int32] | None:
+    if values.dtype.kind == "f":
+        attribute = name.startswith("tetgen:attribute_")
+        wrong = np.isnan(values) if attribute else np.trunc(values) != values
+        if wrong.any():
+            element = int(np.flatnonzero(wrong)[0])
+            raise InvalidOption(
+                f'the cell array "{name}" gives no regions: element {mesh.caller_element(element)} '
+                f"has {values[element]}, which is not a whole number",
+                reason="ARRAY_NOT_WHOLE",
+                details={"name": name},
+            )
+    found, numbers = np.unique(values, return_inverse=True)
+    if len(found) < 2:
+        return None
+    return np.ascontiguousarray(numbers.reshape(-1), np.dtype("<i4"))
+
+
+def _out_of_range(field_name: str, what: str) -> InvalidOption:
+    return InvalidOption(what, reason="OPTION_OUT_OF_RANGE", details={"field": field_name})
+
+
+def _unknown(what: str, name: str, *known: Mapping[str, Any]) -> InvalidOption:
+    names = [repr(other) for mapping in known for other in mapping]
+    known_names = f"; known are {', '.join(names)}" if names else "; the mesh has none"
+    return InvalidOption(
+        f"{what} is called {name!r}{known_names}", reason="NAME_UNKNOWN", details={"name": name}
+    )

@@ -1,0 +1,281 @@
+"""Summaries as text of one screen, like the command line's, and as HTML without scripts."""
+
+from __future__ import annotations
+
+import html
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ._summary import MetricStats, QualityStats, Summary
+
+_BARS = " ▁▂▃▄▅▆▇█"
+_ROWS = (
+    ("mean_ratio", (("min", "min"), ("percentile_1", "1 %"), ("mean", "mean"))),
+    ("scaled_jacobian", (("min", "min"), ("percentile_1", "1 %"), ("mean", "mean"))),
+    ("radius_ratio", (("min", "min"), ("percentile_1", "1 %"), ("mean", "mean"))),
+    ("min_dihedral_angle", (("min", "min"),)),
+    ("max_dihedral_angle", (("max", "max"),)),
+    ("min_angle", (("min", "min"),)),
+    ("max_angle", (("max", "max"),)),
+)
+
+
+def _label(metric: str) -> str:
+    return metric.replace("_", " ")
+
+
+def _digits(metric: str) -> int:
+    return 2 if metric.endswith("angle") else 4
+
+
+def counted(count: int, noun: str) -> str:
+    """Returns "1,234 nodes"."""
+    return f"{count:,} {noun}{'' if count == 1 else 's'}"
+
+
+def seconds_text(seconds: float) -> str:
+    """Returns "1.5 ms" or "2 min 05 s"."""
+    if seconds < 0.0009995:
+        return f"{seconds * 1e6:.0f} us"
+    if seconds < 0.9995:
+        return f"{seconds * 1e3:.3g} ms"
+    if seconds < 99.95:
+        return f"{seconds:.3g} s"
+    whole = int(seconds + 0.5)
+    return f"{whole // 60} min {whole % 60:02} s"
+
+
+def draw_histogram(bins: tuple[int, ...]) -> str:
+    """Returns a bar of eight heights for each bin; what is not empty is visible."""
+    highest = max(bins, default=0)
+    return "".join(
+        _BARS[max(1, (count * 8 + highest // 2) // highest)] if count else _BARS[0]
+        for count in bins
+    )
+
+
+def stop_sentence(summary: Summary) -> str:
+    """Returns why the job ended."""
+    convergence = summary.convergence
+    after = f"after {counted(convergence.iteration_count, 'iteration')}"
+    move = f"largest move {convergence.last_max_displacement:.3g}"
+    if convergence.tolerance:
+        move += f", tolerance {convergence.tolerance:.3g}"
+    if summary.stop_reason == "iteration_limit" and convergence.iteration_count == 0:
+        return "evaluated only: no iteration was allowed"
+    return {
+        "converged": f"converged {after} ({move})",
+        "target_reached": f"reached the target quality {after}",
+        "iteration_limit": f"stopped {after} at the limit, not converged ({move})",
+        "compute_budget": f"stopped {after} when the compute budget was used up ({move})",
+        "stagnated": f"stagnated {after}: no node moves any more for the better ({move})",
+        "cancelled_with_result": f"cancelled {after}; this is the result reached by then ({move})",
+    }.get(summary.stop_reason, f"{summary.stop_reason} {after}")
+
+
+def _inverted_sentence(summary: Summary) -> str:
+    before = summary.quality_before.inverted_element_count
+    after = summary.quality_after.inverted_element_count
+    was = "was" if before == 1 else "were"
+    if after == 0:
+        if before == 0:
+            return "no element is inverted"
+        return f"no element is inverted any more; {before:,} {was} before"
+    total = counted(summary.quality_after.element_count, "element")
+    text = f"{after:,} of {total} {'is' if after == 1 else 'are'} inverted"
+    return f"{text}; {before:,} {was} before" if before else f"{text}; they were valid before"
+
+
+def _locked_sentence(summary: Summary) -> str:
+    locked = summary.locked
+    are, them = ("is", "it") if locked.element_count == 1 else ("are", "them")
+    text = (
+        f"{counted(locked.element_count, 'element')} {are} locked: all nodes fixed, no smoothing "
+        f"can repair {them}"
+    )
+    if locked.inverted_element_count:
+        text += f"; {locked.inverted_element_count:,} of them inverted"
+    if locked.worst_element is not None:
+        worst = locked.worst_element
+        text += f"; the worst, element {worst.element}, has mean ratio {worst.mean_ratio:.4f}"
+    return text
+
+
+def _nodes_sentence(summary: Summary) -> str:
+    nodes = summary.nodes
+    text = (
+        f"{counted(nodes.total, 'node')}: {nodes.moved:,} moved, {nodes.fixed:,} fixed "
+        f"({nodes.boundary:,} on the boundary)"
+    )
+    sliding = (
+        nodes.sliding_in_plane
+        + nodes.sliding_on_line
+        + nodes.sliding_on_surface
+        + nodes.sliding_on_curve
+    )
+    if sliding:
+        text += f", {sliding:,} slide"
+    if nodes.isolated:
+        text += f", {nodes.isolated:,} in no element"
+    return text
+
+
+def _sentences(summary: Summary) -> list[str]:
+    sentences = [_inverted_sentence(summary)]
+    if degenerate := summary.quality_after.degenerate_element_count:
+        are = "is" if degenerate == 1 else "are"
+        sentences.append(f"{counted(degenerate, 'element')} {are} degenerate")
+    if summary.locked.element_count:
+        sentences.append(_locked_sentence(summary))
+    sentences.append(_nodes_sentence(summary))
+    times = summary.timings
+    stages = [
+        (name.replace("find_", ""), getattr(times, name))
+        for name in times.__dataclass_fields__
+        if getattr(times, name) > 0
+    ]
+    execution = summary.execution
+    where = execution.device_name or execution.backend_kind
+    if stages:
+        text = ", ".join(f"{name} {seconds_text(seconds)}" for name, seconds in stages)
+        sentences.append(f"time on the server: {text}{f' ({where})' if where else ''}")
+    return sentences
+
+
+def _table(summary: Summary) -> list[tuple[str, str, str, str]]:
+    """Metric, statistic, before, after."""
+    rows = []
+    for name, statistics in _ROWS:
+        before = summary.quality_before.metric(name)
+        after = summary.quality_after.metric(name)
+        if before is None or after is None:
+            continue
+        digits = _digits(name)
+        for field, label in statistics:
+            values = [f"{getattr(stats, field):.{digits}f}" for stats in (before, after)]
+            rows.append((_label(name), label, *values))
+    return rows  # type: ignore[return-value]
+
+
+def describe(summary: Summary) -> str:
+    """Returns a summary as text."""
+    lines = [stop_sentence(summary)]
+    if rows := _table(summary):
+        lines.append(f"  {'quality':<24} {'before':>10} {'after':>10}")
+        last = ""
+        for metric, statistic, before, after in rows:
+            label = f"{metric if metric != last else '':<19}{statistic}"
+            lines.append(f"  {label:<24} {before:>10} {after:>10}")
+            last = metric
+    for label, stats in (
+        ("mean ratio before", summary.quality_before.metric("mean_ratio")),
+        ("           after", summary.quality_after.metric("mean_ratio")),
+    ):
+        if stats is not None:
+            lines.append(f"  {label:<24} {_histogram_line(stats)}")
+    return "\n".join(lines + _sentences(summary))
+
+
+def _histogram_line(stats: MetricStats) -> str:
+    return (
+        f"{stats.histogram_lower:g} |{draw_histogram(stats.histogram)}| {stats.histogram_upper:g}"
+    )
+
+
+def describe_quality(stats: QualityStats) -> str:
+    """Returns a quality report as text."""
+    head = counted(stats.element_count, "element")
+    lines = [f"{head:<19} {'min':>9} {'1 %':>9} {'mean':>9} {'max':>9}"]
+    for metric in stats.metrics:
+        if not metric.element_count:
+            continue
+        values = (metric.min, metric.percentile_1, metric.mean, metric.max)
+        digits = _digits(metric.metric)
+        numbers = " ".join(f"{value:>9.{digits}f}" for value in values)
+        lines.append(f"{_label(metric.metric):<19} {numbers}  {_histogram_line(metric)}")
+    lines.append(
+        f"inverted {stats.inverted_element_count:,}, degenerate {stats.degenerate_element_count:,}"
+    )
+    for worst in stats.worst_elements:
+        lines.append(
+            f"worst {worst.element:>12} {worst.element_type:<12} mean ratio "
+            f"{worst.mean_ratio:.4f}, scaled jacobian {worst.scaled_jacobian:.4f}"
+        )
+    return "\n".join(lines)
+
+
+# --- HTML: static, with inline SVG, so that it survives the export of a notebook ------------------
+
+_BEFORE, _AFTER = "#b0b0b0", "#2a7ab9"
+
+
+def _svg(*series: tuple[str, MetricStats]) -> str:
+    """Histograms one over the other, each relative to its own number of elements."""
+    width, height = 240, 60
+    shapes = []
+    highest = max(max(stats.histogram, default=0) for _, stats in series) or 1
+    for colour, stats in series:
+        count = len(stats.histogram) or 1
+        step = width / count
+        points = [f"0,{height}"]
+        for index, number in enumerate(stats.histogram):
+            top = height - height * number / highest
+            points += [f"{index * step:.1f},{top:.1f}", f"{(index + 1) * step:.1f},{top:.1f}"]
+        points.append(f"{width},{height}")
+        shapes.append(
+            f'<polygon points="{" ".join(points)}" fill="{colour}" fill-opacity="0.5" '
+            f'stroke="{colour}"/>'
+        )
+    first = series[0][1]
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height + 14}" '
+        f'role="img" aria-label="histogram of {_label(first.metric)}">{"".join(shapes)}'
+        f'<text x="0" y="{height + 12}" font-size="10">{first.histogram_lower:g}</text>'
+        f'<text x="{width}" y="{height + 12}" font-size="10" text-anchor="end">'
+        f"{first.histogram_upper:g}</text></svg>"
+    )
+
+
+def _html_table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+    def row(tag: str, cells: tuple[str, ...]) -> str:
+        return "<tr>" + "".join(f"<{tag}>{html.escape(cell)}</{tag}>" for cell in cells) + "</tr>"
+
+    return "<table>" + row("th", head) + "".join(row("td", cells) for cells in rows) + "</table>"
+
+
+def summary_html(summary: Summary) -> str:
+    """Returns a summary as a fragment of HTML."""
+    parts = [f"<p><b>{html.escape(stop_sentence(summary))}</b></p>"]
+    if rows := _table(summary):
+        parts.append(_html_table(("metric", "", "before", "after"), list(rows)))
+    for name, _ in _ROWS:
+        before = summary.quality_before.metric(name)
+        after = summary.quality_after.metric(name)
+        if before is not None and after is not None:
+            parts.append(
+                f'<figure style="display:inline-block;margin:4px">'
+                f"{_svg((_BEFORE, before), (_AFTER, after))}<figcaption>{_label(name)}, before "
+                f'<span style="color:{_BEFORE}">■</span> and after '
+                f'<span style="color:{_AFTER}">■</span></figcaption></figure>'
+            )
+    items = "".join(f"<li>{html.escape(sentence)}</li>" for sentence in _sentences(summary))
+    return "".join(parts) + f"<ul>{items}</ul>"
+
+
+def quality_html(stats: QualityStats) -> str:
+    """Returns a quality report as a fragment of HTML."""
+    rows: list[tuple[str, ...]] = []
+    figures = []
+    for metric in stats.metrics:
+        if not metric.element_count:
+            continue
+        digits = _digits(metric.metric)
+        values = (metric.min, metric.percentile_1, metric.mean, metric.max)
+        rows.append((_label(metric.metric), *(f"{value:.{digits}f}" for value in values)))
+        figures.append(
+            f'<figure style="display:inline-block;margin:4px">{_svg((_AFTER, metric))}'
+            f"<figcaption>{_label(metric.metric)}</figcaption></figure>"
+        )
+    head = f"<p><b>{counted(stats.element_count, 'element')}</b>, "
+    head += f"{stats.inverted_element_count:,} inverted</p>"
+    return head + _html_table(("metric", "min", "1 %", "mean", "max"), rows) + "".join(figures)

@@ -1,0 +1,148 @@
+"""From the arrays of a result to what the caller gets."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _options
+from ._adapters import Adapter, find_adapter
+from ._call import Result
+from ._mesh import Mesh
+from ._options import JobOptions
+from ._progress import enum_name
+from ._request import TOPOLOGY_OPTIONS, Request, Topology, check_names
+from ._summary import Summary, decode_summary
+from .v1 import smoothing_pb2 as pb
+
+M = TypeVar("M")
+
+
+@dataclass(frozen=True)
+class SmoothResult(Generic[M]):
+    """A smoothed mesh and the report on its job.
+
+    Attributes:
+        mesh: of the kind that was smoothed; the positions, if `out` was given.
+        points: the positions, in the shape and type of the input's.
+        summary: the report.
+        element_quality: float32 values by metric, one per cell of the input; NaN where a cell has
+            no such metric. Empty unless `element_quality` was asked for.
+        job_name: the server's name of the job, "jobs/…".
+        request_id: the UUID of the request.
+    """
+
+    mesh: M
+    points: NDArray[Any]
+    summary: Summary
+    element_quality: dict[str, NDArray[np.float32]]
+    job_name: str
+    request_id: str
+
+    def __str__(self) -> str:
+        return str(self.summary)
+
+    def _repr_html_(self) -> str:
+        return self.summary._repr_html_()
+
+
+class Finish:
+    """Makes the caller's result of the wire's, with as few copies as possible.
+
+    Attributes:
+        memory: where the positions may be received; None: in new memory.
+    """
+
+    def __init__(
+        self,
+        request: Request,
+        out: NDArray[Any] | None,
+        full: bool,
+        write: Callable[[NDArray[Any]], Any],
+        adapter: Adapter | None = None,
+        memory: NDArray[Any] | None = None,
+    ) -> None:
+        self._request = request
+        self._out = out
+        self._full = full
+        self._write = write
+        self._adapter = adapter
+        self.memory = _fitting(memory, request.points)
+        self.own_memory: NDArray[Any] | None = None  # that another job may use again
+        if out is None:
+            return
+        mesh = request.mesh
+        if not isinstance(out, np.ndarray) or out.shape != (mesh.node_count, mesh.width):
+            raise _options.out_of_range(
+                "out",
+                f"out needs the shape {(mesh.node_count, mesh.width)}, it has {np.shape(out)}",
+            )
+        if not out.flags.writeable or out.dtype.kind != "f":
+            raise _options.out_of_range("out", "out must be a writable array of floats")
+        # Until all has arrived, the input may have to be sent again.
+        if not np.may_share_memory(out, request.points):
+            direct = _fitting(out, request.points)
+            self.memory = self.memory if direct is None else direct
+
+    def __call__(self, result: Result, job_name: str) -> Any:
+        """Returns what `smooth` returns."""
+        positions, quality, message = result.take()
+        request, mesh = self._request, self._request.mesh
+        points = mesh.from_wire(positions)
+        if self._out is not None:
+            if positions is not self._out:
+                self._out[...] = points
+                self.own_memory = positions
+            points = self._out
+        named = {
+            enum_name(pb.QualityMetric, "QUALITY_METRIC_", metric): mesh.elements_to_cells(values)
+            for metric, values in zip(request.metrics, quality, strict=True)
+        }
+        smoothed: Any = points
+        if self._out is None:
+            smoothed = self._write(points)
+            if self._adapter is not None and self._adapter.annotate is not None:
+                for name, values in named.items():
+                    self._adapter.annotate(smoothed, name, values)
+        if not self._full:
+            return smoothed
+        summary = decode_summary(message, mesh.caller_element)
+        return SmoothResult(smoothed, points, summary, named, job_name, request.request_id)
+
+
+def _fitting(memory: NDArray[Any] | None, points: NDArray[Any]) -> NDArray[Any] | None:
+    if memory is None or memory.shape != points.shape or memory.dtype != points.dtype:
+        return None
+    return memory if memory.flags.c_contiguous and memory.flags.writeable else None
+
+
+def prepare(
+    mesh: Any, options: JobOptions, out: NDArray[Any] | None, full: bool
+) -> tuple[Request, Finish]:
+    """Reads a mesh and the options of a job."""
+    adapter = find_adapter(mesh)
+    request = Request(Mesh(adapter.read(mesh)), options)
+    return request, Finish(request, out, full, lambda points: adapter.write(mesh, points), adapter)
+
+
+def session_request(
+    mesh: Mesh,
+    topology: Topology,
+    defaults: JobOptions,
+    options: JobOptions,
+    points: NDArray[Any],
+) -> Request:
+    """Returns the request of a session's step."""
+    check_names(options)
+    for name in TOPOLOGY_OPTIONS:
+        if name in options:
+            raise _options.misplaced(
+                name, f"{name} holds for all steps of a session; give it to session(…)"
+            )
+    step = mesh.moved(points)
+    joined: JobOptions = {**defaults, **options}
+    return Request(step, joined, topology)

@@ -1,0 +1,295 @@
+"""The report on a job, as frozen dataclasses; fields are those of meshsmooth.v1.Summary.
+
+Times are in seconds, lengths in the mesh's unit. Elements have the caller's numbers.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import json
+import types
+import typing
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from google.protobuf import duration_pb2, json_format
+
+from ._progress import enum_name
+from .v1 import mesh_pb2, smoothing_pb2
+
+_ENUMS = {
+    "stop_reason": (smoothing_pb2.StopReason, "STOP_REASON_"),
+    "metric": (smoothing_pb2.QualityMetric, "QUALITY_METRIC_"),
+    "element_type": (mesh_pb2.ElementType, "ELEMENT_TYPE_"),
+    "backend_kind": (smoothing_pb2.BackendKind, "BACKEND_KIND_"),
+    "state": (smoothing_pb2.State, "STATE_"),
+    "priority": (smoothing_pb2.Priority, "PRIORITY_"),
+    "kind": (smoothing_pb2.BackendKind, "BACKEND_KIND_"),
+}
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """How the sweeps ended; the lists have a value per iteration, with `history=True`."""
+
+    iteration_count: int = 0
+    last_max_displacement: float = 0.0
+    last_rms_displacement: float = 0.0
+    tolerance: float = 0.0
+    bounding_box_diagonal: float = 0.0
+    held_node_count: int = 0
+    max_displacements: tuple[float, ...] = ()
+    rms_displacements: tuple[float, ...] = ()
+    moved_node_counts: tuple[int, ...] = ()
+    energies: tuple[float, ...] = ()
+    worst_mean_ratios: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class MetricStats:
+    """The values of one metric over all elements that have it; `histogram` has equal bins."""
+
+    metric: str = ""
+    element_count: int = 0
+    min: float = 0.0
+    percentile_1: float = 0.0
+    mean: float = 0.0
+    max: float = 0.0
+    histogram_lower: float = 0.0
+    histogram_upper: float = 0.0
+    histogram: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class ElementQuality:
+    """The quality of one element."""
+
+    element: int = 0
+    element_type: str = ""
+    mean_ratio: float = 0.0
+    scaled_jacobian: float = 0.0
+
+
+@dataclass(frozen=True)
+class QualityStats:
+    """The quality of a mesh."""
+
+    element_count: int = 0
+    inverted_element_count: int = 0
+    degenerate_element_count: int = 0
+    metrics: tuple[MetricStats, ...] = ()
+    worst_elements: tuple[ElementQuality, ...] = ()
+    sum_absolute_volume: float = 0.0
+    enclosed_volume: float = 0.0
+
+    def metric(self, name: str) -> MetricStats | None:
+        """Returns the values of a metric; None if no element has it or nobody asked for it."""
+        return next((m for m in self.metrics if m.metric == name and m.element_count), None)
+
+    def histogram(self, name: str) -> tuple[tuple[float, ...], tuple[int, ...]]:
+        """Returns edges and counts of the bins of a metric.
+
+        Raises:
+            KeyError: no element has this metric.
+        """
+        stats = self.metric(name)
+        if stats is None:
+            raise KeyError(name)
+        count = len(stats.histogram)
+        step = (stats.histogram_upper - stats.histogram_lower) / max(count, 1)
+        edges = tuple(stats.histogram_lower + i * step for i in range(count + 1))
+        return edges, stats.histogram
+
+    def to_dict(self) -> dict[str, Any]:
+        """Returns plain dicts, lists and numbers."""
+        return dict(_plain(self))
+
+    def to_json(self, indent: int | None = None) -> str:
+        """Returns `to_dict()` as JSON."""
+        return json.dumps(self.to_dict(), indent=indent)
+
+    def __str__(self) -> str:
+        from ._report import describe_quality
+
+        return describe_quality(self)
+
+    def _repr_html_(self) -> str:
+        from ._report import quality_html
+
+        return quality_html(self)
+
+
+@dataclass(frozen=True)
+class Locked:
+    """Elements whose nodes are all fixed: no smoothing can repair them."""
+
+    element_count: int = 0
+    inverted_element_count: int = 0
+    worst_element: ElementQuality | None = None
+
+
+@dataclass(frozen=True)
+class NodeCounts:
+    """How many nodes did what."""
+
+    total: int = 0
+    boundary: int = 0
+    fixed: int = 0
+    isolated: int = 0
+    moved: int = 0
+    between_regions: int = 0
+    sliding_in_plane: int = 0
+    sliding_on_line: int = 0
+    curved: int = 0
+    sliding_on_surface: int = 0
+    sliding_on_curve: int = 0
+    outside_only_below: int = 0
+
+
+@dataclass(frozen=True)
+class BoundaryDeviation:
+    """The one-sided deviations (Hausdorff) of curved parts that nodes slid on."""
+
+    tolerance: float = 0.0
+    result_to_input: float = 0.0
+    input_to_result: float = 0.0
+
+
+@dataclass(frozen=True)
+class Timings:
+    """Seconds in each stage of the job."""
+
+    receive: float = 0.0
+    queue: float = 0.0
+    upload: float = 0.0
+    find_neighbours: float = 0.0
+    find_boundary: float = 0.0
+    iterate: float = 0.0
+    evaluate: float = 0.0
+    download: float = 0.0
+    send: float = 0.0
+
+
+@dataclass(frozen=True)
+class Execution:
+    """Where the job ran."""
+
+    backend_kind: str = ""
+    device_name: str = ""
+    device_index: int = 0
+    host_peak_bytes: int = 0
+    device_peak_bytes: int = 0
+    topology_reused: bool = False
+    thread_count: int = 0
+    colour_count: int = 0
+    server_version: str = ""
+
+
+@dataclass(frozen=True)
+class Summary:
+    """The report on a job."""
+
+    stop_reason: str = ""
+    convergence: Convergence = field(default_factory=Convergence)
+    quality_before: QualityStats = field(default_factory=QualityStats)
+    quality_after: QualityStats = field(default_factory=QualityStats)
+    locked: Locked = field(default_factory=Locked)
+    nodes: NodeCounts = field(default_factory=NodeCounts)
+    timings: Timings = field(default_factory=Timings)
+    execution: Execution = field(default_factory=Execution)
+    options: dict[str, Any] = field(default_factory=dict)  # that the job ran with
+    boundary_deviation: BoundaryDeviation | None = None
+    flat_reference_element_count: int = 0
+
+    def to_dict(self) -> dict[str, Any]:
+        """Returns plain dicts, lists and numbers."""
+        return dict(_plain(self))
+
+    def to_json(self, indent: int | None = None) -> str:
+        """Returns `to_dict()` as JSON."""
+        return json.dumps(self.to_dict(), indent=indent)
+
+    def to_pandas(self) -> Any:
+        """Returns a DataFrame of one row per metric, with its values before and after.
+
+        Raises:
+            ModuleNotFoundError: pandas is not installed.
+        """
+        import pandas
+
+        rows = {}
+        for before in self.quality_before.metrics:
+            after = self.quality_after.metric(before.metric)
+            if not before.element_count or after is None:
+                continue
+            rows[before.metric] = {
+                (when, name): getattr(stats, name)
+                for when, stats in (("before", before), ("after", after))
+                for name in ("min", "percentile_1", "mean", "max")
+            }
+        return pandas.DataFrame.from_dict(rows, orient="index")
+
+    def __str__(self) -> str:
+        from ._report import describe
+
+        return describe(self)
+
+    def _repr_html_(self) -> str:
+        from ._report import summary_html
+
+        return summary_html(self)
+
+
+def _plain(value: Any) -> Any:
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {f.name: _plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+    if isinstance(value, tuple):
+        return [_plain(item) for item in value]
+    return value
+
+
+def decode_summary(message: smoothing_pb2.Summary, caller_element: Callable[[int], int]) -> Summary:
+    """Returns a summary with the caller's numbers of elements."""
+    summary: Summary = _decode(Summary, message, caller_element)
+    return summary
+
+
+@functools.cache
+def _field_types(kind: type) -> dict[str, Any]:
+    return typing.get_type_hints(kind)
+
+
+def _decode(kind: Any, message: Any, caller_element: Callable[[int], int]) -> Any:
+    """A dataclass of a message whose fields have the same names."""
+    values: dict[str, Any] = {}
+    for name, hint in _field_types(kind).items():
+        value = getattr(message, name)
+        origin = typing.get_origin(hint)
+        if origin is types.UnionType:
+            hint = next(option for option in typing.get_args(hint) if option is not type(None))
+            if not message.HasField(name):
+                values[name] = None
+                continue
+        if name in _ENUMS and hint is str:
+            values[name] = enum_name(*_ENUMS[name], value)
+        elif dataclasses.is_dataclass(hint):
+            values[name] = _decode(hint, value, caller_element)
+        elif origin is tuple:
+            item = typing.get_args(hint)[0]
+            plain = not dataclasses.is_dataclass(item)
+            values[name] = (
+                tuple(value)
+                if plain
+                else tuple(_decode(item, entry, caller_element) for entry in value)
+            )
+        elif isinstance(value, duration_pb2.Duration):
+            values[name] = value.seconds + value.nanos * 1e-9
+        elif origin is dict:
+            values[name] = json_format.MessageToDict(value, preserving_proto_field_name=True)
+        elif kind is ElementQuality and name == "element":
+            values[name] = caller_element(value)
+        else:
+            values[name] = value
+    return kind(**values)

@@ -1,0 +1,135 @@
+"""The model that is open in gmsh's own Python module.
+
+import gmsh, meshsmooth as ms
+gmsh.model.mesh.generate(3)
+summary = ms.gmsh.smooth()
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any, Unpack
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._default import default_client
+from ._errors import InvalidMesh
+from ._mesh import LazyArrays, MeshData
+from ._options import JobOptions
+from ._summary import Summary
+
+# By gmsh's number of the type: our name, and our order of its nodes if it is another.
+_TYPES: dict[int, tuple[str, list[int] | None]] = {
+    15: ("vertex", None),
+    1: ("line", None),
+    2: ("triangle", None),
+    3: ("quad", None),
+    4: ("tetra", None),
+    7: ("pyramid", None),
+    # VTK lets the normal of a wedge's first triangle point out of the wedge, gmsh into it.
+    6: ("wedge", [0, 2, 1, 3, 5, 4]),
+    5: ("hexahedron", None),
+}
+
+
+def read() -> MeshData:
+    """Returns the mesh of the open model; ids are gmsh's tags, sets are physical groups.
+
+    Raises:
+        InvalidMesh: MESH_EMPTY, or ELEMENT_NOT_SUPPORTED for elements of higher order.
+    """
+    gmsh: Any = importlib.import_module("gmsh")
+    tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    if len(tags) == 0:
+        raise InvalidMesh("the model open in gmsh has no mesh", reason="MESH_EMPTY")
+    node_ids = np.asarray(tags, np.int64)
+    index = np.full(node_ids.max() + 1, -1, np.int64)
+    index[node_ids] = np.arange(len(node_ids))
+
+    blocks, cell_ids, entities, physical = [], [], [], []
+    groups: dict[tuple[int, ...], int] = {(): 0}  # a number for each set of physical groups
+    for dimension, entity in gmsh.model.getEntities():
+        own = tuple(gmsh.model.getPhysicalGroupsForEntity(dimension, entity))
+        group = groups.setdefault(own, len(groups))
+        kinds, ids_by_kind, node_tags = gmsh.model.mesh.getElements(dimension, entity)
+        for kind, elements, nodes in zip(kinds, ids_by_kind, node_tags, strict=True):
+            name, order = _type_of(gmsh, kind, elements)
+            rows = index[np.asarray(nodes, np.int64)].reshape(len(elements), -1)
+            blocks.append((name, rows if order is None else rows[:, order]))
+            cell_ids.append(np.asarray(elements, np.int64))
+            entities.append(np.full(len(elements), entity))
+            physical.append(np.full(len(elements), group))
+    if not blocks:
+        raise InvalidMesh("the model open in gmsh has no elements", reason="MESH_EMPTY")
+    cell_data = {"gmsh:physical": np.concatenate(physical)}
+    cell_data["gmsh:geometrical"] = np.concatenate(entities)
+    return MeshData(
+        np.asarray(coordinates).reshape(-1, 3),
+        blocks,
+        cell_data=cell_data,
+        node_sets=_groups(gmsh, index),
+        cell_ids=np.concatenate(cell_ids),
+        node_ids=node_ids,
+    )
+
+
+def _type_of(gmsh: Any, kind: int, elements: Any) -> tuple[str, list[int] | None]:
+    found = _TYPES.get(kind)
+    if found is not None:
+        return found
+    error = InvalidMesh(
+        f"element {elements[0]} is of the type {gmsh.model.mesh.getElementProperties(kind)[0]}; "
+        "only linear triangles, quads, tetrahedra, pyramids, wedges and hexahedra can be smoothed",
+        reason="ELEMENT_NOT_SUPPORTED",
+        hint="gmsh.model.mesh.setOrder(1)",
+    )
+    error.element = int(elements[0])
+    raise error
+
+
+def _groups(gmsh: Any, index: NDArray[np.int64]) -> LazyArrays:
+    named: dict[str, list[tuple[int, int]]] = {}
+    for dimension, tag in gmsh.model.getPhysicalGroups():
+        name = gmsh.model.getPhysicalName(dimension, tag)
+        if name:
+            named.setdefault(name, []).append((dimension, tag))
+
+    def nodes(name: str) -> NDArray[Any]:
+        tags = [gmsh.model.mesh.getNodesForPhysicalGroup(d, tag)[0] for d, tag in named[name]]
+        return index[np.unique(np.concatenate(tags)).astype(np.int64)]
+
+    return LazyArrays(list(named), nodes)
+
+
+def write(before: MeshData, points: NDArray[np.float64]) -> int:
+    """Sets the nodes of the open model that have moved; returns how many.
+
+    gmsh has no call for many nodes at once: 7 us a node.
+    """
+    gmsh: Any = importlib.import_module("gmsh")
+    assert before.node_ids is not None
+    moved = np.flatnonzero((points != np.asarray(before.points)).any(axis=1))
+    set_node = gmsh.model.mesh.setNode
+    # Positions only: the parametric coordinates on curves and surfaces are gmsh's own matter.
+    for tag, point in zip(before.node_ids[moved].tolist(), points[moved].tolist(), strict=True):
+        set_node(tag, point, [])
+    return len(moved)
+
+
+def smooth(**options: Unpack[JobOptions]) -> Summary:
+    """Smooths the mesh of the open model in place and returns the report.
+
+    Args:
+        **options: as of `meshsmooth.smooth`. `fixed` may be the name of a physical group, or
+            indices in the order of `gmsh.model.mesh.getNodes()`. Interfaces between physical
+            groups, or between volumes where there are none, are kept (`regions="auto"`).
+
+    Raises:
+        ModuleNotFoundError: gmsh is not installed.
+        Error: as `meshsmooth.smooth`, with gmsh's tags of elements and nodes.
+    """
+    before = read()
+    result = default_client().smooth(before, full=True, **options)
+    write(before, result.points)
+    return result.summary

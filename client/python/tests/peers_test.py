@@ -1,0 +1,269 @@
+"""Meshes of the packages themselves; tests are skipped with the name of the package they miss."""
+
+from __future__ import annotations
+
+import pathlib
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from adapters_test import SETTINGS, assert_same, cli_points
+from conftest import cube, run_cli
+from hypothesis import given
+from meshes import CASES, Case, read_vtk_points
+
+import meshsmooth as ms
+
+
+def peer(name: str) -> Any:
+    return pytest.importorskip(name, reason=f"missing package: {name}")
+
+
+def pyvista_grid(case: Case) -> Any:
+    grid = peer("pyvista").UnstructuredGrid(case.padded(), case.types(), case.points.copy())
+    grid.point_data["t"] = np.arange(grid.n_points)
+    grid.cell_data["c"] = np.arange(grid.n_cells)
+    grid.field_data["note"] = ["kept"]
+    return grid
+
+
+@SETTINGS
+@given(CASES)
+def test_pyvista_grids(client: ms.Client, case: Case) -> None:
+    grid = pyvista_grid(case)
+    before = grid.copy()
+    better = client.smooth(grid)
+    assert type(better) is type(grid)
+    assert grid == before
+    assert np.array_equal(better.cells, grid.cells)
+    assert np.array_equal(better.celltypes, grid.celltypes)
+    assert np.array_equal(better.point_data["t"], grid.point_data["t"])
+    assert np.array_equal(better.cell_data["c"], grid.cell_data["c"])
+    assert better.field_data["note"][0] == "kept"
+    assert_same(np.array(better.points), cli_points(case))
+
+
+@SETTINGS
+@given(CASES)
+def test_vtk_grids(client: ms.Client, case: Case) -> None:
+    peer("pyvista")
+    support = peer("vtkmodules.util.numpy_support")
+    model = peer("vtkmodules.vtkCommonDataModel")
+    grid = model.vtkUnstructuredGrid()
+    grid.DeepCopy(pyvista_grid(case))
+    better = client.smooth(grid)
+    assert type(better) is model.vtkUnstructuredGrid
+    assert_same(support.vtk_to_numpy(grid.GetPoints().GetData()), case.points)
+    assert_same(support.vtk_to_numpy(better.GetPoints().GetData()), cli_points(case))
+
+
+@SETTINGS
+@given(CASES.filter(lambda case: "tetra" not in case.by_type() and "wedge" not in case.by_type()))
+def test_pyvista_surfaces(client: ms.Client, case: Case) -> None:
+    pyvista = peer("pyvista")
+    if any(len(row) > 4 for _, row in case.rows):
+        return
+    rows = [row for name, row in case.rows if name in ("triangle", "quad")]
+    faces = np.concatenate([[len(row), *row] for row in rows])
+    surface = pyvista.PolyData(case.points.copy(), faces, lines=np.array([2, *rows[0][:2]]))
+    surface.point_data["t"] = np.arange(surface.n_points)
+    better = client.smooth(surface)
+    assert type(better) is pyvista.PolyData
+    assert np.array_equal(better.faces, faces)
+    assert np.array_equal(better.lines, surface.lines)
+    assert_same(np.array(surface.points), case.points)
+    names = {3: "triangle", 4: "quad"}
+    cells = [("line", rows[0][:2]), *((names[len(row)], row) for row in rows)]
+    assert_same(np.array(better.points), cli_points(Case(case.points, cells)))
+
+
+def test_pyvista_has_a_name_for_the_element(client: ms.Client) -> None:
+    points, cells = cube(4)
+    rows: list[Any] = [("vertex", (0,)), ("line", (0, 1))]
+    rows += [("tetra", tuple(map(int, row))) for row in cells["tetra"]]
+    rows[5] = ("tetra", (0, 0, 1, 2))
+    with pytest.raises(ms.InvalidMesh) as caught:
+        client.smooth(pyvista_grid(Case(points, rows)))
+    assert caught.value.reason == "REPEATED_NODE"
+    assert (caught.value.element, caught.value.node) == (5, 0)
+    assert "in the input: element 5" in str(caught.value)
+
+
+def test_pyvista_gets_quality_as_a_cell_array(client: ms.Client) -> None:
+    points, cells = cube(4)
+    rows: list[Any] = [("line", (0, 1))]
+    rows += [("tetra", tuple(map(int, row))) for row in cells["tetra"]]
+    grid = pyvista_grid(Case(points, rows))
+    better = client.smooth(grid, element_quality=["mean_ratio", "radius_ratio"])
+    values = better.cell_data["mean_ratio"]
+    assert np.isnan(values[0])
+    assert (values[1:] > 0).all()
+    assert "radius_ratio" in better.cell_data
+    assert "mean_ratio" not in grid.cell_data
+
+
+def test_pyvista_names_arrays(client: ms.Client) -> None:
+    points, cells = cube(4)
+    grid = pyvista_grid(Case(points, [("tetra", tuple(map(int, r))) for r in cells["tetra"]]))
+    grid.point_data["hold"] = np.arange(grid.n_points) % 2
+    grid.cell_data["material"] = (grid.cell_centers().points[:, 0] > 0.5).astype(int)
+    better = client.smooth(grid, fixed="hold", regions="material", full=True)
+    assert (better.points[1::2] == points[1::2]).all()
+    assert better.summary.nodes.between_regions > 0
+
+
+def test_pyvista_refuses_grids_without_elements_of_their_own(client: ms.Client) -> None:
+    with pytest.raises(TypeError, match="cast_to_unstructured_grid"):
+        client.smooth(peer("pyvista").ImageData(dimensions=(3, 3, 3)))
+
+
+@pytest.mark.usefixtures("server")
+def test_pyvista_accessor() -> None:
+    pyvista = peer("pyvista")
+    if not hasattr(pyvista, "register_dataset_accessor"):
+        pytest.skip("missing package: pyvista 0.48 or later")
+    import meshsmooth._pyvista  # noqa: F401, as PyVista's entry point does
+
+    points, cells = cube(4)
+    grid = pyvista_grid(Case(points, [("tetra", tuple(map(int, r))) for r in cells["tetra"]]))
+    better = grid.meshsmooth.smooth(goal="worst")
+    assert type(better) is pyvista.UnstructuredGrid
+    assert_same(np.array(better.points), ms.smooth((points, cells), goal="worst")[0])
+    assert better.meshsmooth.quality().inverted_element_count == 0
+    plotter = pyvista.Plotter(off_screen=True)
+    drawn = grid.meshsmooth.plot_quality(below=0.9, plotter=plotter, show=False)
+    assert drawn is plotter
+    assert len(plotter.actors) >= 2
+
+
+@SETTINGS
+@given(CASES)
+def test_meshio_meshes(client: ms.Client, case: Case) -> None:
+    meshio = peer("meshio")
+    mesh = meshio.Mesh(
+        case.points.copy(),
+        case.blocks(),
+        point_data={"t": np.arange(len(case.points))},
+        cell_data={"c": [np.arange(len(nodes)) for _, nodes in case.blocks()]},
+        point_sets={"some": np.array([0, 1])},
+        cell_sets={"first": [np.array([0]) for _ in case.blocks()]},
+    )
+    better = client.smooth(mesh)
+    assert type(better) is meshio.Mesh
+    assert_same(mesh.points, case.points)
+    for one, other in zip(better.cells, mesh.cells, strict=True):
+        assert one.type == other.type
+        assert np.array_equal(one.data, other.data)
+    assert better.cell_data.keys() == mesh.cell_data.keys()
+    assert_same(better.points, cli_points(case))
+    held = client.smooth(mesh, fixed=["some", "first"])
+    nodes = np.unique(np.concatenate([[0, 1], *(nodes[0] for _, nodes in case.blocks())]))
+    assert (held.points[nodes] == case.points[nodes]).all()
+
+
+def test_trimesh_meshes(client: ms.Client) -> None:
+    trimesh = peer("trimesh")
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    ball.vertices += np.random.default_rng(1).normal(0, 0.02, ball.vertices.shape)
+    before = ball.vertices.copy()
+    better = client.smooth(ball, method="taubin", boundary="free")
+    assert type(better) is trimesh.Trimesh
+    assert np.array_equal(ball.vertices, before)
+    assert np.array_equal(better.faces, ball.faces)
+    rows = [("triangle", tuple(map(int, row))) for row in ball.faces]
+    expected = cli_points(Case(np.array(before), rows), "--method", "taubin", "--boundary", "free")
+    assert_same(np.array(better.vertices), expected)
+
+
+@pytest.mark.parametrize("kind", ["MeshTri", "MeshQuad", "MeshTet", "MeshHex"])
+def test_scikit_fem_meshes(client: ms.Client, kind: str) -> None:
+    skfem = peer("skfem")
+    mesh = getattr(skfem, kind)().refined(2)
+    inner = mesh.interior_nodes()
+    points = mesh.p.copy()
+    points[:, inner] += np.random.default_rng(1).uniform(-0.04, 0.04, points[:, inner].shape)
+    shaken = type(mesh)(points, mesh.t)
+    stats = client.quality(shaken)
+    assert stats.inverted_element_count == 0
+    better = client.smooth(shaken)
+    assert type(better) is type(shaken)
+    assert np.array_equal(better.t, shaken.t)
+    assert np.array_equal(shaken.p, points)
+    boundary = mesh.boundary_nodes()
+    assert np.array_equal(better.p[:, boundary], points[:, boundary])
+    after = client.quality(better).metric("mean_ratio")
+    before = stats.metric("mean_ratio")
+    assert after is not None
+    assert before is not None
+    assert after.mean > before.mean
+
+
+@pytest.fixture
+def gmsh() -> Iterator[Any]:
+    module = peer("gmsh")
+    module.initialize(interruptible=False)
+    module.option.setNumber("General.Terminal", 0)
+    yield module
+    module.finalize()
+
+
+@pytest.mark.usefixtures("server")
+def test_model_open_in_gmsh(gmsh: Any, tmp_path: pathlib.Path) -> None:
+    box = gmsh.model.occ.addBox(0, 0, 0, 1, 1, 1)
+    other = gmsh.model.occ.addBox(1, 0, 0, 1, 1, 1)
+    gmsh.model.occ.fragment([(3, box)], [(3, other)])
+    gmsh.model.occ.synchronize()
+    gmsh.model.addPhysicalGroup(2, [1], name="inlet")
+    gmsh.option.setNumber("Mesh.MeshSizeMax", 0.25)
+    gmsh.option.setNumber("Mesh.SaveAll", 1)
+    gmsh.model.mesh.generate(3)
+    tags, before, _ = gmsh.model.mesh.getNodes()
+    source, target = tmp_path / "in.msh", tmp_path / "out.msh"
+    gmsh.write(str(source))
+
+    summary = ms.gmsh.smooth()
+    assert summary.nodes.between_regions > 0
+    assert summary.nodes.moved > 0
+    after_tags, after, _ = gmsh.model.mesh.getNodes()
+    assert np.array_equal(tags, after_tags)
+    assert (np.asarray(before) != np.asarray(after)).any()
+
+    done = run_cli("smooth", source, "-o", target, "--quiet")
+    assert done.returncode == 0, done.stderr
+    gmsh.open(str(target))
+    cli_tags, expected, _ = gmsh.model.mesh.getNodes()
+    ours = dict(zip(after_tags, np.reshape(after, (-1, 3)).tolist(), strict=True))
+    theirs = dict(zip(cli_tags, np.reshape(expected, (-1, 3)).tolist(), strict=True))
+    assert ours.keys() == theirs.keys()
+    assert max(np.abs(np.subtract(ours[tag], theirs[tag])).max() for tag in ours) < 1e-12
+
+
+@pytest.mark.usefixtures("server")
+def test_gmsh_errors_have_its_tags(gmsh: Any) -> None:
+    with pytest.raises(ms.InvalidMesh) as caught:
+        ms.gmsh.smooth()
+    assert caught.value.reason == "MESH_EMPTY"
+    gmsh.model.occ.addBox(0, 0, 0, 1, 1, 1)
+    gmsh.model.occ.synchronize()
+    gmsh.model.mesh.generate(3)
+    gmsh.model.mesh.setNode(9, [float("nan"), 0, 0], [])
+    with pytest.raises(ms.InvalidMesh) as caught:
+        ms.gmsh.smooth()
+    assert (caught.value.reason, caught.value.node) == ("NON_FINITE_COORDINATE", 9)
+    gmsh.model.mesh.setOrder(2)
+    with pytest.raises(ms.InvalidMesh, match="setOrder"):
+        ms.gmsh.smooth()
+
+
+def test_written_file_is_the_command_lines(client: ms.Client, tmp_path: pathlib.Path) -> None:
+    """The way of a file through meshio: read, smooth, write."""
+    meshio = peer("meshio")
+    points, cells = cube(5)
+    mesh = client.smooth(meshio.Mesh(points, cells))
+    meshio.write(tmp_path / "better.vtu", mesh)
+    case = Case(points, [("tetra", tuple(map(int, row))) for row in cells["tetra"]])
+    case.write_vtk(tmp_path / "in.vtk")
+    run_cli("smooth", tmp_path / "in.vtk", "-o", tmp_path / "out.vtk", "--quiet")
+    expected = read_vtk_points(tmp_path / "out.vtk")
+    assert_same(meshio.read(tmp_path / "better.vtu").points, expected)
