@@ -112,6 +112,8 @@ class CudaEvaluator {
   }
 
  private:
+  static constexpr int kTetrahedron = static_cast<int>(ElementType::tetrahedron);
+
   /// Queued kernels and their results.
   struct Evaluation {
     DeviceBuffer<unsigned char> buffer;  // a DeviceAccumulator and a BlockAccumulator per block
@@ -150,20 +152,30 @@ class CudaEvaluator {
     executor_.clear(evaluation.buffer.data(), bytes);
     auto* const accumulator = reinterpret_cast<DeviceAccumulator*>(evaluation.buffer.data());
     auto* blocks = reinterpret_cast<BlockAccumulator*>(accumulator + 1);
-    constexpr auto kKernel = &evaluate_kernel<Real, kDetail>;
-    constexpr std::size_t kBytes = kHistogramBytes<kDetail>;
-    allow_shared_memory<kKernel>(executor_.lane(), kBytes);
     for_each_run(executor_, job.elements, [&]<int>(const Elements::Run& run, std::size_t count) {
       const unsigned int grid = grids[evaluation.tasks.size()];
       EvaluateTask& task = evaluation.tasks.emplace_back(make_task(job, orientation, run, count));
       task.accumulator = accumulator;
       task.blocks = blocks;
-      launch<kKernel>(executor_.stream(), {grid, kBlockSize, kBytes}, task, job.positions.data());
+      const auto launch_kernel = [&]<bool kTetrahedra>() {
+        constexpr auto kKernel = &evaluate_kernel<Real, kDetail, kTetrahedra>;
+        constexpr std::size_t kBytes = kHistogramBytes<kDetail>;
+        allow_shared_memory<kKernel>(executor_.lane(), kBytes);
+        launch<kKernel>(executor_.stream(), {grid, kBlockSize, kBytes}, task, job.positions.data());
+      };
+      const bool tetrahedra = run.shape == executor_.lane().shapes() + kTetrahedron;
+      tetrahedra ? launch_kernel.template operator()<true>()
+                 : launch_kernel.template operator()<false>();
       blocks += grid;
     });
     for (const EvaluateTask& task : evaluation.tasks) {
-      launch<&list_worst_kernel<Real>>(executor_.stream(), {block_count(task.count, 2 * most)},
-                                       task, job.positions.data());
+      const Grid grid{block_count(task.count, 2 * most)};
+      const Vec3<Real>* const positions = job.positions.data();
+      if (task.shape == executor_.lane().shapes() + kTetrahedron) {
+        launch<&list_worst_kernel<Real, true>>(executor_.stream(), grid, task, positions);
+      } else {
+        launch<&list_worst_kernel<Real, false>>(executor_.stream(), grid, task, positions);
+      }
     }
     return evaluation;
   }

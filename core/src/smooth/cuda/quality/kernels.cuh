@@ -94,7 +94,7 @@ __device__ void store_sums(const EvaluateTask& task, const MetricsOfType& metric
 /// order  deterministic: counts and extrema by atomics, sums by a fixed tree per block
 /// fast   80 us at 100k (H200): double precision, histograms in shared memory
 /// equals `measure_quality` of the mesh library, up to the grouping of sums
-template <class Real, QualityDetail kDetail>
+template <class Real, QualityDetail kDetail, bool kTetrahedra>
 __global__ void __launch_bounds__(kBlockSize, 2)
     evaluate_kernel(EvaluateTask task, const Vec3<Real>* positions) {
   extern __shared__ unsigned int bins[];  // [metric of the type][bin]
@@ -113,7 +113,7 @@ __global__ void __launch_bounds__(kBlockSize, 2)
   const std::size_t step = std::size_t{gridDim.x} * kBlockSize;
   for (std::size_t e = std::size_t{blockIdx.x} * kBlockSize + threadIdx.x; e < task.count;
        e += step) {
-    const ElementMeasure m = measure_in(task, shape, positions, e);
+    const ElementMeasure m = measure_in<kTetrahedra>(task, shape, positions, e);
     thread.add(m, shape, metrics, bins);
     bool locked = true;
     for (int n = 0; n < shape.node_count; ++n) locked &= task.fixed[task.node(shape, e, n)] != 0;
@@ -146,7 +146,7 @@ inline constexpr std::size_t kHistogramBytes = kCountedMetrics<kDetail>* kBinCou
 /// order  the list is unordered, its content deterministic unless it is full
 /// fast   30 us at 100k (H200)
 /// equals the worst elements of `measure_quality`, once ranked by the host
-template <class Real>
+template <class Real, bool kTetrahedra>
 __global__ void __launch_bounds__(kBlockSize)
     list_worst_kernel(EvaluateTask task, const Vec3<Real>* positions) {
   using Scan = cub::BlockScan<unsigned int, kBlockSize>;
@@ -170,7 +170,7 @@ __global__ void __launch_bounds__(kBlockSize)
   const std::size_t step = std::size_t{gridDim.x} * kBlockSize;
   for (std::size_t e = std::size_t{blockIdx.x} * kBlockSize + threadIdx.x; e < task.count;
        e += step) {
-    const ElementMeasure m = measure_in(task, shape, positions, e);
+    const ElementMeasure m = measure_in<kTetrahedra>(task, shape, positions, e);
     const double value = isfinite(m.mean_ratio) ? m.mean_ratio : 0;
     if (metric_bin(0, value) > highest) continue;
     const unsigned int at = atomicAdd(&task.accumulator->listed_count, 1U);
@@ -185,7 +185,8 @@ RankedElement find_next_worst(CudaExecutor& executor, const EvaluateTask& task,
   return executor.reduce(
       task.count, RankedElement{0, 0, RankedElement::kNoElement},
       [=] __device__(std::size_t e) -> RankedElement {
-        const RankedElement own = ranked(task, e, measure_in(task, *task.shape, positions, e));
+        const RankedElement own =
+            ranked(task, e, measure_in<false>(task, *task.shape, positions, e));
         const bool later = after.element == RankedElement::kNoElement || after.worse_than(own);
         return later ? own : RankedElement{0, 0, RankedElement::kNoElement};
       },

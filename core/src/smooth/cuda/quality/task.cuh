@@ -60,18 +60,23 @@ struct EvaluateTask {
   }
 };
 
-/// The quality measures of an element of a task, in double.
-template <class Real>
+/// The quality measures of an element of a task, in double. Code for tetrahedra alone needs few
+/// registers.
+template <bool kTetrahedra, class Real>
 __device__ ElementMeasure measure_in(const EvaluateTask& task, const ElementShape& shape,
                                      const Vec3<Real>* positions, std::size_t e) {
-  Vec3d corners[kMaxElementNodes];
-  for (int n = 0; n < shape.node_count; ++n) {
+  Vec3d corners[kTetrahedra ? 4 : kMaxElementNodes];
+  for (int n = 0; n < (kTetrahedra ? 4 : shape.node_count); ++n) {
     corners[n] = vec3_cast<double>(positions[task.node(shape, e, n)]);
   }
-  const Vec3d reference = task.references == nullptr
-                              ? task.reference
-                              : unpack_direction(task.references[task.first + e]);
-  return measure_element(shape, corners, reference);
+  if constexpr (kTetrahedra) {
+    return measure_tetrahedron(corners);
+  } else {
+    const Vec3d reference = task.references == nullptr
+                                ? task.reference
+                                : unpack_direction(task.references[task.first + e]);
+    return measure_element(shape, corners, reference);
+  }
 }
 __device__ inline RankedElement ranked(const EvaluateTask& task, std::size_t e,
                                        const ElementMeasure& m) {
@@ -86,7 +91,8 @@ struct StoreMetrics {
   MetricColumns columns;
 
   __device__ void operator()(std::size_t e) const {
-    columns.store(*task.shape, measure_in(task, *task.shape, positions, e), task.caller_id(e));
+    columns.store(*task.shape, measure_in<false>(task, *task.shape, positions, e),
+                  task.caller_id(e));
   }
 };
 
