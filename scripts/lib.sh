@@ -24,6 +24,7 @@ build_packages=("${program_packages[@]}" libvtk9-dev libgmsh-dev libtet1.5-dev)
 test_packages=(
   libgtest-dev libgmock-dev libeigen3-dev libbenchmark-dev
   clang-format clang-tidy shellcheck doxygen python3 prometheus haproxy nginx iproute2 ca-certificates
+  python3-grpcio python3-protobuf python3-numpy python3-pytest python3-hypothesis
 )
 # What scripts/fuzz needs beside both.
 fuzz_packages=(clang libclang-rt-dev)

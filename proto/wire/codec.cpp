@@ -97,9 +97,12 @@ M decode_method(const v1::SmoothingOptions& options) {
 // Of the method that the options name; unset: the default.
 Method decode_method(const v1::SmoothingOptions& options) {
   Method method = SmoothOptions{}.method;
+  const bool unset = options.method_case() == v1::SmoothingOptions::METHOD_NOT_SET;
+  const Method by_default = method;
   for_each_method([&]<class M>(const M&) {
     const FieldDescriptor& own = field_of(options, MethodTraits<M>::name);
-    if (options.GetReflection()->HasField(options, &own)) {
+    if (options.GetReflection()->HasField(options, &own) ||
+        (unset && std::holds_alternative<M>(by_default))) {
       method = decode_method<M>(options);
       return;
     }

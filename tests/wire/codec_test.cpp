@@ -168,6 +168,12 @@ TEST(DecodeOptions, KeepsGoalAndTargetOfOptimize) {
   EXPECT_EQ(std::get<Optimize>(decode_options(bare).method).target_quality, 0);
 }
 
+TEST(DecodeOptions, GivesTheDefaultMethodItsFields) {
+  v1::SmoothingOptions message;
+  message.set_target_quality(0.25);
+  EXPECT_EQ(std::get<Optimize>(decode_options(message).method).target_quality, 0.25);
+}
+
 TEST(DecodeOptions, KeepsWhatOptimizeAimsAt) {
   for (const Target target : {Target::automatic, Target::ideal, Target::input, Target::reference}) {
     const SmoothOptions options =

@@ -62,6 +62,7 @@ CHOICES: list[tuple[ms.JobOptions, list[str]]] = [
     ({"absolute_tolerance": 0.01}, ["--absolute-tolerance", "0.01"]),
     (
         {"only_below": 0.5, "only_below_rings": 1},
+        {"report_below": 0.5},
         ["--only-below", "0.5", "--only-below-rings", "1"],
     ),
     ({"tangled": "refuse", "history": True}, ["--tangled", "refuse", "--history"]),

@@ -118,11 +118,13 @@ class JobCall : public CallLoop<Reactor> {
     }
   }
 
-  /// `buffered`: it may wait for the next message.
+  /// `buffered`: it may wait for the next message, but not the first one: the call's metadata would
+  /// wait with it until the client's keepalive.
   Action write(grpc::ByteBuffer message, Clock::time_point now, bool buffered = false) {
     response_ = std::move(message);
     write_options_ = {};
-    if (buffered) write_options_.set_buffer_hint();
+    if (buffered && wrote_) write_options_.set_buffer_hint();
+    wrote_ = true;
     this->write_begins(now);
     return [this] { reactor().StartWrite(&response_, write_options_); };
   }
@@ -152,6 +154,7 @@ class JobCall : public CallLoop<Reactor> {
   grpc::ByteBuffer response_;           // gRPC's while it is written
   grpc::WriteOptions write_options_;    // of response_
   std::int64_t written_positions_ = 0;  // bytes of the result in response_
+  bool wrote_ = false;                  // a message
 };
 
 }  // namespace meshsmooth::server

@@ -202,6 +202,7 @@ class JobOptions(TypedDict, total=False):
     movement_limit: float | str  # length, or "2%" of the diagonal
     only_below: float
     only_below_rings: int
+    report_below: float  # mean ratio against the target: Summary.poor
     form: Form
     compute_budget: Duration
     history: bool
@@ -325,6 +326,7 @@ def encode_options(options: JobOptions) -> pb.SmoothingOptions:
         ("target_quality", "target_quality"),
         ("only_below", "only_below"),
         ("only_below_rings", "only_below_rings"),
+        ("report_below", "report_below"),
     ):
         if (value := options.get(field)) is not None:
             _set(message, name, field, value)

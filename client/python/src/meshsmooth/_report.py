@@ -86,6 +86,15 @@ def _inverted_sentence(summary: Summary) -> str:
     return f"{text}; {before:,} {was} before" if before else f"{text}; they were valid before"
 
 
+def _poor_sentence(poor: PoorElements) -> str:
+    rest = poor.element_count - poor.locked_count - poor.limited_count
+    return (
+        f"{counted(poor.element_count, 'element')} below a mean ratio of {poor.below:.4g}: "
+        f"{poor.locked_count:,} locked, {poor.limited_count:,} limited by connectivity, "
+        f"{rest:,} could still become better"
+    )
+
+
 def _locked_sentence(summary: Summary) -> str:
     locked = summary.locked
     are, them = ("is", "it") if locked.element_count == 1 else ("are", "them")
@@ -127,6 +136,8 @@ def _sentences(summary: Summary) -> list[str]:
         sentences.append(f"{counted(degenerate, 'element')} {are} degenerate")
     if summary.locked.element_count:
         sentences.append(_locked_sentence(summary))
+    if summary.poor is not None:
+        sentences.append(_poor_sentence(summary.poor))
     sentences.append(_nodes_sentence(summary))
     times = summary.timings
     stages = [

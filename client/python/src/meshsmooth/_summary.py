@@ -25,6 +25,7 @@ _ENUMS = {
     "element_type": (mesh_pb2.ElementType, "ELEMENT_TYPE_"),
     "backend_kind": (smoothing_pb2.BackendKind, "BACKEND_KIND_"),
     "state": (smoothing_pb2.State, "STATE_"),
+    "end_rule": (smoothing_pb2.EndRule, "END_RULE_"),
     "priority": (smoothing_pb2.Priority, "PRIORITY_"),
     "kind": (smoothing_pb2.BackendKind, "BACKEND_KIND_"),
 }
@@ -45,6 +46,8 @@ class Convergence:
     moved_node_counts: tuple[int, ...] = ()
     energies: tuple[float, ...] = ()
     worst_mean_ratios: tuple[float, ...] = ()
+    end_rule: str = ""  # by which the job converged or stagnated
+    remaining_gain: float | None = None  # optimize: share of the energy, estimated
 
 
 @dataclass(frozen=True)
@@ -188,6 +191,16 @@ class Execution:
 
 
 @dataclass(frozen=True)
+class PoorElements:
+    """The elements of the result below `report_below`, by what holds them there."""
+
+    below: float = 0.0
+    element_count: int = 0
+    locked_count: int = 0
+    limited_count: int = 0  # by connectivity: no allowed move of a node makes its ball better
+
+
+@dataclass(frozen=True)
 class Summary:
     """The report on a job."""
 
@@ -202,6 +215,7 @@ class Summary:
     options: dict[str, Any] = field(default_factory=dict)  # that the job ran with
     boundary_deviation: BoundaryDeviation | None = None
     flat_reference_element_count: int = 0
+    poor: PoorElements | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Returns plain dicts, lists and numbers."""

@@ -15,6 +15,12 @@ BOUNDARY_POLICY_FREE: BoundaryPolicy
 BOUNDARY_POLICY_SLIDE: BoundaryPolicy
 BOUNDARY_POLICY_UNSPECIFIED: BoundaryPolicy
 DESCRIPTOR: _descriptor.FileDescriptor
+END_RULE_ALL_HELD: EndRule
+END_RULE_AT_REST: EndRule
+END_RULE_NO_PROGRESS: EndRule
+END_RULE_SMALL_GAINS: EndRule
+END_RULE_SMALL_MOVES: EndRule
+END_RULE_UNSPECIFIED: EndRule
 FORM_ASYNCHRONOUS: Form
 FORM_GAUSS_SEIDEL: Form
 FORM_JACOBI: Form
@@ -153,8 +159,9 @@ class CancelJobResponse(_message.Message):
     def __init__(self, job: _Optional[_Union[Job, _Mapping]] = ...) -> None: ...
 
 class ConvergenceStats(_message.Message):
-    __slots__ = ["bounding_box_diagonal", "energies", "held_node_count", "iteration_count", "last_max_displacement", "last_rms_displacement", "max_displacements", "moved_node_counts", "rms_displacements", "tolerance", "worst_mean_ratios"]
+    __slots__ = ["bounding_box_diagonal", "end_rule", "energies", "held_node_count", "iteration_count", "last_max_displacement", "last_rms_displacement", "max_displacements", "moved_node_counts", "remaining_gain", "rms_displacements", "tolerance", "worst_mean_ratios"]
     BOUNDING_BOX_DIAGONAL_FIELD_NUMBER: _ClassVar[int]
+    END_RULE_FIELD_NUMBER: _ClassVar[int]
     ENERGIES_FIELD_NUMBER: _ClassVar[int]
     HELD_NODE_COUNT_FIELD_NUMBER: _ClassVar[int]
     ITERATION_COUNT_FIELD_NUMBER: _ClassVar[int]
@@ -162,10 +169,12 @@ class ConvergenceStats(_message.Message):
     LAST_RMS_DISPLACEMENT_FIELD_NUMBER: _ClassVar[int]
     MAX_DISPLACEMENTS_FIELD_NUMBER: _ClassVar[int]
     MOVED_NODE_COUNTS_FIELD_NUMBER: _ClassVar[int]
+    REMAINING_GAIN_FIELD_NUMBER: _ClassVar[int]
     RMS_DISPLACEMENTS_FIELD_NUMBER: _ClassVar[int]
     TOLERANCE_FIELD_NUMBER: _ClassVar[int]
     WORST_MEAN_RATIOS_FIELD_NUMBER: _ClassVar[int]
     bounding_box_diagonal: float
+    end_rule: EndRule
     energies: _containers.RepeatedScalarFieldContainer[float]
     held_node_count: int
     iteration_count: int
@@ -173,10 +182,11 @@ class ConvergenceStats(_message.Message):
     last_rms_displacement: float
     max_displacements: _containers.RepeatedScalarFieldContainer[float]
     moved_node_counts: _containers.RepeatedScalarFieldContainer[int]
+    remaining_gain: float
     rms_displacements: _containers.RepeatedScalarFieldContainer[float]
     tolerance: float
     worst_mean_ratios: _containers.RepeatedScalarFieldContainer[float]
-    def __init__(self, iteration_count: _Optional[int] = ..., last_max_displacement: _Optional[float] = ..., last_rms_displacement: _Optional[float] = ..., tolerance: _Optional[float] = ..., bounding_box_diagonal: _Optional[float] = ..., held_node_count: _Optional[int] = ..., max_displacements: _Optional[_Iterable[float]] = ..., rms_displacements: _Optional[_Iterable[float]] = ..., moved_node_counts: _Optional[_Iterable[int]] = ..., energies: _Optional[_Iterable[float]] = ..., worst_mean_ratios: _Optional[_Iterable[float]] = ...) -> None: ...
+    def __init__(self, iteration_count: _Optional[int] = ..., last_max_displacement: _Optional[float] = ..., last_rms_displacement: _Optional[float] = ..., tolerance: _Optional[float] = ..., bounding_box_diagonal: _Optional[float] = ..., held_node_count: _Optional[int] = ..., max_displacements: _Optional[_Iterable[float]] = ..., rms_displacements: _Optional[_Iterable[float]] = ..., moved_node_counts: _Optional[_Iterable[int]] = ..., energies: _Optional[_Iterable[float]] = ..., worst_mean_ratios: _Optional[_Iterable[float]] = ..., end_rule: _Optional[_Union[EndRule, str]] = ..., remaining_gain: _Optional[float] = ...) -> None: ...
 
 class DeleteJobRequest(_message.Message):
     __slots__ = ["name"]
@@ -501,6 +511,18 @@ class Optimize(_message.Message):
     target: Target
     def __init__(self, goal: _Optional[_Union[Goal, str]] = ..., target: _Optional[_Union[Target, str]] = ..., stay: _Optional[float] = ...) -> None: ...
 
+class PoorElements(_message.Message):
+    __slots__ = ["below", "element_count", "limited_count", "locked_count"]
+    BELOW_FIELD_NUMBER: _ClassVar[int]
+    ELEMENT_COUNT_FIELD_NUMBER: _ClassVar[int]
+    LIMITED_COUNT_FIELD_NUMBER: _ClassVar[int]
+    LOCKED_COUNT_FIELD_NUMBER: _ClassVar[int]
+    below: float
+    element_count: int
+    limited_count: int
+    locked_count: int
+    def __init__(self, below: _Optional[float] = ..., element_count: _Optional[int] = ..., locked_count: _Optional[int] = ..., limited_count: _Optional[int] = ...) -> None: ...
+
 class Progress(_message.Message):
     __slots__ = ["iteration", "max_displacement", "queue_position", "rms_displacement", "stage", "state"]
     ITERATION_FIELD_NUMBER: _ClassVar[int]
@@ -582,7 +604,7 @@ class SmoothResponse(_message.Message):
     def __init__(self, accepted: _Optional[_Union[Accepted, _Mapping]] = ..., progress: _Optional[_Union[Progress, _Mapping]] = ..., result: _Optional[_Union[ResultHeader, _Mapping]] = ..., chunk: _Optional[_Union[_mesh_pb2.Chunk, _Mapping]] = ..., summary: _Optional[_Union[Summary, _Mapping]] = ..., stop_sending: _Optional[_Union[StopSending, _Mapping]] = ...) -> None: ...
 
 class SmoothingOptions(_message.Message):
-    __slots__ = ["absolute_movement_limit", "absolute_tolerance", "boundary_policy", "compute_budget", "convergence_tolerance", "feature_angle_degrees", "form", "guard", "hc_laplacian", "laplacian", "max_iteration_count", "movement_limit", "only_below", "only_below_rings", "optimize", "smart_laplacian", "tangled_policy", "target_quality", "taubin", "windowed_sinc"]
+    __slots__ = ["absolute_movement_limit", "absolute_tolerance", "boundary_policy", "compute_budget", "convergence_tolerance", "feature_angle_degrees", "form", "guard", "hc_laplacian", "laplacian", "max_iteration_count", "movement_limit", "only_below", "only_below_rings", "optimize", "report_below", "smart_laplacian", "tangled_policy", "target_quality", "taubin", "windowed_sinc"]
     ABSOLUTE_MOVEMENT_LIMIT_FIELD_NUMBER: _ClassVar[int]
     ABSOLUTE_TOLERANCE_FIELD_NUMBER: _ClassVar[int]
     BOUNDARY_POLICY_FIELD_NUMBER: _ClassVar[int]
@@ -598,6 +620,7 @@ class SmoothingOptions(_message.Message):
     ONLY_BELOW_FIELD_NUMBER: _ClassVar[int]
     ONLY_BELOW_RINGS_FIELD_NUMBER: _ClassVar[int]
     OPTIMIZE_FIELD_NUMBER: _ClassVar[int]
+    REPORT_BELOW_FIELD_NUMBER: _ClassVar[int]
     SMART_LAPLACIAN_FIELD_NUMBER: _ClassVar[int]
     TANGLED_POLICY_FIELD_NUMBER: _ClassVar[int]
     TARGET_QUALITY_FIELD_NUMBER: _ClassVar[int]
@@ -618,19 +641,20 @@ class SmoothingOptions(_message.Message):
     only_below: float
     only_below_rings: int
     optimize: Optimize
+    report_below: float
     smart_laplacian: SmartLaplacian
     tangled_policy: TangledPolicy
     target_quality: float
     taubin: Taubin
     windowed_sinc: WindowedSinc
-    def __init__(self, laplacian: _Optional[_Union[Laplacian, _Mapping]] = ..., smart_laplacian: _Optional[_Union[SmartLaplacian, _Mapping]] = ..., taubin: _Optional[_Union[Taubin, _Mapping]] = ..., hc_laplacian: _Optional[_Union[HcLaplacian, _Mapping]] = ..., optimize: _Optional[_Union[Optimize, _Mapping]] = ..., windowed_sinc: _Optional[_Union[WindowedSinc, _Mapping]] = ..., form: _Optional[_Union[Form, str]] = ..., max_iteration_count: _Optional[int] = ..., convergence_tolerance: _Optional[float] = ..., absolute_tolerance: _Optional[float] = ..., boundary_policy: _Optional[_Union[BoundaryPolicy, str]] = ..., feature_angle_degrees: _Optional[float] = ..., guard: bool = ..., tangled_policy: _Optional[_Union[TangledPolicy, str]] = ..., target_quality: _Optional[float] = ..., movement_limit: _Optional[float] = ..., absolute_movement_limit: _Optional[float] = ..., compute_budget: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., only_below: _Optional[float] = ..., only_below_rings: _Optional[int] = ...) -> None: ...
+    def __init__(self, laplacian: _Optional[_Union[Laplacian, _Mapping]] = ..., smart_laplacian: _Optional[_Union[SmartLaplacian, _Mapping]] = ..., taubin: _Optional[_Union[Taubin, _Mapping]] = ..., hc_laplacian: _Optional[_Union[HcLaplacian, _Mapping]] = ..., optimize: _Optional[_Union[Optimize, _Mapping]] = ..., windowed_sinc: _Optional[_Union[WindowedSinc, _Mapping]] = ..., form: _Optional[_Union[Form, str]] = ..., max_iteration_count: _Optional[int] = ..., convergence_tolerance: _Optional[float] = ..., absolute_tolerance: _Optional[float] = ..., boundary_policy: _Optional[_Union[BoundaryPolicy, str]] = ..., feature_angle_degrees: _Optional[float] = ..., guard: bool = ..., tangled_policy: _Optional[_Union[TangledPolicy, str]] = ..., target_quality: _Optional[float] = ..., movement_limit: _Optional[float] = ..., absolute_movement_limit: _Optional[float] = ..., compute_budget: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., only_below: _Optional[float] = ..., only_below_rings: _Optional[int] = ..., report_below: _Optional[float] = ...) -> None: ...
 
 class StopSending(_message.Message):
     __slots__ = []
     def __init__(self) -> None: ...
 
 class Summary(_message.Message):
-    __slots__ = ["boundary_deviation", "convergence", "execution", "flat_reference_element_count", "locked", "nodes", "options", "quality_after", "quality_before", "stop_reason", "timings"]
+    __slots__ = ["boundary_deviation", "convergence", "execution", "flat_reference_element_count", "locked", "nodes", "options", "poor", "quality_after", "quality_before", "stop_reason", "timings"]
     BOUNDARY_DEVIATION_FIELD_NUMBER: _ClassVar[int]
     CONVERGENCE_FIELD_NUMBER: _ClassVar[int]
     EXECUTION_FIELD_NUMBER: _ClassVar[int]
@@ -638,6 +662,7 @@ class Summary(_message.Message):
     LOCKED_FIELD_NUMBER: _ClassVar[int]
     NODES_FIELD_NUMBER: _ClassVar[int]
     OPTIONS_FIELD_NUMBER: _ClassVar[int]
+    POOR_FIELD_NUMBER: _ClassVar[int]
     QUALITY_AFTER_FIELD_NUMBER: _ClassVar[int]
     QUALITY_BEFORE_FIELD_NUMBER: _ClassVar[int]
     STOP_REASON_FIELD_NUMBER: _ClassVar[int]
@@ -649,11 +674,12 @@ class Summary(_message.Message):
     locked: LockedStats
     nodes: NodeCounts
     options: SmoothingOptions
+    poor: PoorElements
     quality_after: QualityStats
     quality_before: QualityStats
     stop_reason: StopReason
     timings: Timings
-    def __init__(self, stop_reason: _Optional[_Union[StopReason, str]] = ..., convergence: _Optional[_Union[ConvergenceStats, _Mapping]] = ..., quality_before: _Optional[_Union[QualityStats, _Mapping]] = ..., quality_after: _Optional[_Union[QualityStats, _Mapping]] = ..., locked: _Optional[_Union[LockedStats, _Mapping]] = ..., nodes: _Optional[_Union[NodeCounts, _Mapping]] = ..., timings: _Optional[_Union[Timings, _Mapping]] = ..., execution: _Optional[_Union[Execution, _Mapping]] = ..., options: _Optional[_Union[SmoothingOptions, _Mapping]] = ..., boundary_deviation: _Optional[_Union[BoundaryDeviation, _Mapping]] = ..., flat_reference_element_count: _Optional[int] = ...) -> None: ...
+    def __init__(self, stop_reason: _Optional[_Union[StopReason, str]] = ..., convergence: _Optional[_Union[ConvergenceStats, _Mapping]] = ..., quality_before: _Optional[_Union[QualityStats, _Mapping]] = ..., quality_after: _Optional[_Union[QualityStats, _Mapping]] = ..., locked: _Optional[_Union[LockedStats, _Mapping]] = ..., nodes: _Optional[_Union[NodeCounts, _Mapping]] = ..., timings: _Optional[_Union[Timings, _Mapping]] = ..., execution: _Optional[_Union[Execution, _Mapping]] = ..., options: _Optional[_Union[SmoothingOptions, _Mapping]] = ..., boundary_deviation: _Optional[_Union[BoundaryDeviation, _Mapping]] = ..., flat_reference_element_count: _Optional[int] = ..., poor: _Optional[_Union[PoorElements, _Mapping]] = ...) -> None: ...
 
 class Taubin(_message.Message):
     __slots__ = ["mu"]
@@ -740,6 +766,9 @@ class Stage(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = []
 
 class StopReason(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = []
+
+class EndRule(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = []
 
 class QualityMetric(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
