@@ -1,4 +1,4 @@
-"""The code of docs/python.md runs, block after block, in one program."""
+"""The code of docs/python.md, and of the README, runs block after block in one program."""
 
 from __future__ import annotations
 
@@ -11,8 +11,25 @@ import pytest
 import meshsmooth as ms
 from meshsmooth import _adapters
 
-GUIDE = pathlib.Path(__file__).resolve().parents[3] / "docs" / "python.md"
+ROOT = pathlib.Path(__file__).resolve().parents[3]
+GUIDE = ROOT / "docs" / "python.md"
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.DOTALL | re.MULTILINE)
+
+
+def run_blocks(page: pathlib.Path) -> int:
+    """Runs the Python of a page; returns the number of its blocks."""
+    text = page.read_text(encoding="utf-8")
+    names: dict[str, object] = {"server_address": os.environ["MESHSMOOTH_SERVER"]}
+    blocks = list(BLOCK.finditer(text))
+    for block in blocks:
+        line = text.count("\n", 0, block.start(1))
+        exec(compile("\n" * line + block[1], str(page), "exec"), names)
+    return len(blocks)
+
+
+@pytest.mark.usefixtures("server")
+def test_code_of_the_readme() -> None:
+    assert run_blocks(ROOT / "README.md") >= 1
 
 
 @pytest.mark.usefixtures("server")
@@ -20,13 +37,7 @@ def test_code_of_the_guide(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(_adapters, "_registered", [])
-    text = GUIDE.read_text(encoding="utf-8")
-    blocks = list(BLOCK.finditer(text))
-    assert len(blocks) >= 8
-    names: dict[str, object] = {"server_address": os.environ["MESHSMOOTH_SERVER"]}
-    for block in blocks:
-        line = text.count("\n", 0, block.start(1))
-        exec(compile("\n" * line + block[1], str(GUIDE), "exec"), names)
+    assert run_blocks(GUIDE) >= 8
     assert "element 0 (tetrahedron): node 6 is out of range" in capsys.readouterr().out
 
 

@@ -6,7 +6,7 @@ import html
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from ._summary import MetricStats, QualityStats, Summary
+    from ._summary import MetricStats, PoorElements, QualityStats, Summary
 
 _BARS = " ▁▂▃▄▅▆▇█"
 _ROWS = (
