@@ -91,7 +91,8 @@ def _server_of_environment(request: pytest.FixtureRequest, monkeypatch: Any) -> 
         if name.startswith("MESHSMOOTH_CLIENT_"):
             monkeypatch.delenv(name)
     address = request.getfixturevalue("server") if "server" in request.fixturenames else "unix:/"
-    monkeypatch.setenv("MESHSMOOTH_SERVER", address)
+    # A test of local servers has a fixture `server` of its own.
+    monkeypatch.setenv("MESHSMOOTH_SERVER", address if isinstance(address, str) else "unix:/")
 
 
 def cube(count: int = 6, dtype: Any = np.float64, seed: int = 7) -> tuple[Any, dict[str, Any]]:
