@@ -104,5 +104,8 @@ def __getattr__(name: str) -> Any:
     if name == "__version__":
         import importlib.metadata
 
-        return importlib.metadata.version("meshsmooth")
+        try:
+            return importlib.metadata.version("meshsmooth")
+        except importlib.metadata.PackageNotFoundError:
+            return "unknown"  # a checkout that is not installed
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
