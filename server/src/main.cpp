@@ -2,17 +2,20 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <atomic>
+#include <cerrno>
 #include <chrono>
-#include <condition_variable>
 #include <csignal>
 #include <cstdio>
-#include <mutex>
+#include <optional>
+#include <string>
 #include <thread>
 
 #include "config.hpp"
 #include "host_memory.hpp"
 #include "meshsmooth/error.hpp"
 #include "meshsmooth/server.hpp"
+#include "socket_folder.hpp"
 
 namespace {
 
@@ -22,6 +25,7 @@ constexpr int kExitUsage = 2;
 constexpr int kExitDeviceLost = 69;  // EX_UNAVAILABLE
 constexpr int kExitNotDrained = 75;  // EX_TEMPFAIL
 constexpr auto kWatchdogSlack = std::chrono::seconds(2);
+constexpr auto kStdinEndLimit = std::chrono::milliseconds(1500);
 
 // Blocked here, and so in every thread created later: they are only received by sigwait.
 sigset_t block_exit_signals() {
@@ -33,13 +37,46 @@ sigset_t block_exit_signals() {
   return signals;
 }
 
+// The only way out once threads run that never end by themselves.
+class Exit {
+ public:
+  /// Creates the folder of a server on "unix:" and returns the socket's address. Throws
+  /// InvalidOption.
+  std::string create_socket_folder() { return folder_.emplace().address(); }
+  [[noreturn]] void leave(int code) {
+    if (folder_) folder_->remove();
+    _exit(code);
+  }
+
+ private:
+  std::optional<server::SocketFolder> folder_;
+};
+
+// With a pipe as standard input, its other end is closed however the parent ends, by SIGKILL too.
+// Nobody is left to serve then: `serve` ends, and what takes longer, as the start of a GPU, is cut
+// off.
+void watch_stdin(std::atomic<bool>& ended, Exit& exit) {
+  std::thread([&] {
+    char ignored[256];
+    ssize_t count = 0;
+    do {
+      count = read(STDIN_FILENO, ignored, sizeof ignored);
+    } while (count > 0 || (count < 0 && errno == EINTR));
+    ended = true;
+    kill(getpid(), SIGTERM);
+    std::this_thread::sleep_for(kStdinEndLimit);
+    exit.leave(kExitNotDrained);
+  }).detach();
+}
+
 // SIGTERM drains, a second one forces the shutdown; if even that hangs, the process exits. A lost
 // device does not come back within this process: it drains without waiting and exits with its own
 // code, so that the supervisor starts another process.
-void serve(server::Server& server, const server::ServerConfig& config, const sigset_t& signals) {
+[[noreturn]] void serve(server::Server& server, const server::ServerConfig& config,
+                        const sigset_t& signals, const std::atomic<bool>& stdin_ended, Exit& exit) {
   int signal = 0;
   sigwait(&signals, &signal);
-  if (server.device_lost()) server.force_shutdown();
+  if (server.device_lost() || stdin_ended) server.force_shutdown();
 
   std::thread([&] {
     int again = 0;
@@ -47,14 +84,19 @@ void serve(server::Server& server, const server::ServerConfig& config, const sig
     server.force_shutdown();
   }).detach();
   const auto limit = config.lame_duck + config.drain_grace + kWatchdogSlack;
-  std::thread([limit] {
+  std::thread([limit, &exit] {
     std::this_thread::sleep_for(limit);
-    _exit(kExitNotDrained);
+    exit.leave(kExitNotDrained);
   }).detach();
   server.drain();
   std::fflush(nullptr);
-  // The two threads above never end by themselves.
-  _exit(server.device_lost() ? kExitDeviceLost : 0);
+  exit.leave(server.device_lost() ? kExitDeviceLost : 0);
+}
+
+std::string version_text(bool as_json) {
+  if (!as_json) return MESHSMOOTH_VERSION;
+  return R"({"version":")" MESHSMOOTH_VERSION R"(","commit":")" MESHSMOOTH_BUILD_COMMIT
+         R"(","protocol":"meshsmooth.v1"})";
 }
 
 int fail(const Error& error) {
@@ -67,7 +109,10 @@ int fail(const Error& error) {
 int main(int argc, char** argv) {
   CLI::App app("Smooths finite-element meshes as a gRPC service (meshsmooth.v1).",
                "meshsmooth-server");
-  app.set_version_flag("--version", MESHSMOOTH_VERSION);
+  bool as_json = false;  // read before --version, which ends the parsing
+  app.add_flag("--json", as_json, "With --version: print version, commit and protocol as JSON");
+  app.set_version_flag(
+      "--version", [&as_json] { return version_text(as_json); }, "Print the version and exit");
   bool print_config = false;
   app.add_flag("--print-config", print_config,
                "Print all settings in effect, in the format of --config, and exit");
@@ -86,11 +131,17 @@ int main(int argc, char** argv) {
 
   server::keep_heap_warm();
   const sigset_t signals = block_exit_signals();
-  server::Server server(config);
+  // The reader of the log may end first.
+  std::signal(SIGPIPE, SIG_IGN);
+  std::atomic<bool> stdin_ended = false;
+  Exit exit;
   try {
+    if (config.listen == "unix:") config.listen = exit.create_socket_folder();
+    if (config.exit_with_stdin) watch_stdin(stdin_ended, exit);
+    server::Server server(config);
     server.start([] { kill(getpid(), SIGTERM); });
+    serve(server, config, signals, stdin_ended, exit);
   } catch (const Error& error) {
-    return fail(error);
+    exit.leave(fail(error));
   }
-  serve(server, config, signals);
 }

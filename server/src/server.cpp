@@ -4,6 +4,7 @@
 #include <grpcpp/health_check_service_interface.h>
 #include <grpcpp/server.h>
 #include <grpcpp/server_builder.h>
+#include <sys/stat.h>
 
 #include <atomic>
 #include <chrono>
@@ -54,6 +55,18 @@ void configure(grpc::ServerBuilder& builder, const ServerConfig& config) {
   builder.SetSyncServerOption(grpc::ServerBuilder::MIN_POLLERS, 1);
   builder.SetSyncServerOption(grpc::ServerBuilder::MAX_POLLERS, 2);
 }
+
+// What is created during its lifetime is the owner's only. The mask is that of the whole process.
+class OwnerOnly {
+ public:
+  OwnerOnly() : old_(umask(S_IRWXG | S_IRWXO | S_IXUSR)) {}
+  ~OwnerOnly() { umask(old_); }
+  OwnerOnly(const OwnerOnly&) = delete;
+  OwnerOnly& operator=(const OwnerOnly&) = delete;
+
+ private:
+  const mode_t old_;
+};
 
 }  // namespace
 
@@ -143,7 +156,10 @@ void Server::start(std::function<void()> on_device_lost) {
   }
   builder.RegisterService(impl.service.get());
   impl.engine = std::move(engine);
-  impl.server = builder.BuildAndStart();
+  {
+    const OwnerOnly socket_mode;  // by the mask, since gRPC binds and listens in one step
+    impl.server = builder.BuildAndStart();
+  }
   if (!impl.server) {
     throw InvalidOption("OPTION_OUT_OF_RANGE",
                         "listen: cannot serve on " + impl.config.listen +

@@ -54,7 +54,7 @@ bool is_address(std::string_view text) {
 }
 
 bool is_listen_address(std::string_view text) {
-  if (text.starts_with("unix:")) return text.size() > 5 && is_printable(text);
+  if (text.starts_with("unix:")) return is_printable(text);
   return text.empty() || is_address(text);
 }
 
@@ -151,7 +151,8 @@ void add_connections(Table& table) {
   const auto seconds = seconds_range();
   table
       .add("listen", &C::listen,
-           "Address to serve on, HOST:PORT or unix:PATH; port 0 selects a free port",
+           "Address to serve on, HOST:PORT or unix:PATH; port 0 selects a free port, unix: alone "
+           "creates a socket in a private folder, removed at exit",
            text_that("HOST:PORT or unix:PATH", is_listen_address))
       .add("admin-listen", &C::admin_listen,
            "Address of /metrics, /healthz and /readyz in plain HTTP, HOST:PORT; empty: none",
@@ -268,6 +269,10 @@ void add_times(Table& table) {
            seconds)
       .add("drain-grace-seconds", &C::drain_grace,
            "Time after the lame duck period for running jobs to finish, in seconds", seconds)
+      .add("exit-with-stdin", &C::exit_with_stdin,
+           "Stop at once when standard input ends: with a pipe as standard input the server ends "
+           "together with the process that started it, however that ends",
+           none)
       .add("lane-watchdog-seconds", &C::lane_watchdog,
            "Time for a running job to stop on request before its lane counts as lost, in seconds",
            seconds)

@@ -43,9 +43,9 @@ def lines_of(stream):
 class Program:
     """A running program whose error output is watched."""
 
-    def __init__(self, *command):
-        self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-                                        text=True)
+    def __init__(self, *command, stdin=None):
+        self.process = subprocess.Popen(command, stdin=stdin, stdout=subprocess.DEVNULL,
+                                        stderr=subprocess.PIPE, text=True)
         self._lines, self._arrived = lines_of(self.process.stderr)
 
     def wait_for(self, pattern, timeout=60):

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import socket
 import subprocess
@@ -72,6 +73,12 @@ class Settings(CliTest):
         server = Program(SERVER, "--listen", "0.0.0.0:0", "--insecure")
         self.addCleanup(server.kill)
         server.wait_for("event=start")
+
+    def test_reports_its_version(self):
+        version = self.run_server("--version").stdout.strip()
+        report = json.loads(self.run_server("--version", "--json").stdout)
+        self.assertEqual((report["version"], report["protocol"]), (version, "meshsmooth.v1"))
+        self.assertIn("commit", report)
 
     def test_an_address_in_use_is_named(self):
         error = self.run_server("--listen", "203.0.113.1:1", "--log-level", "off", "--insecure",
@@ -184,6 +191,72 @@ class Metrics(CliTest):
                 return float(result[0]["value"][1])
             time.sleep(0.1)
         self.fail(f"Prometheus knows nothing of {query}")
+
+
+class PrivateServer(CliTest):
+    """A server on a private socket that ends with its standard input."""
+
+    def start(self, *arguments):
+        program = Program(SERVER, "--listen", "unix:", "--exit-with-stdin", *arguments,
+                          stdin=subprocess.PIPE)
+        self.addCleanup(program.kill)
+        self.addCleanup(program.process.stdin.close)
+        socket_path = Path(program.wait_for(r"event=start.* listen=unix:(\S+)").group(1))
+        return program, socket_path
+
+    def test_only_its_owner_reaches_the_socket(self):
+        program, path = self.start("--lame-duck-seconds", "0")
+        self.assertTrue(path.is_socket())
+        self.assertEqual(path.stat().st_mode & 0o777, 0o600)
+        self.assertEqual(path.parent.stat().st_mode & 0o777, 0o700)
+        self.run_cli("health", "--server", f"unix:{path}")
+        program.process.terminate()
+        self.assertEqual(program.end()[0], 0)
+        self.assertFalse(path.parent.exists())
+
+    def test_the_end_of_stdin_ends_it(self):
+        program, path = self.start()
+        program.process.stdin.close()
+        code, log = program.end()
+        self.assertEqual(code, 0, log)
+        self.assertFalse(path.parent.exists())
+
+    def test_the_end_of_stdin_stops_running_jobs(self):
+        program, path = self.start()
+        mesh = self.generate("mesh.vtu", nodes=20000)
+        job = self.start_long_job(mesh, self.path("out.vtu"), "--server", f"unix:{path}")
+        program.process.stdin.close()
+        self.assertEqual(program.end()[0], 0)
+        self.assertFalse(path.parent.exists())
+        self.assertNotEqual(job.end()[0], DONE)
+
+    def test_the_end_of_stdin_ends_a_server_whose_log_nobody_reads(self):
+        read_end, write_end = os.pipe()
+        process = subprocess.Popen([SERVER, "--listen", "unix:", "--exit-with-stdin"],
+                                   stdin=subprocess.PIPE, stderr=write_end)
+        self.addCleanup(process.kill)
+        os.close(write_end)
+        with os.fdopen(read_end) as log:
+            path = Path(re.search(r" listen=unix:(\S+)", log.readline()).group(1))
+        process.stdin.close()
+        self.assertEqual(process.wait(timeout=60), 0)
+        self.assertFalse(path.parent.exists())
+
+    def test_stdin_does_not_matter_without_the_flag(self):
+        program = Program(SERVER, "--listen", "unix:", "--lame-duck-seconds", "0",
+                          stdin=subprocess.DEVNULL)
+        self.addCleanup(program.kill)
+        program.wait_for("event=start")
+        program.process.terminate()
+        code, log = program.end()
+        self.assertEqual(code, 0)
+        self.assertIn("event=end", log)
+
+    def test_a_socket_elsewhere_is_its_owners_too(self):
+        program = Program(SERVER, "--listen", "unix:" + self.path("socket"))
+        self.addCleanup(program.kill)
+        program.wait_for("event=start")
+        self.assertEqual((self.folder / "socket").stat().st_mode & 0o777, 0o600)
 
 
 class Logs(CliTest):

@@ -52,6 +52,7 @@ struct ServerConfig {
   Duration drop_timeout = std::chrono::seconds(1);
   Duration lame_duck = std::chrono::seconds(5);
   Duration drain_grace = std::chrono::seconds(30);
+  bool exit_with_stdin = false;  // of the program only
 
   Duration lane_watchdog = std::chrono::seconds(30);
   bool warm_up = true;
