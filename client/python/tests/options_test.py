@@ -163,6 +163,7 @@ def test_reference(client: ms.Client, tmp_path: pathlib.Path) -> None:
         ({"fixed": [0.5]}, "OPTION_OUT_OF_RANGE"),
         ({"fixed": [10**6]}, "OPTION_OUT_OF_RANGE"),
         ({"fixed": np.zeros(3, bool)}, "OPTION_OUT_OF_RANGE"),
+        ({"fixed": np.zeros(len(POINTS), np.uint8)}, "OPTION_OUT_OF_RANGE"),  # meant as a mask
         ({"fixed_types": ["brick"]}, "OPTION_OUT_OF_RANGE"),
         ({"out": np.zeros((2, 3))}, "OPTION_OUT_OF_RANGE"),
         ({"method": "taubin", "goal": "worst"}, "OPTION_MISPLACED"),

@@ -85,7 +85,25 @@ def test_progress_of_every_display(capsys: pytest.CaptureFixture[str]) -> None:
     plain.close()
     assert capsys.readouterr().err == "meshsmooth: iteration 3, largest move 0.5\n"
     assert _progress.make_display(False) is None
-    assert _progress.make_display(True) is not None
+    assert isinstance(_progress.make_display(True), _progress._Plain)  # this is no terminal
+
+
+@pytest.mark.parametrize("alone", [True, False])
+def test_display_on_a_terminal(monkeypatch: pytest.MonkeyPatch, alone: bool) -> None:
+    pytest.importorskip("rich", reason="missing package: rich")
+    pytest.importorskip("tqdm", reason="missing package: tqdm")
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
+    display = _progress.make_display(True, alone=alone)
+    assert isinstance(display, _progress._Rich if alone else _progress._Tqdm)
+    display(ms.Progress(state="running", stage="iterate", iteration=3))
+    display.close()
+
+
+def test_display_that_cannot_show_gives_way(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
+    for name in ("_Rich", "_Tqdm"):
+        monkeypatch.setattr(_progress, name, lambda: 1 / 0)
+    assert isinstance(_progress.make_display(True), _progress._Plain)
 
 
 @pytest.mark.parametrize("package", ["rich", "tqdm"])

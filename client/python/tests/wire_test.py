@@ -84,3 +84,15 @@ def test_stopped_upload_sends_nothing_more() -> None:
     with pytest.raises(StopIteration):
         next(chunks)
     assert upload.complete
+
+
+@given(st.lists(st.integers(-(2**31), 2**31 - 1), max_size=50), st.integers(0, 50))
+def test_long_indices_travel_as_short_ones(numbers: list[int], cut: int) -> None:
+    array = np.array(numbers, np.int64)
+    expected = array.astype("<i4").tobytes()
+    view = _wire.node_bytes(array)
+    assert view.nbytes == len(expected)
+    assert b"".join(_wire.pieces(view)) == expected
+    at = 4 * min(cut, len(numbers))
+    assert isinstance(view, _wire.Int32View)
+    assert bytes(view[:at].converted()) + bytes(view[at:].converted()) == expected

@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 from . import gmsh
 from ._adapters import register_adapter
+from ._aio import AsyncClient
+from ._aio_job import AsyncJob, AsyncSession
 from ._channel import Tls
-from ._client import Client, Session
+from ._client import Client
 from ._default import default_client, quality, smooth
 from ._errors import (
     AccessDenied,
@@ -41,6 +43,7 @@ from ._plot import plot_quality
 from ._progress import Progress
 from ._result import SmoothResult
 from ._rpc import JobInfo, ServerInfo, TopologyInfo
+from ._session import Session
 from ._summary import ElementQuality, MetricStats, QualityStats, Summary
 
 __all__ = [
@@ -61,6 +64,7 @@ __all__ = [
     "JobInfo",
     "JobOptions",
     "Laplacian",
+    "LocalServer",
     "MeshData",
     "MetricStats",
     "NotFound",
@@ -88,15 +92,15 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from ._aio import AsyncClient, AsyncJob, AsyncSession
+    from ._local import LocalServer
 
 
 def __getattr__(name: str) -> Any:
-    """Imports what few need when they do: asyncio's half of gRPC, and the version."""
-    if name in ("AsyncClient", "AsyncJob", "AsyncSession"):
-        from . import _aio
+    """Imports what few need when they do: the local server and the version."""
+    if name == "LocalServer":
+        from ._local import LocalServer
 
-        return getattr(_aio, name)
+        return LocalServer
     if name == "__version__":
         import importlib.metadata
 

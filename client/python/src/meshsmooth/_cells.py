@@ -77,7 +77,7 @@ class Block:
     """Elements of one type, as they travel."""
 
     element_type: int
-    nodes: NDArray[np.int32]  # [elements, nodes of the type], C order
+    nodes: IntArray  # [elements, nodes of the type], C order; int32, or int64 that fit
 
     @property
     def element_count(self) -> int:
@@ -147,7 +147,7 @@ def _element_cells(runs: list[Run]) -> NDArray[np.int64] | None:
     return np.concatenate([np.asarray(run.ids, np.int64) for run in runs])
 
 
-def _as_node_ids(run: Run) -> NDArray[np.int32]:
+def _as_node_ids(run: Run) -> IntArray:
     nodes = run.nodes
     if nodes.dtype.kind not in "iu":
         raise InvalidMesh(
@@ -166,6 +166,8 @@ def _as_node_ids(run: Run) -> NDArray[np.int32]:
             )
             error.element, error.node = int(run.ids[row]), int(nodes[row].max())
             raise error
+        if nodes.dtype == np.dtype("<i8") and nodes.flags.c_contiguous:
+            return nodes  # converted while it is sent
     return np.ascontiguousarray(nodes, np.dtype("<i4"))
 
 

@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Literal, TypeVar, Unpack, overload
 
 import grpc
-import numpy as np
 from numpy.typing import NDArray
 
 from . import _call, _channel, _options, _rpc
@@ -22,10 +21,11 @@ from ._job import Control, Job
 from ._mesh import Mesh
 from ._options import JobOptions
 from ._progress import Display, Progress, Tee, closing, make_display
-from ._request import Request, Topology, TopologyUse
-from ._result import Finish, SmoothResult, session_request
+from ._request import Request, TopologyUse
+from ._result import Finish, SmoothResult, prepare
 from ._retry import Retry
 from ._service_error import CallFacts, place_in_input, to_error
+from ._session import Session
 from ._summary import QualityStats
 from .v1 import smoothing_pb2 as pb
 
@@ -164,7 +164,7 @@ class Client:
         request, finish = prepare(mesh, options, None, full)
         control = Control()
         job: Job[Any] = Job(self, request.request_id, control, kept="result_ttl" in options)
-        display = make_display(options.get("progress"))
+        display = make_display(options.get("progress"), alone=False)
         job._start(
             functools.partial(
                 self._smooth, request, finish, control, Tee(job._note, display), patient=patient
@@ -479,82 +479,3 @@ class Client:
         if "result_ttl" in request.options and control.job_name:
             with contextlib.suppress(Error):
                 self._unary(_rpc.CANCEL_JOB, pb.CancelJobRequest(name=control.job_name), 1.0)
-
-
-def prepare(
-    mesh: Any, options: JobOptions, out: Array | None, full: bool
-) -> tuple[Request, Finish]:
-    """Reads a mesh and the options of a job."""
-    adapter = find_adapter(mesh)
-    request = Request(Mesh(adapter.read(mesh)), options)
-    return request, Finish(request, out, full, lambda points: adapter.write(mesh, points), adapter)
-
-
-class Session:
-    """A mesh whose nodes move from job to job while its elements stay, as in a time-step loop.
-
-    The same positions give the same bits, whatever the server has. Not thread-safe.
-    """
-
-    def __init__(self, client: Client, mesh: Mesh, options: JobOptions) -> None:
-        self._client = client
-        self._mesh = mesh
-        self._options = options
-        self._topology = Topology.of(mesh, options)
-        self._memory: Array | None = None
-
-    def __enter__(self) -> Session:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._memory = None
-
-    @property
-    def topology_name(self) -> str:
-        """The server's name of the topology, "topologies/sha256-…"."""
-        return self._topology.name
-
-    @overload
-    def smooth(
-        self,
-        points: Array,
-        *,
-        out: Array | None = None,
-        full: Literal[False] = False,
-        **options: Unpack[JobOptions],
-    ) -> Array: ...
-    @overload
-    def smooth(
-        self,
-        points: Array,
-        *,
-        out: Array | None = None,
-        full: Literal[True],
-        **options: Unpack[JobOptions],
-    ) -> SmoothResult[Array]: ...
-    def smooth(
-        self,
-        points: Array,
-        *,
-        out: Array | None = None,
-        full: bool = False,
-        **options: Unpack[JobOptions],
-    ) -> Any:
-        """Smooths positions of the session's mesh and returns them.
-
-        Args:
-            points: [nodes, 2 or 3], float32 or float64.
-            out: array of the same shape for the result, which may be `points`.
-            full: return a `SmoothResult` whose `mesh` are the positions.
-            **options: as of `Client.smooth`, without those of the topology.
-                `quality="brief"` saves the server most of the evaluation.
-        """
-        request = session_request(
-            self._mesh, self._topology, self._options, options, np.asarray(points)
-        )
-        finish = Finish(request, out, full, lambda positions: positions, memory=self._memory)
-        display = make_display(request.options.get("progress"))
-        use = TopologyUse(named=True, routed=True)
-        result = self._client._smooth(request, finish, Control(), display, use=use)
-        self._memory = finish.own_memory
-        return result

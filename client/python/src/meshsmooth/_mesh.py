@@ -191,6 +191,12 @@ def _node_indices(mesh: Mesh, chosen: NDArray[Any]) -> NDArray[Any]:
             "fixed",
             "fixed nodes are a boolean mask, indices of nodes, or the name of an array or set",
         )
+    if len(chosen) == mesh.node_count > 2 and chosen.max() <= 1:
+        raise _out_of_range(
+            "fixed",
+            "fixed has a 0 or 1 for each node, which as indices are the first two nodes; for a "
+            "mask give fixed.astype(bool)",
+        )
     return chosen
 
 

@@ -59,7 +59,7 @@ def plot_quality(
     if below is None:
         plotter.add_mesh(grid, **keywords)
     else:
-        plotter.add_mesh(grid.extract_geometry(), color="lightgrey", opacity=0.15)
+        plotter.add_mesh(grid, color="lightgrey", opacity=0.15)
         worst = np.flatnonzero(values < below)
         if len(worst):
             plotter.add_mesh(grid.extract_cells(worst), **keywords)

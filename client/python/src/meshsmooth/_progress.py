@@ -132,24 +132,30 @@ def _in_notebook() -> bool:
     return type(shell).__name__ == "ZMQInteractiveShell"
 
 
-def make_display(progress: bool | Callable[[Progress], object] | None) -> Display | None:
+def make_display(
+    progress: bool | Callable[[Progress], object] | None, *, alone: bool = True
+) -> Display | None:
     """Returns what shows a job's progress; None if nobody wants to see it.
 
-    True takes rich on a terminal, tqdm in a notebook or where rich is missing, else plain lines.
+    Args:
+        progress: a function, or True: rich or else tqdm on a terminal, tqdm in a notebook, lines
+            elsewhere.
+        alone: no other job is shown at the same time, as rich wants it.
     """
     if callable(progress):
         return _Callback(progress)
     if not progress:
         return None
-    kinds: list[Callable[[], Display]] = [_Tqdm, _Plain]
-    if not _in_notebook() and sys.stderr.isatty():
-        kinds.insert(0, _Rich)
-    for kind in kinds[:-1]:
-        try:
+    kinds: list[Callable[[], Display]] = []
+    if _in_notebook():
+        kinds = [_Tqdm]
+    elif sys.stderr.isatty():
+        kinds = [_Rich, _Tqdm] if alone else [_Tqdm]
+    for kind in kinds:
+        # Missing, or unable to show: some versions of rich have one live display at a time.
+        with contextlib.suppress(Exception):
             return kind()
-        except ImportError:
-            continue
-    return kinds[-1]()
+    return _Plain()
 
 
 class Tee:

@@ -84,7 +84,7 @@ class Topology:
         """Yields the arrays in the order of the wire."""
         offset_bytes = 0
         for block in self.blocks:
-            data = _wire.bytes_of(block.nodes)
+            data = _wire.node_bytes(block.nodes)
             yield _wire.Part(_wire.ELEMENTS, offset_bytes, data)
             offset_bytes += data.nbytes
         if self.fixed is not None:
@@ -101,7 +101,8 @@ class Topology:
         numbers += [int(self.fixed is not None), int(self.regions is not None)]
         digest = hashlib.sha256(np.array(numbers, "<i8").tobytes())
         for part in self.parts():
-            digest.update(part.data)
+            for piece in _wire.pieces(part.data):
+                digest.update(piece)
         return f"topologies/sha256-{digest.hexdigest()}"
 
 

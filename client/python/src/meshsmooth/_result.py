@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _options
-from ._adapters import Adapter
+from ._adapters import Adapter, find_adapter
 from ._call import Result
 from ._mesh import Mesh
 from ._options import JobOptions
@@ -118,6 +118,15 @@ def _fitting(memory: NDArray[Any] | None, points: NDArray[Any]) -> NDArray[Any] 
     if memory is None or memory.shape != points.shape or memory.dtype != points.dtype:
         return None
     return memory if memory.flags.c_contiguous and memory.flags.writeable else None
+
+
+def prepare(
+    mesh: Any, options: JobOptions, out: NDArray[Any] | None, full: bool
+) -> tuple[Request, Finish]:
+    """Reads a mesh and the options of a job."""
+    adapter = find_adapter(mesh)
+    request = Request(Mesh(adapter.read(mesh)), options)
+    return request, Finish(request, out, full, lambda points: adapter.write(mesh, points), adapter)
 
 
 def session_request(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -124,12 +124,47 @@ def _read_varint(message: bytes, at: int) -> tuple[int, int]:
             raise Malformed("a number has more than 64 bits")
 
 
+class Int32View:
+    """64-bit node indices as the bytes of 32-bit ones, converted piece by piece.
+
+    So that a mesh with 64-bit indices, which are NumPy's, is never in memory twice.
+    """
+
+    def __init__(self, numbers: NDArray[Any]) -> None:
+        """Takes a flat array whose numbers all fit."""
+        self._numbers = numbers
+        self.nbytes = 4 * len(numbers)
+
+    def __getitem__(self, piece: slice) -> Int32View:
+        """A run of whole numbers, by its bytes."""
+        start, stop, _ = piece.indices(self.nbytes)
+        assert start % 4 == stop % 4 == 0
+        return Int32View(self._numbers[start // 4 : stop // 4])
+
+    def converted(self) -> memoryview:
+        """Returns the bytes."""
+        return bytes_of(self._numbers.astype("<i4"))
+
+
+Data = memoryview | Int32View
+
+
+def _memory(data: Data) -> memoryview:
+    return data if isinstance(data, memoryview) else data.converted()
+
+
+def pieces(data: Data) -> Iterator[memoryview]:
+    """Yields all bytes of an array, a chunk's size at a time."""
+    for start in range(0, data.nbytes, CHUNK_BYTES):
+        yield _memory(data[start : start + CHUNK_BYTES])
+
+
 class Part(NamedTuple):
     """An array to send, or a run of one, from its offset."""
 
     array_id: int
     offset_bytes: int
-    data: memoryview  # of bytes
+    data: Data  # bytes
 
 
 class Upload:
@@ -161,12 +196,18 @@ class Upload:
                 self._parts.append(
                     Part(part.array_id, part.offset_bytes + data.nbytes, part.data[most:])
                 )
-            yield encode_chunk(SMOOTH_REQUEST_CHUNK, part.array_id, part.offset_bytes, data)
+            memory = _memory(data)
+            yield encode_chunk(SMOOTH_REQUEST_CHUNK, part.array_id, part.offset_bytes, memory)
 
     @property
     def complete(self) -> bool:
         """Whether nothing is left to send."""
         return self.stopped or not self._parts
+
+
+def node_bytes(nodes: NDArray[Any]) -> Data:
+    """Returns C-contiguous node indices of 32 or 64 bits as the bytes that travel."""
+    return bytes_of(nodes) if nodes.dtype == np.dtype("<i4") else Int32View(nodes.reshape(-1))
 
 
 def bytes_of(array: NDArray[np.generic]) -> memoryview:

@@ -52,8 +52,8 @@ def read() -> MeshData:
     for dimension, entity in gmsh.model.getEntities():
         own = tuple(gmsh.model.getPhysicalGroupsForEntity(dimension, entity))
         group = groups.setdefault(own, len(groups))
-        kinds, element_tags, node_tags = gmsh.model.mesh.getElements(dimension, entity)
-        for kind, elements, nodes in zip(kinds, element_tags, node_tags, strict=True):
+        kinds, ids_by_kind, node_tags = gmsh.model.mesh.getElements(dimension, entity)
+        for kind, elements, nodes in zip(kinds, ids_by_kind, node_tags, strict=True):
             name, order = _type_of(gmsh, kind, elements)
             rows = index[np.asarray(nodes, np.int64)].reshape(len(elements), -1)
             blocks.append((name, rows if order is None else rows[:, order]))

@@ -1,0 +1,39 @@
+"""The code of docs/python.md runs, block after block, in one program."""
+
+from __future__ import annotations
+
+import os
+import pathlib
+import re
+
+import pytest
+
+import meshsmooth as ms
+from meshsmooth import _adapters
+
+GUIDE = pathlib.Path(__file__).resolve().parents[3] / "docs" / "python.md"
+BLOCK = re.compile(r"^```python\n(.*?)^```", re.DOTALL | re.MULTILINE)
+
+
+@pytest.mark.usefixtures("server")
+def test_code_of_the_guide(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(_adapters, "_registered", [])
+    text = GUIDE.read_text(encoding="utf-8")
+    blocks = list(BLOCK.finditer(text))
+    assert len(blocks) >= 8
+    names: dict[str, object] = {"server_address": os.environ["MESHSMOOTH_SERVER"]}
+    for block in blocks:
+        line = text.count("\n", 0, block.start(1))
+        exec(compile("\n" * line + block[1], str(GUIDE), "exec"), names)
+    assert "element 0 (tetrahedron): node 6 is out of range" in capsys.readouterr().out
+
+
+def test_guide_names_every_option_and_error() -> None:
+    text = GUIDE.read_text(encoding="utf-8")
+    for name in ms.JobOptions.__annotations__:
+        assert f"`{name}`" in text, name
+    for error in vars(ms).values():
+        if isinstance(error, type) and issubclass(error, ms.Error) and error is not ms.Error:
+            assert f"| `{error.__name__}` |" in text, error.__name__

@@ -1,0 +1,68 @@
+"""What type checkers see of the package."""
+
+from __future__ import annotations
+
+import pathlib
+import re
+import subprocess
+import sys
+
+import pytest
+
+PACKAGE = pathlib.Path(__file__).resolve().parents[1]
+
+CODE = """
+from typing import Any
+import numpy as np
+from numpy.typing import NDArray
+import meshsmooth as ms
+
+class Grid: ...
+
+grid = Grid()
+points: NDArray[np.float64] = np.zeros((4, 3))
+client = ms.Client()
+reveal_type(ms.smooth(grid))
+reveal_type(ms.smooth(grid, full=True).mesh)
+reveal_type(ms.smooth((points, {}), out=points))
+reveal_type(client.submit(grid).result())
+reveal_type([*client.map([grid])][0])
+ms.smooth(grid, method=ms.Optimize(goal="worst"), boundary="slide", movement_limit="1%")
+"""
+WRONG = """
+import meshsmooth as ms
+ms.smooth(object(), boundary="loose")
+ms.smooth(object(), iteratons=3)
+ms.Optimize(goal="best")
+"""
+
+
+def check(code: str, folder: pathlib.Path) -> str:
+    pytest.importorskip("mypy", reason="missing package: mypy")
+    file = folder / "code.py"
+    file.write_text(code)
+    command = [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(folder / "cache")]
+    done = subprocess.run(
+        [*command, "--follow-imports=silent", str(file)],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=PACKAGE,  # for the settings in pyproject.toml
+        env={"MYPYPATH": str(PACKAGE / "src"), "PATH": ""},
+    )
+    return done.stdout
+
+
+def test_results_have_the_type_of_the_mesh(tmp_path: pathlib.Path) -> None:
+    output = check(CODE, tmp_path)
+    assert "error" not in output, output
+    types = re.findall(r'Revealed type is "([^"]*)"', output)
+    assert [name.rpartition(".")[2] for name in types][:2] == ["Grid", "Grid"]
+    assert types[2].startswith("numpy.ndarray")
+    assert [name.rpartition(".")[2] for name in types][3:] == ["Grid", "Grid"]
+
+
+def test_wrong_options_are_errors(tmp_path: pathlib.Path) -> None:
+    output = check(WRONG, tmp_path)
+    for line in (3, 4, 5):
+        assert f"code.py:{line}: error" in output
