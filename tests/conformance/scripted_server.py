@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import threading
 from collections.abc import Callable, Iterator
 from concurrent import futures
@@ -19,9 +20,10 @@ Script = Callable[["Call"], None]
 class Call:
     """One call of Smooth or AttachJob, from the server's side."""
 
-    def __init__(self, requests: Any, context: Any) -> None:
+    def __init__(self, requests: Any, context: Any, server: Any = None) -> None:
         self._requests = requests
         self.context = context
+        self.server = server  # gRPC's, of those that share the scripts the one that was called
         self.answers: list[pb.SmoothResponse] = []
         self._ready = threading.Condition()
         self._ended = False
@@ -46,8 +48,11 @@ class Call:
         return arrays
 
     def send(self, **field: Any) -> None:
+        self.send_message(pb.SmoothResponse(**field))
+
+    def send_message(self, message: pb.SmoothResponse) -> None:
         with self._ready:
-            self.answers.append(pb.SmoothResponse(**field))
+            self.answers.append(message)
             self._ready.notify_all()
 
     def accept(self, name: str = "jobs/mock") -> None:
@@ -56,21 +61,25 @@ class Call:
     def stop_sending(self) -> None:
         self.send(stop_sending=pb.StopSending())
 
-    def send_header(self, node_count: int, size_bytes: int, scalar: int = 2) -> None:
+    def send_header(self, node_count: int, size_bytes: int) -> None:
         self.send(
             result=pb.ResultHeader(
-                node_count=node_count, coordinate_type=scalar, size_bytes=size_bytes
+                node_count=node_count,
+                coordinate_type=mesh_pb2.SCALAR_TYPE_FLOAT64,
+                size_bytes=size_bytes,
             )
         )
 
     def send_chunk(self, offset_bytes: int, data: bytes, crc32c: int | None = None) -> None:
-        chunk = mesh_pb2.Chunk(array_id=4, offset_bytes=offset_bytes, data=data)
+        chunk = mesh_pb2.Chunk(
+            array_id=mesh_pb2.ARRAY_ID_COORDINATES, offset_bytes=offset_bytes, data=data
+        )
         if crc32c is not None:
             chunk.crc32c = crc32c
         self.send(chunk=chunk)
 
     def send_summary(self) -> None:
-        self.send(summary=pb.Summary(stop_reason=1))
+        self.send(summary=pb.Summary(stop_reason=pb.STOP_REASON_CONVERGED))
 
     def succeed(self, points: bytes) -> None:
         """Answers with these positions in float64."""
@@ -126,25 +135,30 @@ class Call:
 
 
 class MockServer:
-    """Plays one script for each call, in their order; the last one for all further calls."""
+    """Plays one script for each call, in their order; the last one for all further calls.
 
-    def __init__(self, address: str) -> None:
-        self.address = address
+    Several servers may share the scripts, as a fleet at one address.
+    """
+
+    def __init__(self) -> None:
+        self.address = ""
         self.scripts: list[Script] = []
         self.attach_scripts: list[Script] = []
         self.calls: list[Call] = []
         self.attach_requests: list[pb.AttachJobRequest] = []
         self.unary: list[Any] = []
 
-    def smooth(self, requests: Any, context: Any) -> Iterator[pb.SmoothResponse]:
-        call = Call(requests, context)
+    def smooth(self, server: Any, requests: Any, context: Any) -> Iterator[pb.SmoothResponse]:
+        call = Call(requests, context, server)
         self.calls.append(call)
         script = self.scripts.pop(0) if len(self.scripts) > 1 else self.scripts[0]
         yield from call.run(script)
 
-    def attach(self, request: pb.AttachJobRequest, context: Any) -> Iterator[pb.AttachJobResponse]:
+    def attach(
+        self, server: Any, request: pb.AttachJobRequest, context: Any
+    ) -> Iterator[pb.AttachJobResponse]:
         self.attach_requests.append(request)
-        call = Call(iter(()), context)
+        call = Call(iter((request,)), context, server)
         for answer in call.run(self.attach_scripts.pop(0)):
             kind = answer.WhichOneof("message")
             assert kind is not None
@@ -152,19 +166,23 @@ class MockServer:
 
     def cancel(self, request: pb.CancelJobRequest, _: Any) -> pb.CancelJobResponse:
         self.unary.append(request)
-        return pb.CancelJobResponse(job=pb.Job(name=request.name, state=7))
+        return pb.CancelJobResponse(job=pb.Job(name=request.name, state=pb.STATE_CANCELLED))
 
 
-@contextlib.contextmanager
-def mock_server() -> Iterator[MockServer]:
+def _start(mock: MockServer) -> tuple[Any, int]:
+    """A server of the mock's on a free port of the loopback device."""
     server = grpc.server(futures.ThreadPoolExecutor(8), options=[("grpc.so_reuseport", 0)])
-    mock = MockServer(f"127.0.0.1:{server.add_insecure_port('127.0.0.1:0')}")
-    handlers = {
+    port = server.add_insecure_port("127.0.0.1:0")
+    handlers: dict[str, Any] = {
         "Smooth": grpc.stream_stream_rpc_method_handler(
-            mock.smooth, pb.SmoothRequest.FromString, pb.SmoothResponse.SerializeToString
+            functools.partial(mock.smooth, server),
+            pb.SmoothRequest.FromString,
+            pb.SmoothResponse.SerializeToString,
         ),
         "AttachJob": grpc.unary_stream_rpc_method_handler(
-            mock.attach, pb.AttachJobRequest.FromString, pb.AttachJobResponse.SerializeToString
+            functools.partial(mock.attach, server),
+            pb.AttachJobRequest.FromString,
+            pb.AttachJobResponse.SerializeToString,
         ),
         "CancelJob": grpc.unary_unary_rpc_method_handler(
             mock.cancel, pb.CancelJobRequest.FromString, pb.CancelJobResponse.SerializeToString
@@ -173,7 +191,18 @@ def mock_server() -> Iterator[MockServer]:
     name = "meshsmooth.v1.SmoothingService"
     server.add_generic_rpc_handlers((grpc.method_handlers_generic_handler(name, handlers),))
     server.start()
+    return server, port
+
+
+@contextlib.contextmanager
+def mock_server(count: int = 1) -> Iterator[MockServer]:
+    """A mock at an address of so many servers."""
+    mock = MockServer()
+    servers = [_start(mock) for _ in range(count)]
+    addresses = ",".join(f"127.0.0.1:{port}" for _, port in servers)
+    mock.address = addresses if count == 1 else f"ipv4:{addresses}"
     try:
         yield mock
     finally:
-        server.stop(None)
+        for server, _ in servers:
+            server.stop(None)

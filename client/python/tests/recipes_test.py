@@ -1,0 +1,68 @@
+"""Runs every program of examples/python, and the notebook, against a real server."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import pathlib
+import re
+import subprocess
+import sys
+from typing import Any
+
+import pytest
+
+import meshsmooth
+
+FOLDER = pathlib.Path(__file__).resolve().parents[3] / "examples" / "python"
+RECIPES = sorted(FOLDER.glob("*.py"))
+MOST_LINES = 40
+HANGS_AFTER = 300  # seconds
+
+
+def environment() -> dict[str, str]:
+    """Where a program finds the package under test, installed or not."""
+    package = pathlib.Path(meshsmooth.__file__).parents[1]
+    found = [str(package), os.environ.get("PYTHONPATH", "")]
+    return os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, found))}
+
+
+def test_there_are_recipes() -> None:
+    assert len(RECIPES) >= 8
+
+
+@pytest.mark.parametrize("recipe", RECIPES, ids=lambda path: path.stem)
+def test_recipe(recipe: pathlib.Path, server: str, tmp_path: pathlib.Path) -> None:
+    text = recipe.read_text(encoding="utf-8")
+    assert len(text.splitlines()) <= MOST_LINES
+    needs = re.search(r"^Needs: (.*)$", text, re.MULTILINE)
+    assert needs, "the docstring lists what the recipe needs"
+    for module in needs[1].split(", "):
+        if importlib.util.find_spec(module) is None:
+            pytest.skip(f"missing tool: {module}")
+    ended = subprocess.run(
+        [sys.executable, recipe],
+        cwd=tmp_path,
+        env=environment(),
+        capture_output=True,
+        text=True,
+        timeout=HANGS_AFTER,
+        check=False,
+    )
+    assert ended.returncode == 0, ended.stderr
+    assert ended.stdout.strip(), "a recipe prints what it has done"
+
+
+def test_notebook(server: str, tmp_path: pathlib.Path, monkeypatch: Any) -> None:
+    for module in ("nbformat", "nbclient", "ipykernel"):
+        if importlib.util.find_spec(module) is None:
+            pytest.skip(f"missing tool: {module}")
+    nbformat: Any = importlib.import_module("nbformat")
+    nbclient: Any = importlib.import_module("nbclient")
+    monkeypatch.setenv("PYTHONPATH", environment()["PYTHONPATH"])
+    notebook = nbformat.read(FOLDER / "first-steps.ipynb", as_version=4)
+    nbformat.validate(notebook)
+    resources = {"metadata": {"path": str(tmp_path)}}
+    nbclient.NotebookClient(notebook, timeout=HANGS_AFTER, resources=resources).execute()
+    shown = [output for cell in notebook.cells for output in cell.get("outputs", [])]
+    assert any("<svg" in output.get("data", {}).get("text/html", "") for output in shown)
