@@ -60,9 +60,9 @@ CHOICES: list[tuple[ms.JobOptions, list[str]]] = [
     ({"target_quality": 0.4}, ["--target-quality", "0.4"]),
     ({"tolerance": 0.01}, ["--tolerance", "0.01"]),
     ({"absolute_tolerance": 0.01}, ["--absolute-tolerance", "0.01"]),
+    ({"report_below": 0.5}, ["--report-below", "0.5"]),
     (
         {"only_below": 0.5, "only_below_rings": 1},
-        {"report_below": 0.5},
         ["--only-below", "0.5", "--only-below-rings", "1"],
     ),
     ({"tangled": "refuse", "history": True}, ["--tangled", "refuse", "--history"]),
