@@ -62,6 +62,12 @@ struct Client::Impl {
         return report;
       } catch (const ServiceError& error) {
         last_was_accepted = false;
+        // Sent along with the same job, not as another one.
+        if (error.reason() == "TOPOLOGY_NOT_FOUND" && !topology.name.empty()) {
+          topology.name.clear();
+          topology.kept = true;
+          continue;
+        }
         // The server itself rejected it: a proxy may choose another.
         if (!error.reason().empty()) topology.route.clear();
         // Cut off with much data in flight, which may hide a proxy's answer: try with less.

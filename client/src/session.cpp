@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <chrono>
 #include <string>
 #include <utility>
 #include <vector>
@@ -30,16 +29,7 @@ struct Session::Impl {
     if (!std::holds_alternative<Own>(mesh.positions)) mesh.positions.emplace<Own>();
     auto& own = std::get<Own>(mesh.positions);
     own.assign(positions.begin(), positions.end());
-    SmoothReport report;
-    const auto begin = std::chrono::steady_clock::now();
-    try {
-      report = client.smooth(mesh, options, request, {topology_name, false, route});
-    } catch (const ServiceError& error) {
-      if (error.reason() != "TOPOLOGY_NOT_FOUND") throw;
-      RequestOptions rest = request;
-      if (rest.timeout) *rest.timeout -= std::chrono::steady_clock::now() - begin;
-      report = client.smooth(mesh, options, rest, {{}, true, route});
-    }
+    SmoothReport report = client.smooth(mesh, options, request, {topology_name, false, route});
     std::copy(own.begin(), own.end(), positions.begin());
     return report;
   }
