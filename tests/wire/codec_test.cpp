@@ -285,7 +285,10 @@ TEST(DecodeOptions, RefusesWhatThisServerDoesNotHave) {
               o.set_form(v1::FORM_JACOBI);
             }),
             "OPTION_NOT_SUPPORTED form");
-  EXPECT_EQ(refusal([](auto& o) { o.set_target_quality(0.5); }),
+  EXPECT_EQ(refusal([](auto& o) {
+              o.mutable_laplacian();
+              o.set_target_quality(0.5);
+            }),
             "OPTION_NOT_SUPPORTED target_quality");
   EXPECT_EQ(refusal([](auto& o) { o.set_feature_angle_degrees(30); }), "accepted");
   EXPECT_EQ(refusal([](auto& o) {
