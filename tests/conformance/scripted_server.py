@@ -47,6 +47,11 @@ class Call:
             arrays[chunk.array_id] = arrays.get(chunk.array_id, b"") + chunk.data
         return arrays
 
+    def read_rest(self) -> None:
+        """Reads until the half-close: a refusal before it may overtake its own details."""
+        while self.read() is not None:
+            pass
+
     def send(self, **field: Any) -> None:
         self.send_message(pb.SmoothResponse(**field))
 

@@ -60,6 +60,19 @@ def socket_of(address):
     return Path(address.removeprefix("unix:"))
 
 
+_earlier: set[int] = set()  # processes of other test files in the same run
+
+
+@pytest.fixture(autouse=True)
+def _know_earlier_children():
+    _earlier.clear()
+    _earlier.update(children_of(os.getpid()))
+
+
+def own_children():
+    return [child for child in children_of(os.getpid()) if child not in _earlier]
+
+
 @pytest.fixture
 def server():
     with LocalServer() as server:
@@ -96,7 +109,7 @@ def test_it_serves_on_a_private_socket(server):
 def test_nothing_is_left_when_it_is_closed():
     with LocalServer() as server:
         path = socket_of(server.address)
-        children = children_of(os.getpid())
+        children = own_children()
         assert children
     assert not any(is_running(child) for child in children)
     assert not path.parent.exists()
@@ -236,7 +249,7 @@ def test_a_server_that_does_not_serve_is_ended(tmp_path, monkeypatch):
     monkeypatch.setenv("MESHSMOOTH_SERVER_BINARY", path)
     with pytest.raises(Unavailable, match=r"did not serve within 0\.01 s"):
         _ = LocalServer(start_timeout=0.01).address
-    assert not children_of(os.getpid())
+    assert not own_children()
 
 
 def test_settings_reach_the_server_and_foreign_ones_do_not(monkeypatch):
@@ -352,7 +365,7 @@ def end_of(server):
 
 
 def only_child():
-    (child,) = children_of(os.getpid())
+    (child,) = own_children()
     return child
 
 

@@ -126,6 +126,7 @@ def test_busy_server_is_asked_again_when_it_says(mock: MockServer, smooth: Smoot
     def busy(call: Call) -> None:
         ids.append(call.read_spec().request_id)
         call.stop_sending()
+        call.read_rest()
         call.refuse(Code.RESOURCE_EXHAUSTED, "QUEUE_FULL", "full", delay=0.05)
 
     mock.scripts = [busy, busy, succeed]
@@ -149,6 +150,7 @@ def test_draining_server_is_left(mock: MockServer, smooth: Smooth) -> None:
     def drain(call: Call) -> None:
         call.read_spec()
         call.stop_sending()
+        call.read_rest()
         call.refuse(Code.UNAVAILABLE, "DRAINING", "draining", delay=0)
 
     mock.scripts = [drain, succeed]
@@ -295,6 +297,7 @@ def test_errors_by_reason(
     def script(call: Call) -> None:
         call.read_spec()
         call.stop_sending()
+        call.read_rest()
         call.refuse(
             code, reason, need_bytes="12", limit_bytes="7", space="host", incident="abc", node="3"
         )
@@ -383,6 +386,7 @@ def test_lost_topology_is_sent_again(mock: MockServer) -> None:
     def lost(call: Call) -> None:
         specs.append(call.read_spec())
         call.stop_sending()
+        call.read_rest()
         call.refuse(Code.NOT_FOUND, "TOPOLOGY_NOT_FOUND", "gone")
 
     def inline(call: Call) -> None:
