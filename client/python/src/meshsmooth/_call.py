@@ -12,7 +12,8 @@ from . import _wire
 from ._errors import Error, InvalidOption
 from ._progress import Progress, decode_progress
 from ._request import Request, TopologyUse
-from ._service_error import broken_answer
+from ._retry import Retry
+from ._service_error import broken_answer, place_in_input
 from .v1 import smoothing_pb2
 
 SMOOTH = "/meshsmooth.v1.SmoothingService/Smooth"
@@ -218,26 +219,52 @@ class Attempts:
     """The attempts at one job, with the rules of the C++ client for what is sent again and how.
 
     Attributes:
-        use: how the next attempt names or sends the topology.
-        early_bytes: what it sends before the server has answered.
+        retry: how often and how long the job is tried.
     """
 
-    def __init__(self, retry: Any, use: TopologyUse, *, last_was_accepted: bool) -> None:
-        self.retry = retry
-        self.use = use
-        self.early_bytes = MANY_EARLY_BYTES if last_was_accepted else FEW_EARLY_BYTES
+    def __init__(
+        self,
+        request: Request,
+        memory: NDArray[Any] | None,
+        use: TopologyUse | None,
+        *,
+        patient: bool,
+        with_progress: bool,
+        last_was_accepted: bool,
+    ) -> None:
+        self.retry = Retry(request.timeout, request.max_attempts, patient=patient)
+        self._request = request
+        self._memory = memory
+        self._use = use or TopologyUse()  # how the next attempt names or sends the topology
+        self._with_progress = with_progress
+        self._early_bytes = MANY_EARLY_BYTES if last_was_accepted else FEW_EARLY_BYTES
+
+    def begin(self) -> SmoothCall:
+        """Returns the call of the next attempt."""
+        return SmoothCall(
+            self._request,
+            self._use,
+            self._early_bytes,
+            self._memory,
+            with_progress=self._with_progress,
+        )
 
     def after(self, error: Error, call: SmoothCall) -> float:
-        """Returns the seconds to wait before the next attempt; raises if there is none."""
-        if error.reason == "TOPOLOGY_NOT_FOUND" and self.use.named:
-            self.use = TopologyUse(kept=True, routed=self.use.routed)
+        """Returns the seconds to wait before the next attempt.
+
+        Raises the error, placed in the caller's mesh, if there is none.
+        """
+        request = self._request
+        place_in_input(error, request.topology.element_count, len(request.points), request.mesh)
+        if error.reason == "TOPOLOGY_NOT_FOUND" and self._use.named:
+            self._use = TopologyUse(kept=True, routed=self._use.routed)
             return 0.0
         # The server itself refused: a proxy may choose another.
         if error.reason:
-            self.use = self.use._replace(routed=False)
+            self._use = self._use._replace(routed=False)
         # Cut off with much data in flight, which may hide a proxy's answer: try with less.
-        many = self.early_bytes == MANY_EARLY_BYTES
-        self.early_bytes = FEW_EARLY_BYTES
+        many = self._early_bytes == MANY_EARLY_BYTES
+        self._early_bytes = FEW_EARLY_BYTES
         if many and not call.answered and not error.reason and self.retry.left() > 0:
             return 0.0
-        return float(self.retry.delay_after(error))
+        return self.retry.delay_after(error)

@@ -179,7 +179,7 @@ def make_endpoint(
     token: Token | None,
     token_file: str | os.PathLike[str] | None,
 ) -> Endpoint:
-    """Returns the endpoint of a client's arguments; what is None comes from the environment.
+    """Returns the endpoint of a client; arguments that are None are read from the environment.
 
     Raises:
         InvalidOption: CREDENTIALS_UNUSABLE: a file cannot be read, or a token would travel in

@@ -24,7 +24,7 @@ from ._progress import Display, Progress, Tee, closing, make_display
 from ._request import Request, TopologyUse
 from ._result import Finish, SmoothResult, prepare
 from ._retry import Retry
-from ._service_error import CallFacts, place_in_input, to_error
+from ._service_error import CallFacts, to_error
 from ._session import Session
 from ._summary import QualityStats
 from .v1 import smoothing_pb2 as pb
@@ -356,29 +356,24 @@ class Client:
         patient: bool = False,
     ) -> Any:
         """Runs a job in as many attempts as it may have."""
-        retry = Retry(request.timeout, request.max_attempts, patient=patient)
         attempts = _call.Attempts(
-            retry, use or TopologyUse(), last_was_accepted=self._last_was_accepted
+            request,
+            finish.memory,
+            use,
+            patient=patient,
+            with_progress=display is not None,
+            last_was_accepted=self._last_was_accepted,
         )
         with closing(display):
             while True:
                 control.check()
-                call = _call.SmoothCall(
-                    request,
-                    attempts.use,
-                    attempts.early_bytes,
-                    finish.memory,
-                    with_progress=display is not None,
-                )
+                call = attempts.begin()
                 try:
-                    self._run_smooth(call, request, control, display, retry.left())
+                    self._run_smooth(call, request, control, display, attempts.retry.left())
                     self._last_was_accepted = True
                     return finish(call.result, call.job_name)
                 except Error as error:
                     self._last_was_accepted = False
-                    place_in_input(
-                        error, request.topology.element_count, len(request.points), request.mesh
-                    )
                     control.wait(attempts.after(error, call))
 
     def _run_smooth(
