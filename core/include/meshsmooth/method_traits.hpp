@@ -207,6 +207,20 @@ struct MethodTraits<WindowedSinc> {
                                 "[0.001, 2]"}};
 };
 
+template <>
+struct MethodTraits<Move> {
+  static constexpr std::string_view name = "move";
+  static constexpr int default_iterations = 10 * kAmpleIterations;  // of all steps
+  static constexpr std::array forms = {Form::gauss_seidel};
+  static constexpr std::string_view form_reason = MethodTraits<Optimize>::form_reason;
+  static constexpr std::tuple fields = {
+      ChoiceField<Move, Target>{"target", &Move::target, detail::kTargetNames, "--target",
+                                "Shape that elements aim at"},
+      NumberField<Move>{"least_step", &Move::least_step, detail::kAboveZeroToOne,
+                        "above 0 and at most 1", "--least-step",
+                        "Smallest share of the motion that is tried, (0, 1]"}};
+};
+
 /// Calls `visit(M{})` for each method M, in the order of `Method`.
 template <class Visit>
 constexpr void for_each_method(Visit&& visit) {
@@ -222,7 +236,8 @@ constexpr void for_each_field(Visit&& visit) {
   std::apply([&](const auto&... field) { (visit(field), ...); }, MethodTraits<M>::fields);
 }
 
-/// "laplacian", "smart_laplacian", "taubin", "hc_laplacian", "optimize", "windowed_sinc".
+/// "laplacian", "smart_laplacian", "taubin", "hc_laplacian", "optimize", "windowed_sinc",
+/// "move".
 [[nodiscard]] inline std::string_view method_name(const Method& method) {
   return std::visit([]<class M>(const M&) { return MethodTraits<M>::name; }, method);
 }

@@ -122,7 +122,33 @@ struct Optimize {
   double stay = 0;
 };
 
+/// Moves nodes to given positions (`SmoothOptions::prescribed`) and lets the rest of the mesh
+/// follow. The positions that the job brings are the reference: a valid mesh, whose boundary, what
+/// slides where, and element shapes count. The result depends on it and on the prescribed positions
+/// alone, not on the way there: after a cycle the mesh is the reference, bit for bit.
+///
+/// The displacement is continued into the mesh by Laplace's equation on the reference, solved by
+/// conjugate gradients to a residual of 1e-4; then the sweeps of `Optimize` bring each element
+/// near its target. Where they cannot untangle the mesh, the motion is halved and goes on from
+/// there. The result is always valid; `MotionStats` tells which share of the motion it has reached.
+///
+/// Sources: Jasak, Tukovic 2006, "Automatic mesh motion for the unstructured finite volume method",
+/// for Laplace's equation; those of `Optimize` for the sweeps. O(elements) per sweep, O(edges) per
+/// iteration of the solver.
+struct Move {
+  /// Target::ideal, or the reference by any other name.
+  Target target = Target::automatic;
+  /// The smallest share of the motion that is tried before the job gives up, (0, 1].
+  double least_step = 1.0 / 64;
+};
+
 /// A smoothing method with its parameters; `MethodTraits` describes each.
-using Method = std::variant<Laplacian, SmartLaplacian, Taubin, HcLaplacian, Optimize, WindowedSinc>;
+using Method =
+    std::variant<Laplacian, SmartLaplacian, Taubin, HcLaplacian, Optimize, WindowedSinc, Move>;
+
+/// Whether a method sweeps as `Optimize` does.
+[[nodiscard]] inline bool sweeps_as_optimize(const Method& method) {
+  return std::holds_alternative<Optimize>(method) || std::holds_alternative<Move>(method);
+}
 
 }  // namespace meshsmooth

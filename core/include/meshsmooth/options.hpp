@@ -46,6 +46,12 @@ struct OnlyBelow {
   int rings = 2;       ///< >= 0.
 };
 
+/// New positions of some nodes, for `Move`; not owned.
+struct PrescribedNodes {
+  std::span<const NodeId> nodes = {};  ///< Each once; none of them is fixed by the caller.
+  PositionsView positions = {};        ///< [nodes.size()], in the mesh's unit.
+};
+
 /// The options of a job. The defaults are those of the wire and of the command line.
 struct SmoothOptions {
   Method method = Optimize{};
@@ -73,6 +79,7 @@ struct SmoothOptions {
   /// Of `Optimize`: positions of the mesh in which each element has the shape it shall have,
   /// [node_count] in the mesh's unit, not owned; or empty. What slides where is read from it too.
   PositionsView reference = {};
+  PrescribedNodes prescribed = {};  ///< Of `Move`, which needs at least one.
   /// Metrics to return for every element of the result, each once: SmoothSummary::element_quality.
   std::vector<QualityMetric> element_quality_metrics = {};
 };
@@ -84,7 +91,7 @@ struct SmoothOptions {
 
 /// Returns whether `tolerance` is a share of the energy, not a length.
 [[nodiscard]] inline bool converges_by_energy(const SmoothOptions& options) {
-  return options.tolerance.relative && std::holds_alternative<Optimize>(options.method);
+  return options.tolerance.relative && sweeps_as_optimize(options.method);
 }
 
 /// Converts a `Tolerance` or a `MovementLimit` to the mesh's unit.
@@ -113,5 +120,11 @@ void validate_metrics(std::span<const QualityMetric> metrics);
 /// @throws InvalidOption OPTION_OUT_OF_RANGE, detail "field".
 /// @throws NotSupported OPTION_NOT_SUPPORTED, detail "field".
 void validate(const SmoothOptions& options);
+
+/// Checks the nodes that `Move` prescribes. O(prescribed nodes).
+/// @throws InvalidOption OPTION_OUT_OF_RANGE without any; InvalidMesh ARRAY_SIZE_MISMATCH,
+///         INDEX_OUT_OF_RANGE, NON_FINITE_COORDINATE, PRESCRIBED_TWICE, PRESCRIBED_AND_FIXED,
+///         detail "node"
+void validate_prescribed(const TopologyView& topology, const PrescribedNodes& prescribed);
 
 }  // namespace meshsmooth

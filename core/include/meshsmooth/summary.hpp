@@ -90,6 +90,23 @@ struct PoorElements {
   std::int64_t limited_count = 0;
 };
 
+/// How far `Move` came.
+struct MotionStats {
+  /// The share of the motion that the result has, [0, 1]: a prescribed node lies at
+  /// reference + reached * (prescribed - reference), with 1 exactly where it was prescribed.
+  double reached = 1;
+  int step_count = 0;              ///< Steps that led to a valid mesh; one unless it is hard.
+  int rejected_step_count = 0;     ///< Steps that were tried in vain.
+  int linear_iteration_count = 0;  ///< Of the conjugate gradients.
+  double linear_residual = 0;      ///< Relative, at their end.
+  double linear_seconds = 0;       ///< To assemble and to solve.
+  /// Elements still inverted in the shortest step tried in vain, and the first of them, at most
+  /// `kMostBlockingElements`.
+  std::int64_t blocking_element_count = 0;
+  std::vector<std::int64_t> blocking_elements;
+};
+inline constexpr std::size_t kMostBlockingElements = 10;
+
 /// Times of the stages of a job.
 struct StageTimes {
   double upload_seconds = 0;
@@ -109,7 +126,8 @@ struct SmoothSummary {
   /// Of the result, with SmoothOptions::element_quality_metrics.
   ElementQualityArrays element_quality;
   LockedStats locked;
-  std::optional<PoorElements> poor;  ///< With SmoothOptions::report_below.
+  std::optional<PoorElements> poor;   ///< With SmoothOptions::report_below.
+  std::optional<MotionStats> motion;  ///< Of `Move`.
   NodeCounts nodes;
   BoundaryDeviation deviation;
   /// Elements that are flat or inverted in the reference: they aim at their ideal shape.

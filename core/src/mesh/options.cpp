@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <vector>
 
 #include "meshsmooth/error.hpp"
 
@@ -111,6 +112,12 @@ void validate(const SmoothOptions& options) {
          "finite and above 0");
   }
   if (options.only_below) {
+    if (std::holds_alternative<Move>(options.method)) {
+      throw NotSupported("OPTION_NOT_SUPPORTED",
+                         "only_below chooses elements of the input, which move makes follow as a "
+                         "whole; use a movement limit or fixed nodes",
+                         {{"field", "only_below"}});
+    }
     const double quality = options.only_below->quality;
     need(quality > 0 && quality <= 1, "only_below", quality, "above 0 and at most 1");
     need(options.only_below->rings >= 0, "only_below_rings", options.only_below->rings,
@@ -119,15 +126,72 @@ void validate(const SmoothOptions& options) {
   if (options.report_below) {
     need(*options.report_below > 0 && *options.report_below <= 1, "report_below",
          *options.report_below, "above 0 and at most 1");
-    if (!std::holds_alternative<Optimize>(options.method)) {
-      throw NotSupported("OPTION_NOT_SUPPORTED",
-                         "only optimize tells what holds elements below a quality, the method is " +
-                             std::string(method_name(options.method)),
-                         {{"field", "report_below"}});
+    if (!sweeps_as_optimize(options.method)) {
+      throw NotSupported(
+          "OPTION_NOT_SUPPORTED",
+          "only optimize and move tell what holds elements below a quality, the method is " +
+              std::string(method_name(options.method)),
+          {{"field", "report_below"}});
     }
   }
   std::visit([&](const auto& method) { validate_form(method, options.form); }, options.method);
   validate_target(options);
+  if (!options.prescribed.nodes.empty() && !std::holds_alternative<Move>(options.method)) {
+    throw NotSupported("OPTION_NOT_SUPPORTED",
+                       "only move takes prescribed nodes, the method is " +
+                           std::string(method_name(options.method)),
+                       {{"field", "prescribed"}});
+  }
+}
+
+namespace {
+
+[[noreturn]] void refuse_prescribed(const char* reason, std::size_t place, NodeId node,
+                                    const std::string& why) {
+  throw InvalidMesh(reason,
+                    "prescribed node " + std::to_string(node) + " (the " +
+                        std::to_string(place + 1) + ". of them): " + why,
+                    {{"node", std::to_string(node)}});
+}
+
+}  // namespace
+
+void validate_prescribed(const TopologyView& topology, const PrescribedNodes& prescribed) {
+  const auto& nodes = prescribed.nodes;
+  if (nodes.empty()) {
+    throw InvalidOption("OPTION_OUT_OF_RANGE", "move needs at least one prescribed node",
+                        {{"field", "prescribed"}});
+  }
+  if (position_count(prescribed.positions) != nodes.size()) {
+    throw InvalidMesh("ARRAY_SIZE_MISMATCH",
+                      std::to_string(nodes.size()) + " prescribed nodes, but " +
+                          std::to_string(position_count(prescribed.positions)) + " positions",
+                      {{"array", "prescribed"}});
+  }
+  std::vector<bool> seen(topology.node_count);
+  std::visit(
+      [&](const auto& positions) {
+        for (std::size_t n = 0; n < nodes.size(); ++n) {
+          const NodeId node = nodes[n];
+          if (node < 0 || static_cast<std::size_t>(node) >= topology.node_count) {
+            refuse_prescribed("INDEX_OUT_OF_RANGE", n, node,
+                              "it is out of range, the mesh has " +
+                                  std::to_string(topology.node_count) + " nodes");
+          }
+          const auto id = static_cast<std::size_t>(node);
+          if (seen[id]) refuse_prescribed("PRESCRIBED_TWICE", n, node, "it occurs more than once");
+          seen[id] = true;
+          if (!topology.fixed.empty() && topology.fixed[id] != 0) {
+            refuse_prescribed("PRESCRIBED_AND_FIXED", n, node,
+                              "it is fixed too; be it one of both");
+          }
+          const auto& p = positions[n];
+          if (!(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z))) {
+            refuse_prescribed("NON_FINITE_COORDINATE", n, node, "its position is not finite");
+          }
+        }
+      },
+      prescribed.positions);
 }
 
 }  // namespace meshsmooth

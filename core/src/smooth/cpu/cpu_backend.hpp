@@ -65,7 +65,7 @@ class CpuBackend {
                                   const SmoothOptions& options, const JobControl& control,
                                   StageTimes& times) {
     return prepared_ != nullptr
-               ? prepare_job(executor_, *prepared_, positions, options, control, times)
+               ? prepare_job(executor_, *prepared_, topology, positions, options, control, times)
                : prepare_job(executor_, topology, positions, options, control, times);
   }
 
@@ -132,7 +132,6 @@ class CpuBackend {
   [[nodiscard]] const std::int64_t* write_back(const Job<Real>& job,
                                                std::span<Vec3<Real>> positions) {
     const NodeId* const caller_ids = job.caller_ids.data();
-    const std::uint8_t* const fixed = job.fixed.data();
     const Vec3<Real>* const from = job.positions.data();
     Vec3<Real>* const to = positions.data();
     executor_.check();  // the last chance to end without a result
@@ -141,7 +140,7 @@ class CpuBackend {
           positions.size(), std::int64_t{0},
           [=](std::size_t node) -> std::int64_t {
             Vec3<Real>& target = to[caller_ids[node]];
-            if (fixed[node] != 0 || from[node] == target) return 0;
+            if (from[node] == target) return 0;
             target = from[node];
             return 1;
           },

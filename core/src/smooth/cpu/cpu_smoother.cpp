@@ -43,7 +43,7 @@ class CpuSmoother final : public Smoother {
     validate(options);
     run_in(arena_, [&] {
       validate(topology, as_view(positions));
-      if (aims_at_reference(options)) validate_reference(topology, options.reference);
+      validate_arrays(topology, options);
     });
     return run(topology, positions, options, control, nullptr);
   }
@@ -68,7 +68,7 @@ class CpuSmoother final : public Smoother {
     const auto& own = dynamic_cast<const CpuPreparedTopology&>(prepared);
     run_in(arena_, [&] {
       validate_positions(own.topology, as_view(positions));
-      if (aims_at_reference(options)) validate_reference(own.topology, options.reference);
+      validate_arrays(own.topology, options);
     });
     return run(own.topology, positions, options, control, &own);
   }
@@ -83,7 +83,8 @@ class CpuSmoother final : public Smoother {
           CpuExecutor executor(arena_, interrupt);
           executor.check();
           CpuBackend steps(executor, options.quality_detail, prepared);
-          SmoothSummary summary = run_pipeline(steps, topology, span, options, control);
+          const JobTopology of_job(topology, options);
+          SmoothSummary summary = run_pipeline(steps, of_job.view(), span, options, control);
           summary.backend = backend();
           summary.device_name = device_name_;
           summary.thread_count = thread_count_;

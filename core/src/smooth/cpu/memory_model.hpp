@@ -22,8 +22,9 @@ namespace meshsmooth::detail {
 
 /// Upper bound of the bytes of a job on the CPU backend, from its sizes alone: the highest of its
 /// stages.
-[[nodiscard]] inline std::int64_t estimate_bytes(const MeshSize& size, const SmoothOptions& options,
+[[nodiscard]] inline std::int64_t estimate_bytes(const MeshSize& size, const SmoothOptions& given,
                                                  int thread_count) {
+  const SmoothOptions options = sweeping_options(given);
   const MeshCounts mesh = count_mesh(size);
   const std::int64_t n = mesh.nodes;
   const std::int64_t kept = n * (mesh.position_bytes + 4) +  // positions, caller's ids
@@ -36,8 +37,8 @@ namespace meshsmooth::detail {
   const std::int64_t normals =
       mesh.dimension == 2 ? mesh.elements * std::int64_t{sizeof(PackedDirection)} : 0;
   const std::int64_t found = n + normals + (needs_balls(options) ? rows : rings);
-  const std::int64_t iterating =
-      found + iterate_bytes(mesh, options) + (colours ? colouring_bytes(n) : 0);
+  const std::int64_t iterating = found + iterate_bytes(mesh, options) + motion_bytes(mesh, given) +
+                                 (colours ? colouring_bytes(n) : 0);
   const std::int64_t evaluating = found + element_quality_bytes(mesh, options);
   const std::int64_t peak =
       kept +

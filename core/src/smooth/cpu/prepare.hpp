@@ -143,9 +143,10 @@ inline std::shared_ptr<CpuPreparedTopology> prepare_topology(CpuExecutor& execut
   return result;
 }
 
-/// `prepare_job` on a prepared topology.
+/// `prepare_job` on a prepared topology; of `topology` it reads the fixed nodes.
 template <class Real>
 JobMesh<CpuExecutor, Real> prepare_job(CpuExecutor& executor, const CpuPreparedTopology& prepared,
+                                       const TopologyView& topology,
                                        std::span<const Vec3<Real>> positions,
                                        const SmoothOptions& options, const JobControl& control,
                                        StageTimes& times) {
@@ -169,7 +170,7 @@ JobMesh<CpuExecutor, Real> prepare_job(CpuExecutor& executor, const CpuPreparedT
     const StageTimer timer(executor, times.find_boundary_seconds, control, Stage::find_boundary);
     job.fixed = executor.allocate<std::uint8_t>(node_count);
     executor.upload(prepared.on_boundary.data(), node_count, job.fixed.data());
-    fix_nodes(executor, prepared.topology, options, job);
+    fix_nodes(executor, topology, options, job);
   }
   return job;
 }

@@ -2,6 +2,7 @@
 
 #include <type_traits>
 
+#include "smooth/motion/move.hpp"
 #include "smooth/steps/mesh_counts.hpp"
 #include "smooth/steps/optimize.hpp"
 #include "smooth/steps/windowed_sinc.hpp"
@@ -34,17 +35,18 @@ namespace meshsmooth::detail {
 
 /// Step 3: sweeps until the monitor reports the end.
 ///
-/// takes  `positions` in internal order; the box of the input
-/// gives  the smoothed positions in `positions`
+/// takes  the mesh of a job; of `Move` statistics to fill
+/// gives  the smoothed positions in the job's
 /// cost   O(sweeps * entries); one or two more arrays of positions, one more for a
 ///        movement limit: `iterate_bytes`
 template <Backend B, class Real>
 void iterate(B& backend, const Surroundings& around,
              const Colouring<typename B::Executor>& colouring, const SmoothOptions& options,
-             ConvergenceMonitor& monitor, const Box& box, const CallerPositions<Real>& given,
-             Vec3<Real>* positions) {
+             ConvergenceMonitor& monitor, JobMesh<typename B::Executor, Real>& job,
+             MotionStats* motion) {
   using E = typename B::Executor;
-  if (monitor.done_at_once() && !options.report_below) return;
+  Vec3<Real>* const positions = job.positions.data();
+  if (monitor.done_at_once() && !options.report_below && motion == nullptr) return;
   E& executor = backend.executor();
   const auto allocate = [&] { return executor.template allocate<Vec3<Real>>(around.node_count); };
   SweepContext<E, Real> context{around, &colouring, acceptance_of(options)};
@@ -55,17 +57,22 @@ void iterate(B& backend, const Surroundings& around,
     context.displacement_limit = {home.data(), monitor.in_mesh_unit(*options.movement_limit)};
   }
   if (const auto* method = std::get_if<Optimize>(&options.method)) {
-    return optimize(backend, context, *method, monitor, given, positions);
+    return optimize(backend, context, *method, monitor,
+                    CallerPositions<Real>{job.given.data(), job.caller_ids.data()}, positions);
+  }
+  if (std::holds_alternative<Move>(options.method)) {
+    return Motion<B, Real>(backend, context, job, options, monitor, positions).run(*motion);
   }
   if (const auto* method = std::get_if<WindowedSinc>(&options.method)) {
-    const Vec3d centre = 0.5 * (box.lower + box.upper);
+    const Vec3d centre = 0.5 * (job.box.lower + job.box.upper);
     return windowed_sinc(executor, context, *method, centre, monitor, positions);
   }
   Sweeper<E, Real> sweeper(executor, context, resolve_form(options), positions);
 
   const auto run = [&](const auto& method) {
     using M = std::decay_t<decltype(method)>;
-    if constexpr (std::is_same_v<M, Optimize> || std::is_same_v<M, WindowedSinc>) {
+    if constexpr (std::is_same_v<M, Optimize> || std::is_same_v<M, WindowedSinc> ||
+                  std::is_same_v<M, Move>) {
       return;  // above
     } else if constexpr (std::is_same_v<M, Taubin>) {
       auto start = allocate();

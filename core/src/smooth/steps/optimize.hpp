@@ -49,6 +49,17 @@ inline constexpr int kDescentSweeps = 15;
   return mesh.nodes + (mesh.only(4) ? 3 * 4 * mesh.entries : 0) + most;
 }
 
+/// What a run of the optimizer does besides the options.
+template <class Real>
+struct OptimizeRun {
+  /// Where moves that inverted a valid element are undone from, if the mesh stays tangled; null:
+  /// they are not.
+  const CallerPositions<Real>* given = nullptr;
+  double tolerance = 1;                  // times that of the options
+  int repairs = PhaseMonitor::kNoLimit;  // most sweeps that untangle at last; else it gives up
+  bool precise = true;  // goes on where a long error, or one of a few nodes, is nearly gone
+};
+
 /// The method Optimize: untangles where a ball is not valid, then descends the goal's energy,
 /// then refines poor balls by high powers for Goal::worst.
 ///
@@ -72,15 +83,24 @@ class Optimizer {
         opposite_(backend.find_opposite_nodes(context.around)),
         sweeper_(executor_, with_opposite(context, opposite_.data()), positions) {}
 
-  void run(const CallerPositions<Real>& given) {
-    if (!monitor_.done_at_once()) {
-      const MeshEnergy start = sweeper_.measure(1);
-      run_phases(given, start);
-      // Repair checks corners only, and the descent need not cure what it broke between them.
-      if (start.invalid > 0 && options_.guard && sweeper_.measure(1).invalid > 0) {
-        undo_inversions(given);
-      }
+  /// May be called again after the positions have changed.
+  void run(const OptimizeRun<Real>& run) {
+    run_ = run;
+    if (monitor_.done_at_once()) {
+      job_ended_ = true;
+      return;
     }
+    const MeshEnergy start = sweeper_.measure(1);
+    job_ended_ = !run_phases(start);
+    // Repair checks corners only, and the descent need not cure what it broke between them.
+    if (start.invalid > 0 && undoes() && sweeper_.measure(1).invalid > 0) undo_inversions();
+  }
+
+  /// Whether a limit or the caller has ended the job.
+  [[nodiscard]] bool job_ended() const { return job_ended_; }
+
+  /// After the last run: what holds poor elements, if the options ask for it.
+  void report() {
     if (options_.report_below) monitor_.record_poor(explain(*options_.report_below));
   }
 
@@ -108,16 +128,21 @@ class Optimizer {
     return poor;
   }
 
-  void run_phases(const CallerPositions<Real>& given, const MeshEnergy& start) {
+  /// True when no limit has ended the job.
+  bool run_phases(const MeshEnergy& start) {
     if (method_.target_quality > 0 && start.worst >= method_.target_quality) {
-      monitor_.end(StopReason::target_reached);
-      return;
+      return !monitor_.end(StopReason::target_reached);
     }
-    if (start.invalid > 0 && !untangle(given)) return;
+    if (start.invalid > 0 && !untangle()) return false;
+    if (last_.tangled > 0 && run_.repairs < PhaseMonitor::kNoLimit) {
+      end();
+      return true;
+    }
     const PhaseEnd converged = converged_end();
-    if (!descend(converged)) return;
-    if (method_.goal == Goal::worst && !refine(converged)) return;
+    if (!descend(converged)) return false;
+    if (method_.goal == Goal::worst && !refine(converged)) return false;
     end();
+    return true;
   }
 
   /// Where to return to.
@@ -171,9 +196,9 @@ class Optimizer {
 
   [[nodiscard]] PhaseEnd converged_end() const {
     const Tolerance& tolerance = options_.tolerance;
-    return {.tolerance = tolerance.relative ? tolerance.value : 0,
+    return {.tolerance = tolerance.relative ? run_.tolerance * tolerance.value : 0,
             .free_count = static_cast<double>(monitor_.free_count()),
-            .least_move = tolerance.relative ? 0 : tolerance.value};
+            .least_move = tolerance.relative ? 0 : run_.tolerance * tolerance.value};
   }
 
   /// Runs a part of a phase; true when the job goes on.
@@ -217,18 +242,18 @@ class Optimizer {
 
   /// Softens and repairs from `saved`; true when the job goes on. Facets that were right then are.
   bool soften_and_repair(const Saved& saved) {
-    const bool goes_on = soften(false) && repair();
+    const bool goes_on = soften(false) && repair(run_.repairs);
     if (!turns_facets(executor_, context_.around.sliding, saved.positions.data(),
                       sweeper_.positions())) {
       return goes_on;
     }
     restore(saved);
-    return goes_on && soften(true) && repair();
+    return goes_on && soften(true) && repair(run_.repairs);
   }
 
   /// True when the job goes on. Where inverted elements are left, moves that inverted a valid one
   /// are undone.
-  bool untangle(const CallerPositions<Real>& given) {
+  bool untangle() {
     bool goes_on = repair(kUntanglingSweeps);
     if (goes_on && last_.tangled > 0) {
       const std::int64_t invalid = sweeper_.measure(1).invalid;
@@ -236,13 +261,15 @@ class Optimizer {
       goes_on = soften_and_repair(saved);
       if (last_.tangled > 0 && sweeper_.measure(1).invalid > invalid) restore(saved);
     }
-    if (last_.tangled > 0 && options_.guard) undo_inversions(given);
+    if (last_.tangled > 0 && undoes()) undo_inversions();
     return goes_on;
   }
 
+  [[nodiscard]] bool undoes() const { return options_.guard && run_.given != nullptr; }
+
   /// Undoes moves that inverted an element which was valid in the input.
-  void undo_inversions(const CallerPositions<Real>& given) {
-    const auto before = positions_in_order(executor_, given.positions, given.caller_ids,
+  void undo_inversions() {
+    const auto before = positions_in_order(executor_, run_.given->positions, run_.given->caller_ids,
                                            context_.around.node_count);
     auto repaired = context_;
     repaired.acceptance = {.guard = true, .facets = context_.around.sliding.any()};
@@ -272,7 +299,9 @@ class Optimizer {
   bool attain(OptimizePhase phase, PhaseEnd converged) {
     constexpr double kNear = 1.02;  // p-mean of f; 1: they have it
     constexpr double kPrecision = 1e-2;
-    if (context_.around.targets.reference == nullptr || converged.tolerance == 0) return true;
+    if (!run_.precise || context_.around.targets.reference == nullptr || converged.tolerance == 0) {
+      return true;
+    }
     if (iteration_limit(options_) <= kDescentSweeps) return true;  // as `optimize_bytes` assumes
     if (!(mean_energy(sweeper_.measure(phase.power), phase.power) < kNear)) return true;
     phase.rest *= kPrecision * kPrecision;
@@ -288,7 +317,11 @@ class Optimizer {
                                method_.target_quality);
     AndersonMixing<E, Real> mixing(executor_, sweeper_, phase.power);
     PhaseEnd end = converged;
-    end.tolerance *= kFarTolerance;
+    if (run_.precise) {
+      end.tolerance *= kFarTolerance;
+    } else {
+      end.free_count = 0;
+    }
     std::array<double, kSpan + 1> gains{};
     for (int sweep = 0;; ++sweep) {
       mixing.begin();
@@ -339,6 +372,8 @@ class Optimizer {
   typename E::template Buffer<NodeId> opposite_;
   OptimizeSweeper<E, Real> sweeper_;
   OptimizeStats last_;
+  OptimizeRun<Real> run_;
+  bool job_ended_ = false;
 };
 
 /// The method Optimize.
@@ -352,7 +387,9 @@ template <Backend B, class Real>
 void optimize(B& backend, const SweepContext<typename B::Executor, Real>& context,
               const Optimize& method, ConvergenceMonitor& monitor,
               const CallerPositions<Real>& given, Vec3<Real>* positions) {
-  Optimizer<B, Real>(backend, context, method, monitor, positions).run(given);
+  Optimizer<B, Real> optimizer(backend, context, method, monitor, positions);
+  optimizer.run({.given = &given});
+  optimizer.report();
 }
 
 }  // namespace meshsmooth::detail

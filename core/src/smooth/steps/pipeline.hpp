@@ -25,26 +25,30 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
   using E = typename B::Executor;
   E& executor = backend.executor();
   refuse_too_large(topology);
+  const SmoothOptions sweeping = sweeping_options(options);
+  const bool moves = std::holds_alternative<Move>(options.method);
   StageTimes times;
   auto job =
-      backend.prepare(topology, std::span<const Vec3<Real>>(positions), options, control, times);
-  TargetArrays<E> targets = find_reference(executor, job, options);
+      backend.prepare(topology, std::span<const Vec3<Real>>(positions), sweeping, control, times);
+  TargetArrays<E> targets = find_reference(executor, job, sweeping);
   typename B::Orientation orientation;
   {
     const typename E::Timer timer(executor, times.evaluate_seconds);
     orientation = backend.orient(job);
   }
   // A plane surface has no normals of its elements.
-  const bool surface = orientation.references() != nullptr && stays_on_surface(options);
+  const bool surface = orientation.references() != nullptr && stays_on_surface(sweeping);
+  if (surface && moves) refuse_moving_surface();
   const Constraints<E> constraints =
-      constrain(executor, topology, options, surface, control, targets.view.reference, job, times);
+      constrain(executor, topology, sweeping, surface, control, targets.view.reference, job, times);
   SmoothSummary summary;
   summary.flat_reference_element_count = targets.flat;
 
   {
     const StageTimer timer(executor, times.evaluate_seconds, control, Stage::evaluate);
     summary.quality_before = backend.evaluate(job, orientation);
-    refuse_tangled(summary.quality_before, options.tangled, job.volume());
+    if (moves) refuse_tangled_reference(summary.quality_before);
+    refuse_tangled(summary.quality_before, sweeping.tangled, job.volume());
   }
   {
     const StageTimer timer(executor, times.iterate_seconds, control, Stage::iterate);
@@ -52,23 +56,23 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
                         job.balls.view(),    job.fixed.data(),  orientation.references(),
                         orientation.common()};
     around.sliding = constraints.view();
-    if (has_boxes(options)) {
+    if (has_boxes(sweeping)) {
       find_boxes(executor, around, job.positions.data(), simplex_count(topology), targets);
     }
     around.targets = targets.view;
-    const auto anchors = find_anchors(executor, around, job.positions.data(), options);
+    const auto anchors = find_anchors(executor, around, job.positions.data(), sweeping);
     around.anchors = anchors.data();
     if (options.only_below) fix_outside(executor, around, *options.only_below, job);
     summary.nodes = job.nodes;
     Colouring<E> colouring;
-    if (resolve_form(options) == Form::gauss_seidel) {
+    if (resolve_form(sweeping) == Form::gauss_seidel) {
       colouring = backend.colour(around, job.caller_ids.data());
       summary.colour_count = static_cast<int>(colouring.count());
     }
-    if (!needs_balls(options)) job.balls = {};
-    ConvergenceMonitor monitor(options, control, job.box.diagonal(), job.free_count);
-    iterate(backend, around, colouring, options, monitor, job.box,
-            CallerPositions<Real>{job.given.data(), job.caller_ids.data()}, job.positions.data());
+    if (!needs_balls(sweeping)) job.balls = {};
+    ConvergenceMonitor monitor(sweeping, control, job.box.diagonal(), job.free_count);
+    if (moves) summary.motion.emplace();
+    iterate(backend, around, colouring, options, monitor, job, moves ? &*summary.motion : nullptr);
     summary.stop_reason = monitor.reason();
     summary.convergence = monitor.take();
     summary.poor = monitor.poor();

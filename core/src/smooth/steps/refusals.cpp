@@ -82,6 +82,26 @@ void refuse_tangled(const QualityStats& quality, TangledPolicy policy, bool volu
   }
 }
 
+void refuse_tangled_reference(const QualityStats& quality) {
+  const std::int64_t invalid = quality.inverted_count + quality.degenerate_count;
+  if (invalid == 0) return;
+  const std::string element = std::to_string(quality.worst.front().element);
+  throw InvalidMesh(
+      "REFERENCE_TANGLED",
+      std::to_string(invalid) + " of " + std::to_string(quality.element_count) +
+          " elements are inverted or flat before anything moves, the worst is element " + element +
+          "; smooth the mesh first",
+      {{"inverted_element_count", std::to_string(invalid)}, {"element", element}});
+}
+
+void refuse_moving_surface() {
+  throw NotSupported(
+      "OPTION_NOT_SUPPORTED",
+      "move has no meaning on a curved surface mesh, whose nodes stay on it; it moves "
+      "volume meshes and plane ones",
+      {{"field", "method"}});
+}
+
 void refuse_flat_reference(std::int64_t flat_count, std::size_t element_count) {
   if (static_cast<std::size_t>(flat_count) < element_count) return;
   throw InvalidMesh("REFERENCE_FLAT",

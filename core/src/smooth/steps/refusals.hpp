@@ -18,6 +18,12 @@ void refuse_too_large(const TopologyView& topology);
 /// (what happens inside does not change that); MESH_TANGLED if the policy is to refuse.
 void refuse_tangled(const QualityStats& quality, TangledPolicy policy, bool volume);
 
+/// Throws InvalidMesh (REFERENCE_TANGLED) where a mesh to move is not valid before it moves.
+void refuse_tangled_reference(const QualityStats& quality);
+
+/// Throws NotSupported (OPTION_NOT_SUPPORTED): the mesh to move is a curved surface.
+[[noreturn]] void refuse_moving_surface();
+
 /// Throws InvalidMesh (REFERENCE_FLAT) where all of a reference's elements are flat or inverted.
 void refuse_flat_reference(std::int64_t flat_count, std::size_t element_count);
 

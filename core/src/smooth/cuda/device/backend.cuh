@@ -17,12 +17,11 @@ std::int64_t* restore_order(CudaExecutor& executor, JobMesh<CudaExecutor, Real>&
   Vec3<Real>* const given = job.given.data();
   const Vec3<Real>* const positions = job.positions.data();
   const NodeId* const caller_ids = job.caller_ids.data();
-  const std::uint8_t* const fixed = job.fixed.data();
   executor.reduce_later(
       job.node_count, std::int64_t{0},
       [=] __device__(std::size_t node) -> std::int64_t {
         Vec3<Real>& target = given[caller_ids[node]];
-        if (fixed[node] != 0 || positions[node] == target) return 0;
+        if (positions[node] == target) return 0;
         target = positions[node];
         return 1;
       },

@@ -39,8 +39,9 @@ namespace meshsmooth::detail {
 
 /// Upper bound of the device buffers of a job, from its sizes alone: the highest of its stages.
 [[nodiscard]] inline std::int64_t estimate_device_bytes(const MeshSize& size,
-                                                        const SmoothOptions& options,
+                                                        const SmoothOptions& given_options,
                                                         const DeviceLimits& limits) {
+  const SmoothOptions options = sweeping_options(given_options);
   const MeshCounts mesh = count_mesh(size);
   const std::int64_t n = mesh.nodes;
   const BallPlan plan = BallPlan::of(size, options);
@@ -66,7 +67,8 @@ namespace meshsmooth::detail {
   const std::int64_t found = (needs_balls(options) ? balls : 0) + rings + normals;
   const std::int64_t iterating = found +
                                  iterate_bytes(mesh, options, visiting_bytes(mesh, options)) +
-                                 extra_sweep_bytes(mesh, options, patch) + (colours ? n * 4 : 0);
+                                 extra_sweep_bytes(mesh, options, patch) +
+                                 motion_bytes(mesh, given_options) + (colours ? n * 4 : 0);
   const std::int64_t evaluating = found + element_quality_bytes(mesh, options);
 
   const std::int64_t held = (plan.kept ? balls : 0) + rings + look_back;  // after `prepare`

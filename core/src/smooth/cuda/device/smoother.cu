@@ -46,15 +46,16 @@ class CudaSmoother final : public Smoother {
                        const SmoothOptions& options, const JobControl& control) override {
     validate(options);
     validate_sizes(topology, as_view(positions));
-    if (aims_at_reference(options)) validate_reference(topology, options.reference);
+    validate_arrays(topology, options);
+    const JobTopology of_job(topology, options);
     use_device(lane_.device());
     return std::visit(
         [&](auto span) {
           const Interrupt interrupt(control);
           CudaExecutor executor(lane_, interrupt);
           executor.check();
-          CudaBackend steps(executor, topology, as_view(positions), options.quality_detail);
-          SmoothSummary summary = run_pipeline(steps, topology, span, options, control);
+          CudaBackend steps(executor, of_job.view(), as_view(positions), options.quality_detail);
+          SmoothSummary summary = run_pipeline(steps, of_job.view(), span, options, control);
           summary.backend = backend();
           summary.device_name = device_name_;
           summary.device_peak_bytes = static_cast<std::int64_t>(executor.bytes().peak());

@@ -1,0 +1,142 @@
+#pragma once
+
+#include "smooth/rules/surroundings.hpp"
+#include "smooth/rules/targets.hpp"
+#include "smooth/steps/executor.hpp"
+#include "smooth/steps/mesh_counts.hpp"
+
+namespace meshsmooth::detail {
+
+/// The matrix of Laplace's equation on a mesh, as rules read it: of each ring entry its value, and
+/// the diagonal, which is minus their sum. In executor memory.
+struct LaplaceMatrix {
+  Rows<NodeId> rings;
+  const float* values;    // by ring entry
+  const float* diagonal;  // by node
+
+  /// The row of a node times a vector. By differences: in a thin layer the diagonal's rounding
+  /// exceeds what couples the node to its neighbours along the layer.
+  [[nodiscard]] MESHSMOOTH_HD Vec3f row(std::size_t node, const Vec3f* x) const {
+    const Vec3f own = x[node];
+    Vec3f sum{0, 0, 0};
+    for (std::int64_t k = rings.offsets[node]; k < rings.offsets[node + 1]; ++k) {
+      sum += values[k] * (x[rings.entries[k]] - own);
+    }
+    return sum;
+  }
+};
+
+/// The edges of corner `k` of an element, as the corner of a target: the rows of its inverse are
+/// the gradients of the shape functions of the corner's neighbours.
+template <int kDimension, class Get>
+MESHSMOOTH_HD IdealCorner gradients_at(const ElementShape& shape, int k, const Get& get) {
+  const CornerShape& corner = shape.corners[k];
+  const Vec3d origin = get(corner.node);
+  Vec3d edges[kDimension];
+  for (int m = 0; m < kDimension; ++m) edges[m] = get(corner.neighbours[m]) - origin;
+  return corner_of_edges<kDimension>(edges);
+}
+
+template <int kDimension>
+MESHSMOOTH_HD double dot_of_gradients(const IdealCorner& corner, int a, int b) {
+  double sum = 0;
+  for (int c = 0; c < kDimension; ++c) sum += corner.inverse[a][c] * corner.inverse[b][c];
+  return sum;
+}
+
+/// Calls `add(local node, value)` for what an element contributes to the row of its node `own`:
+/// linear finite elements on simplices. On others a corner's determinant times the squared
+/// gradients of its neighbours, for each edge: the same where edges meet at right angles, and
+/// never of the wrong sign.
+template <int kDimension, class Get, class Add>
+MESHSMOOTH_HD void add_stiffness(const ElementShape& shape, int own, const Get& get,
+                                 const Add& add) {
+  if (is_simplex(shape)) {
+    const IdealCorner corner = gradients_at<kDimension>(shape, own, get);
+    const double volume = corner.determinant / (kDimension == 3 ? 6 : 2);
+    for (int m = 0; m < kDimension; ++m) {
+      double value = 0;
+      for (int n = 0; n < kDimension; ++n) value -= dot_of_gradients<kDimension>(corner, m, n);
+      add(shape.corners[own].neighbours[m], volume * value);
+    }
+    return;
+  }
+  for (int k = 0; k < shape.corner_count; ++k) {
+    const CornerShape& at = shape.corners[k];
+    bool has_own = at.node == own;
+    for (int m = 0; m < kDimension; ++m) has_own = has_own || at.neighbours[m] == own;
+    if (!has_own) continue;
+    const IdealCorner corner = gradients_at<kDimension>(shape, k, get);
+    const double volume = corner.determinant / shape.corner_count;
+    for (int m = 0; m < kDimension; ++m) {
+      const double value = -volume * dot_of_gradients<kDimension>(corner, m, m);
+      if (at.node == own) add(at.neighbours[m], value);
+      if (at.neighbours[m] == own) add(at.node, value);
+    }
+  }
+}
+
+/// The row of a node, summed up over its ball in the order of the ball.
+template <int kDimension, class Real>
+MESHSMOOTH_HD void assemble_row(const Surroundings& around, const Vec3<Real>* positions,
+                                std::size_t node, float* values, float* diagonal) {
+  const NodeId* const ring = around.rings.begin(node);
+  const std::size_t ring_size = around.rings.size(node);
+  float* const row = values + around.rings.offsets[node];
+  for (std::size_t n = 0; n < ring_size; ++n) row[n] = 0;
+  double sum = 0;
+  for (const ElementId* e = around.balls.begin(node); e != around.balls.end(node); ++e) {
+    const ElementView element = around.elements[*e];
+    int own = 0;
+    while (element.nodes[own] != static_cast<NodeId>(node)) ++own;
+    add_stiffness<kDimension>(
+        *element.shape, own, [&](int n) { return vec3_cast<double>(positions[element.nodes[n]]); },
+        [&](int n, double value) {
+          std::size_t place = 0;
+          while (place < ring_size && ring[place] != element.nodes[n]) ++place;
+          if (place == ring_size) return;
+          row[place] += static_cast<float>(value);
+          sum -= value;
+        });
+  }
+  diagonal[node] = static_cast<float>(sum);
+}
+
+/// Owns a `LaplaceMatrix`.
+template <Executor E>
+struct LaplaceArrays {
+  typename E::template Buffer<float> values;
+  typename E::template Buffer<float> diagonal;
+  LaplaceMatrix view{};
+};
+
+/// Bytes of `LaplaceArrays`.
+[[nodiscard]] inline std::int64_t laplace_bytes(const MeshCounts& mesh) {
+  return 2 * mesh.edges * std::int64_t{sizeof(float)} + mesh.nodes * std::int64_t{sizeof(float)};
+}
+
+/// Assembles the matrix of a valid mesh.
+///
+/// cost   O(ball entries * ring); `laplace_bytes`
+/// order  deterministic
+template <Executor E, class Real>
+LaplaceArrays<E> assemble_laplace(E& executor, const Surroundings& around, std::size_t ring_entries,
+                                  const Vec3<Real>* positions) {
+  LaplaceArrays<E> result{executor.template allocate<float>(ring_entries),
+                          executor.template allocate<float>(around.node_count)};
+  float* const values = result.values.data();
+  float* const diagonal = result.diagonal.data();
+  if (around.surface()) {
+    executor.for_each(around.node_count, [=] MESHSMOOTH_HD(std::size_t node) {
+      assemble_row<2>(around, positions, node, values, diagonal);
+    });
+  } else {
+    executor.for_each(around.node_count, [=] MESHSMOOTH_HD(std::size_t node) {
+      assemble_row<3>(around, positions, node, values, diagonal);
+    });
+  }
+  result.view = {around.rings, values, diagonal};
+  return result;
+}
+
+}  // namespace meshsmooth::detail

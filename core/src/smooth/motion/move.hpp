@@ -1,0 +1,221 @@
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "smooth/motion/prescribed.hpp"
+#include "smooth/motion/solve_laplace.hpp"
+#include "smooth/rules/element_quality.hpp"
+#include "smooth/steps/optimize.hpp"
+
+namespace meshsmooth::detail {
+
+/// Whether the Jacobian of an element is certainly positive.
+template <class Real>
+MESHSMOOTH_HD bool is_valid_element(const Surroundings& around, const Vec3<Real>* positions,
+                                    std::size_t e) {
+  const ElementView element = around.elements[e];
+  return element_quality(
+             *element.shape, [&](int n) { return vec3_cast<double>(positions[element.nodes[n]]); },
+             around.reference_of(e)) > 0;
+}
+
+/// Elements that are not valid, and those of them that no sweep can change.
+struct InvalidCounts {
+  std::int64_t all = 0;
+  std::int64_t locked = 0;
+  friend MESHSMOOTH_HD InvalidCounts operator+(const InvalidCounts& a, const InvalidCounts& b) {
+    return {a.all + b.all, a.locked + b.locked};
+  }
+};
+
+/// cost   O(elements)
+template <Executor E, class Real>
+InvalidCounts count_invalid(E& executor, const Surroundings& around, const Vec3<Real>* positions) {
+  return executor.reduce(
+      around.elements.count, InvalidCounts{},
+      [=] MESHSMOOTH_HD(std::size_t e) {
+        if (is_valid_element(around, positions, e)) return InvalidCounts{};
+        const ElementView element = around.elements[e];
+        bool locked = true;
+        for (int n = 0; n < element.shape->node_count; ++n) {
+          locked = locked && around.fixed[element.nodes[n]] != 0;
+        }
+        return InvalidCounts{1, locked ? 1 : 0};
+      },
+      Plus{});
+}
+
+/// The caller's ids of the first invalid elements, ascending. O(elements), 1 B an element.
+template <Executor E, class Real>
+std::vector<std::int64_t> find_invalid(E& executor, const Surroundings& around,
+                                       const ElementId* caller_ids, const Vec3<Real>* positions) {
+  const std::size_t count = around.elements.count;
+  auto flags = executor.template allocate<std::uint8_t>(count);
+  std::uint8_t* const invalid = flags.data();
+  executor.for_each(count, [=] MESHSMOOTH_HD(std::size_t e) {
+    const std::size_t id = caller_ids == nullptr ? e : caller_ids[e];
+    invalid[id] = is_valid_element(around, positions, e) ? 0 : 1;
+  });
+  std::vector<std::uint8_t> found(count);
+  executor.download(flags.data(), count, found.data());
+  std::vector<std::int64_t> ids;
+  for (std::size_t id = 0; id < count && ids.size() < kMostBlockingElements; ++id) {
+    if (found[id] != 0) ids.push_back(static_cast<std::int64_t>(id));
+  }
+  return ids;
+}
+
+/// The displacement of the prescribed nodes, 0 at the others.
+template <Executor E, class Real>
+void begin_displacement(E& executor, std::size_t node_count, const Prescribed<E, Real>& prescribed,
+                        Vec3f* displacement) {
+  executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) {
+    displacement[node] = Vec3f{0, 0, 0};
+  });
+  const NodeId* const nodes = prescribed.nodes.data();
+  const Vec3<Real>* const from = prescribed.from.data();
+  const Vec3<Real>* const to = prescribed.to.data();
+  executor.for_each(prescribed.count, [=] MESHSMOOTH_HD(std::size_t n) {
+    displacement[nodes[n]] = vec3_cast<float>(to[n] - from[n]);
+  });
+}
+
+/// Places the nodes for a share of the motion: the prescribed ones where they then are, the free
+/// ones `step` of their displacement from `start`.
+template <Executor E, class Real>
+void place(E& executor, const SweepContext<E, Real>& context, const Prescribed<E, Real>& prescribed,
+           const Vec3f* displacement, const Vec3<Real>* start, double step, double share,
+           Vec3<Real>* positions) {
+  const Surroundings around = context.around;
+  const DisplacementLimit<Real> limit = context.displacement_limit;
+  const auto by = static_cast<Real>(step);
+  executor.for_each(around.node_count, [=] MESHSMOOTH_HD(std::size_t node) {
+    if (around.fixed[node] != 0) return;
+    positions[node] =
+        project(around, limit, node, start[node] + by * vec3_cast<Real>(displacement[node]));
+  });
+  const NodeId* const nodes = prescribed.nodes.data();
+  const Vec3<Real>* const from = prescribed.from.data();
+  const Vec3<Real>* const to = prescribed.to.data();
+  const auto whole = static_cast<Real>(share);
+  executor.for_each(prescribed.count, [=] MESHSMOOTH_HD(std::size_t n) {
+    positions[nodes[n]] = share >= 1 ? to[n] : from[n] + whole * (to[n] - from[n]);
+  });
+}
+
+/// Bytes of `Motion` besides those of `Optimizer`; at first the solver's, then where to return to.
+[[nodiscard]] inline std::int64_t motion_bytes(const MeshCounts& mesh,
+                                               const SmoothOptions& options) {
+  if (!std::holds_alternative<Move>(options.method)) return 0;
+  const std::int64_t displacement = mesh.nodes * std::int64_t{sizeof(Vec3f)};
+  const std::int64_t prescribed = mesh.nodes * (4 + 2 * mesh.position_bytes);
+  const std::int64_t finding = mesh.nodes * (4 + 4 + mesh.position_bytes);
+  const std::int64_t solving = laplace_bytes(mesh) + solving_bytes(mesh);
+  return displacement + prescribed +
+         std::max({finding, solving, mesh.nodes * mesh.position_bytes + mesh.elements});
+}
+
+/// The method Move: from the reference, which is valid, to the prescribed positions, in one step or
+/// in halves of it.
+template <Backend B, class Real>
+class Motion {
+ public:
+  using E = typename B::Executor;
+
+  /// `positions` are those of the reference, and become those of the result.
+  Motion(B& backend, const SweepContext<E, Real>& context, const JobMesh<E, Real>& job,
+         const SmoothOptions& options, ConvergenceMonitor& monitor, Vec3<Real>* positions)
+      : backend_(backend),
+        executor_(backend.executor()),
+        context_(context),
+        job_(job),
+        options_(options),
+        method_(std::get<Move>(options.method)),
+        monitor_(monitor),
+        positions_(positions) {}
+
+  void run(MotionStats& stats) {
+    const auto prescribed = find_prescribed(executor_, job_, options_.prescribed);
+    const auto displacement = find_displacement(prescribed, stats);
+    const std::size_t n = job_.node_count;
+    auto valid = executor_.template allocate<Vec3<Real>>(n);  // the last one
+    copy_positions<E, Real>(executor_, n, positions_, valid.data());
+    const auto& sweeping = std::get<Optimize>(monitor_.options().method);
+    Optimizer<B, Real> optimizer(backend_, context_, sweeping, monitor_, positions_);
+
+    const bool sweeps = !monitor_.done_at_once();
+    double reached = 0;
+    bool settled = true;
+    for (double step = 1; reached < 1 && !optimizer.job_ended();) {
+      const double next = std::min(1.0, reached + step);
+      place(executor_, context_, prescribed, displacement.data(), valid.data(), next - reached,
+            next, positions_);
+      InvalidCounts invalid = count_invalid(executor_, context_.around, positions_);
+      if (sweeps && invalid.locked == 0) {
+        optimizer.run({.tolerance = next < 1 ? kCoarse : 1, .repairs = kRepairs, .precise = false});
+        invalid = count_invalid(executor_, context_.around, positions_);
+      }
+      if (invalid.all == 0) {
+        ++stats.step_count;
+        reached = next;
+        settled = next == 1;
+        copy_positions<E, Real>(executor_, n, positions_, valid.data());
+        continue;
+      }
+      ++stats.rejected_step_count;
+      stats.blocking_element_count = invalid.all;
+      step = (next - reached) / 2;
+      if (step < method_.least_step) break;
+    }
+    stats.reached = reached;
+    if (reached == 1) {
+      stats.blocking_element_count = 0;
+    } else {
+      stats.blocking_elements =
+          find_invalid(executor_, context_.around, caller_elements(), positions_);
+      copy_positions<E, Real>(executor_, n, valid.data(), positions_);
+      if (!optimizer.job_ended()) {
+        if (sweeps && !settled) optimizer.run({.precise = false});
+        if (!optimizer.job_ended()) monitor_.end(StopReason::stagnated, EndRule::no_progress);
+      }
+    }
+    optimizer.report();
+  }
+
+ private:
+  /// How much more than at the end a sweep must gain to go on, where the motion goes on.
+  static constexpr double kCoarse = 100;
+  /// What takes longer to untangle is faster in two steps.
+  static constexpr int kRepairs = 100;
+
+  /// Null: in the caller's order.
+  [[nodiscard]] const ElementId* caller_elements() const {
+    return job_.elements.caller_ids.size() == 0 ? nullptr : job_.elements.caller_ids.data();
+  }
+
+  /// By node; that of the prescribed ones continued into the mesh.
+  [[nodiscard]] auto find_displacement(const Prescribed<E, Real>& prescribed, MotionStats& stats) {
+    const typename E::Timer timer(executor_, stats.linear_seconds);
+    auto displacement = executor_.template allocate<Vec3f>(job_.node_count);
+    begin_displacement(executor_, job_.node_count, prescribed, displacement.data());
+    const auto matrix = assemble_laplace(executor_, context_.around, job_.rings.entries.size(),
+                                         static_cast<const Vec3<Real>*>(positions_));
+    const LinearStats linear =
+        solve_laplace(executor_, context_.around, matrix.view, displacement.data());
+    stats.linear_iteration_count = linear.iterations;
+    stats.linear_residual = linear.residual;
+    return displacement;
+  }
+
+  B& backend_;
+  E& executor_;
+  const SweepContext<E, Real>& context_;
+  const JobMesh<E, Real>& job_;
+  const SmoothOptions& options_;
+  const Move& method_;
+  ConvergenceMonitor& monitor_;
+  Vec3<Real>* positions_;
+};
+
+}  // namespace meshsmooth::detail

@@ -1,0 +1,101 @@
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "meshsmooth/options.hpp"
+#include "smooth/steps/job_mesh.hpp"
+#include "smooth/steps/mesh_counts.hpp"
+#include "smooth/steps/positions.hpp"
+
+namespace meshsmooth::detail {
+
+/// The options of the sweeps of a job: `Move` sweeps as `Optimize` does, and its input is the
+/// reference.
+[[nodiscard]] inline SmoothOptions sweeping_options(const SmoothOptions& options) {
+  SmoothOptions sweeps = options;
+  if (const auto* method = std::get_if<Move>(&options.method)) {
+    const bool ideal = method->target == Target::ideal;
+    sweeps.method = Optimize{.target = ideal ? Target::ideal : Target::input};
+    sweeps.tangled = TangledPolicy::repair;
+    sweeps.max_iterations = iteration_limit(options);
+  }
+  return sweeps;
+}
+
+/// Checks the arrays that come with the options.
+inline void validate_arrays(const TopologyView& topology, const SmoothOptions& options) {
+  if (aims_at_reference(options)) validate_reference(topology, options.reference);
+  if (std::holds_alternative<Move>(options.method)) {
+    validate_prescribed(topology, options.prescribed);
+  }
+}
+
+/// The topology of a job. The nodes that `Move` prescribes are fixed in it, like those of the
+/// caller. What it views must outlive it.
+class JobTopology {
+ public:
+  JobTopology(const TopologyView& topology, const SmoothOptions& options) : view_(topology) {
+    if (!std::holds_alternative<Move>(options.method)) return;
+    if (topology.fixed.empty()) {
+      fixed_.resize(topology.node_count);
+    } else {
+      fixed_.assign(topology.fixed.begin(), topology.fixed.end());
+    }
+    for (const NodeId node : options.prescribed.nodes) fixed_[static_cast<std::size_t>(node)] = 1;
+    view_.fixed = fixed_;
+  }
+  JobTopology(const JobTopology&) = delete;
+  JobTopology& operator=(const JobTopology&) = delete;
+
+  [[nodiscard]] const TopologyView& view() const { return view_; }
+
+ private:
+  std::vector<std::uint8_t> fixed_;
+  TopologyView view_;
+};
+
+/// The prescribed nodes in internal numbers, with the positions where the motion begins and ends.
+template <Executor E, class Real>
+struct Prescribed {
+  std::size_t count = 0;
+  typename E::template Buffer<NodeId> nodes;
+  typename E::template Buffer<Vec3<Real>> from, to;
+};
+
+/// cost   O(nodes); 4 B a node while it runs
+template <Executor E, class Real>
+Prescribed<E, Real> find_prescribed(E& executor, const JobMesh<E, Real>& job,
+                                    const PrescribedNodes& prescribed) {
+  Prescribed<E, Real> result;
+  const std::size_t count = result.count = prescribed.nodes.size();
+  result.nodes = executor.template allocate<NodeId>(count);
+  result.from = executor.template allocate<Vec3<Real>>(count);
+  result.to = executor.template allocate<Vec3<Real>>(count);
+  auto internal = executor.template allocate<NodeId>(job.node_count);
+  NodeId* const internal_of = internal.data();
+  const NodeId* const caller_ids = job.caller_ids.data();
+  executor.for_each(job.node_count, [=] MESHSMOOTH_HD(std::size_t node) {
+    internal_of[caller_ids[node]] = static_cast<NodeId>(node);
+  });
+  const auto ids = executor.in_executor_memory(prescribed.nodes);
+  const NodeId* const callers = ids.data();
+  NodeId* const nodes = result.nodes.data();
+  Vec3<Real>* const from = result.from.data();
+  Vec3<Real>* const to = result.to.data();
+  const Vec3<Real>* const reference = job.positions.data();
+  std::visit(
+      [&](const auto& given) {
+        const auto array = executor.in_executor_memory(given);
+        const auto* const positions = array.data();
+        executor.for_each(count, [=] MESHSMOOTH_HD(std::size_t n) {
+          nodes[n] = internal_of[callers[n]];
+          from[n] = reference[nodes[n]];
+          to[n] = vec3_cast<Real>(positions[n]);
+        });
+      },
+      prescribed.positions);
+  return result;
+}
+
+}  // namespace meshsmooth::detail
