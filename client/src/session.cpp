@@ -13,8 +13,20 @@ struct Session::Impl {
       : client(its_client),
         mesh(its_mesh),
         node_count(mesh.node_count()),
+        reference(mesh.positions),
         topology_name(wire::topology_name(MeshTopology(mesh).view())),
         route(topology_name.substr(topology_name.rfind('-') + 1)) {}
+
+  SmoothReport move(const SmoothOptions& options, const RequestOptions& request) {
+    // It is another topology: its reference belongs to it.
+    if (moving_name.empty()) {
+      const PositionsView own = std::visit(
+          [](const auto& array) -> PositionsView { return std::span(array); }, reference);
+      moving_name = wire::topology_name(MeshTopology(mesh).view(), own);
+    }
+    mesh.positions = reference;
+    return client.smooth(mesh, options, request, {moving_name, false, route});
+  }
 
   template <class Real>
   SmoothReport smooth(std::span<Vec3<Real>> positions, const SmoothOptions& options,
@@ -37,7 +49,9 @@ struct Session::Impl {
   Client::Impl& client;
   Mesh mesh;  // its positions are those of the last job
   const std::size_t node_count;
+  const Positions reference;  // the mesh's positions when it was opened
   std::string topology_name;
+  std::string moving_name;  // of the topology with its reference; empty: not needed yet
   std::string route;
 };
 
@@ -57,6 +71,15 @@ SmoothReport Session::smooth(std::span<Vec3f> positions, const SmoothOptions& op
                              const RequestOptions& request) {
   return impl_->smooth(positions, options, request);
 }
+
+SmoothReport Session::move(std::span<const NodeId> nodes, PositionsView positions,
+                           SmoothOptions options, const RequestOptions& request) {
+  options.prescribed = {nodes, positions};
+  validate(options);
+  return impl_->move(options, request);
+}
+
+PositionsView Session::positions() const { return impl_->mesh.positions_view(); }
 
 Session Client::open(const Mesh& mesh) {
   return Session(std::make_unique<Session::Impl>(*impl_, mesh));

@@ -78,19 +78,26 @@ JobProgress decode_progress(const v1::Progress& message) {
 
 namespace {
 
-/// The reference in the mesh's precision, if it comes in the other one.
-Positions converted_reference(const Mesh& mesh, const SmoothOptions& options) {
+bool moves(const SmoothOptions& options) { return std::holds_alternative<Move>(options.method); }
+
+/// Positions that come with the options: where `Move` shall bring nodes, or the reference.
+const PositionsView& further_positions(const SmoothOptions& options) {
+  return moves(options) ? options.prescribed.positions : options.reference;
+}
+
+/// The same in the mesh's precision, if they come in the other one.
+Positions converted_positions(const Mesh& mesh, const SmoothOptions& options) {
   return std::visit(
       []<class Real, class Other>(const std::vector<Vec3<Real>>&,
-                                  std::span<const Vec3<Other>> reference) -> Positions {
+                                  std::span<const Vec3<Other>> given) -> Positions {
         std::vector<Vec3<Real>> converted;
         if constexpr (!std::is_same_v<Real, Other>) {
-          converted.reserve(reference.size());
-          for (const Vec3<Other>& p : reference) converted.push_back(vec3_cast<Real>(p));
+          converted.reserve(given.size());
+          for (const Vec3<Other>& p : given) converted.push_back(vec3_cast<Real>(p));
         }
         return converted;
       },
-      mesh.positions, options.reference);
+      mesh.positions, further_positions(options));
 }
 
 }  // namespace
@@ -104,7 +111,7 @@ SmoothCall::SmoothCall(const CallTarget& target, Mesh& mesh, const SmoothOptions
       topology_(std::move(attempt.topology)),
       left_(attempt.left),
       stub_(target.channel),
-      reference_(converted_reference(mesh, options)),
+      converted_(converted_positions(mesh, options)),
       to_send_(parts_to_send()),
       early_bytes_(attempt.early_bytes),
       result_(mesh),
@@ -137,12 +144,15 @@ v1::JobSpec SmoothCall::make_spec() const {
   if (topology_.name.empty()) {
     *spec.mutable_inline_topology() = wire::encode_topology_spec(MeshTopology(mesh_).view());
     spec.set_topology_kept(topology_.kept);
+    if (moves(options_)) {
+      spec.mutable_inline_topology()->set_reference_type(
+          wire::encode_position_type(mesh_.positions_view()));
+    }
   } else {
     spec.set_topology_name(topology_.name);
   }
-  spec.set_coordinate_type(std::holds_alternative<std::vector<Vec3d>>(mesh_.positions)
-                               ? v1::SCALAR_TYPE_FLOAT64
-                               : v1::SCALAR_TYPE_FLOAT32);
+  spec.set_coordinate_type(wire::encode_position_type(mesh_.positions_view()));
+  spec.set_prescribed_node_count(static_cast<std::int64_t>(options_.prescribed.nodes.size()));
   *spec.mutable_options() = wire::encode_options(options_);
   spec.set_backend_kind(encode_backend(request_.backend));
   if (request_.on_progress) {
@@ -267,18 +277,25 @@ std::vector<SmoothCall::Part> SmoothCall::parts_to_send() const {
     add(v1::ARRAY_ID_FIXED_MASK, std::as_bytes(std::span(mesh_.fixed)));
     add(v1::ARRAY_ID_ELEMENT_REGIONS, std::as_bytes(std::span(mesh_.regions)));
   }
-  std::visit(
-      [&](const auto& positions) {
-        add(v1::ARRAY_ID_COORDINATES, std::as_bytes(std::span(positions)));
-      },
-      std::as_const(mesh_.positions));
-  if (aims_at_reference(options_)) {
-    validate_reference(MeshTopology(mesh_).view(), options_.reference);
-    const auto add_reference = [&](const auto& reference) {
-      add(v1::ARRAY_ID_REFERENCE_COORDINATES, std::as_bytes(std::span(reference)));
-    };
-    std::visit(add_reference, reference_);
-    if (parts.back().id == v1::ARRAY_ID_COORDINATES) std::visit(add_reference, options_.reference);
+  const auto add_positions = [&](v1::ArrayId id, const auto& positions) {
+    std::visit([&](const auto& array) { add(id, std::as_bytes(std::span(array))); }, positions);
+  };
+  const auto add_further = [&](v1::ArrayId id) {
+    const bool is_converted = std::visit([](const auto& own) { return !own.empty(); }, converted_);
+    if (is_converted) return add_positions(id, converted_);
+    add_positions(id, further_positions(options_));
+  };
+  if (moves(options_)) {
+    validate_prescribed(MeshTopology(mesh_).view(), options_.prescribed);
+    if (topology_.name.empty()) add_positions(v1::ARRAY_ID_REFERENCE_COORDINATES, mesh_.positions);
+    add(v1::ARRAY_ID_PRESCRIBED_NODES, std::as_bytes(options_.prescribed.nodes));
+    add_further(v1::ARRAY_ID_PRESCRIBED_COORDINATES);
+  } else {
+    add_positions(v1::ARRAY_ID_COORDINATES, mesh_.positions);
+    if (aims_at_reference(options_)) {
+      validate_reference(MeshTopology(mesh_).view(), options_.reference);
+      add_further(v1::ARRAY_ID_REFERENCE_COORDINATES);
+    }
   }
   std::ranges::reverse(parts);
   return parts;

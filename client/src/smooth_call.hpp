@@ -110,7 +110,8 @@ class SmoothCall {
   bool accepted_ = false;
   bool half_closed_ = false;
   bool sending_stopped_ = false;
-  const Positions reference_;  // in the mesh's precision where the caller's is another
+  // Prescribed positions or the reference, in the mesh's precision where they come in the other.
+  const Positions converted_;
   std::vector<Part> to_send_;  // the next one last
   std::size_t early_bytes_;    // that may still be sent before the server has answered
   std::string job_name_;

@@ -198,8 +198,7 @@ v1::SmoothingOptions encode_options(const SmoothOptions& options) {
     message.set_absolute_tolerance(options.tolerance.value);
   }
   message.set_boundary_policy(encode_boundary(options.boundary));
-  if (options.boundary == BoundaryPolicy::slide ||
-      std::holds_alternative<Optimize>(options.method)) {
+  if (options.boundary == BoundaryPolicy::slide || sweeps_as_optimize(options.method)) {
     message.set_feature_angle_degrees(options.feature_angle);
   }
   message.set_guard(options.guard);
@@ -229,7 +228,7 @@ SmoothOptions decode_options(const v1::SmoothingOptions& message) {
   options.method = decode_method(message);
   if (message.has_feature_angle_degrees() &&
       message.boundary_policy() != v1::BOUNDARY_POLICY_SLIDE &&
-      !std::holds_alternative<Optimize>(options.method)) {
+      !sweeps_as_optimize(options.method)) {
     throw_not_supported("feature_angle_degrees", "only a sliding boundary and optimize have it");
   }
   options.form = decode_form(message.form());

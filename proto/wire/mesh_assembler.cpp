@@ -13,6 +13,8 @@ namespace {
 static_assert(std::endian::native == std::endian::little);
 static_assert(sizeof(Vec3f) == 12 && sizeof(Vec3d) == 24 && sizeof(NodeId) == 4);
 
+constexpr std::size_t kTopologyArrays = 4;  // they come first
+
 std::size_t size_of(std::int64_t bytes) { return static_cast<std::size_t>(bytes); }
 
 std::string array_name(v1::ArrayId id) {
@@ -30,13 +32,23 @@ std::string describe(const ChunkView& chunk) {
          std::to_string(chunk.offset_bytes);
 }
 
+PositionsView positions_in(const ByteArray& bytes, bool float64) {
+  const std::byte* const data = bytes.data();
+  if (float64) {
+    return std::span(reinterpret_cast<const Vec3d*>(data), bytes.size() / sizeof(Vec3d));
+  }
+  return std::span(reinterpret_cast<const Vec3f*>(data), bytes.size() / sizeof(Vec3f));
+}
+
 }  // namespace
 
 TopologyArrays::TopologyArrays(const MeshLayout& layout, std::pmr::memory_resource* memory)
     : node_count_(size_of(layout.node_count)),
       elements_(size_of(layout.elements_bytes), memory),
       fixed_mask_(size_of(layout.fixed_mask_bytes), memory),
-      element_regions_(size_of(layout.element_regions_bytes), memory) {
+      element_regions_(size_of(layout.element_regions_bytes), memory),
+      reference_(size_of(layout.kept_reference_bytes), memory),
+      reference_float64_(layout.kept_reference_float64.value_or(true)) {
   const auto* nodes = reinterpret_cast<const NodeId*>(elements_.data());
   blocks_.reserve(layout.blocks.size());
   for (const MeshLayout::Block& block : layout.blocks) {
@@ -56,23 +68,20 @@ TopologyView TopologyArrays::view() const {
 }
 
 std::int64_t TopologyArrays::size_bytes() const {
-  return static_cast<std::int64_t>(elements_.size() + fixed_mask_.size() + element_regions_.size());
+  return static_cast<std::int64_t>(elements_.size() + fixed_mask_.size() + element_regions_.size() +
+                                   reference_.size());
+}
+
+PositionsView TopologyArrays::reference() const {
+  return positions_in(reference_, reference_float64_);
 }
 
 MeshAssembler::MeshAssembler(MeshLayout layout, std::pmr::memory_resource* memory)
-    : layout_(std::move(layout)),
-      coordinates_(size_of(layout_.coordinates_bytes), memory),
-      reference_(size_of(layout_.reference_bytes), memory) {
+    : MeshAssembler(layout, nullptr, memory) {
   const auto topology = std::make_shared<TopologyArrays>(layout_, memory);
-  const auto array = [](v1::ArrayId id, ByteArray& bytes) {
-    return Array{id, bytes.data(), bytes.size()};
-  };
-  arrays_ = {array(v1::ARRAY_ID_ELEMENTS, topology->elements_),
-             array(v1::ARRAY_ID_FIXED_MASK, topology->fixed_mask_),
-             array(v1::ARRAY_ID_ELEMENT_REGIONS, topology->element_regions_),
-             array(v1::ARRAY_ID_COORDINATES, coordinates_),
-             array(v1::ARRAY_ID_REFERENCE_COORDINATES, reference_)};
   topology_ = topology;
+  arrays_ = list_arrays(topology.get());
+  current_ = 0;
   skip_complete_arrays();
 }
 
@@ -82,11 +91,29 @@ MeshAssembler::MeshAssembler(MeshLayout layout, std::shared_ptr<const TopologyAr
       topology_(std::move(topology)),
       coordinates_(size_of(layout_.coordinates_bytes), memory),
       reference_(size_of(layout_.reference_bytes), memory),
-      arrays_{Array{v1::ARRAY_ID_ELEMENTS, nullptr, 0}, Array{v1::ARRAY_ID_FIXED_MASK, nullptr, 0},
-              Array{v1::ARRAY_ID_ELEMENT_REGIONS, nullptr, 0},
-              Array{v1::ARRAY_ID_COORDINATES, coordinates_.data(), coordinates_.size()},
-              Array{v1::ARRAY_ID_REFERENCE_COORDINATES, reference_.data(), reference_.size()}} {
+      prescribed_nodes_(size_of(layout_.prescribed_nodes_bytes()), memory),
+      prescribed_coordinates_(size_of(layout_.prescribed_coordinates_bytes()), memory),
+      arrays_(list_arrays(nullptr)) {
   skip_complete_arrays();
+}
+
+/// Without a topology its arrays are there already.
+std::array<MeshAssembler::Array, 8> MeshAssembler::list_arrays(TopologyArrays* topology) {
+  const auto array = [](v1::ArrayId id, ByteArray& bytes) {
+    return Array{id, bytes.data(), bytes.size()};
+  };
+  const auto own = [&](v1::ArrayId id, ByteArray TopologyArrays::*bytes) {
+    return topology == nullptr ? Array{id, nullptr, 0} : array(id, topology->*bytes);
+  };
+  return {own(v1::ARRAY_ID_ELEMENTS, &TopologyArrays::elements_),
+          own(v1::ARRAY_ID_FIXED_MASK, &TopologyArrays::fixed_mask_),
+          own(v1::ARRAY_ID_ELEMENT_REGIONS, &TopologyArrays::element_regions_),
+          own(v1::ARRAY_ID_REFERENCE_COORDINATES, &TopologyArrays::reference_),
+          layout_.coordinates_follow ? array(v1::ARRAY_ID_COORDINATES, coordinates_)
+                                     : Array{v1::ARRAY_ID_COORDINATES, nullptr, 0},
+          array(v1::ARRAY_ID_REFERENCE_COORDINATES, reference_),
+          array(v1::ARRAY_ID_PRESCRIBED_NODES, prescribed_nodes_),
+          array(v1::ARRAY_ID_PRESCRIBED_COORDINATES, prescribed_coordinates_)};
 }
 
 void MeshAssembler::skip_complete_arrays() {
@@ -133,7 +160,7 @@ void MeshAssembler::add(const ChunkView& chunk) {
                       where(chunk));
   }
   chunk.copy_to(array.data + array.received_bytes);
-  if (namer_ && array.id < v1::ARRAY_ID_COORDINATES) {
+  if (namer_ && current_ < kTopologyArrays) {
     namer_->add({array.data + array.received_bytes, chunk.size_bytes});
   }
   array.received_bytes += chunk.size_bytes;
@@ -152,11 +179,13 @@ void MeshAssembler::finish() const {
 }
 
 PositionsView MeshAssembler::reference() const {
-  const std::byte* const data = reference_.data();
-  if (layout_.float64) {
-    return std::span(reinterpret_cast<const Vec3d*>(data), reference_.size() / sizeof(Vec3d));
-  }
-  return std::span(reinterpret_cast<const Vec3f*>(data), reference_.size() / sizeof(Vec3f));
+  return reference_.size() > 0 ? positions_in(reference_, layout_.float64) : topology_->reference();
+}
+
+PrescribedNodes MeshAssembler::prescribed() const {
+  return {{reinterpret_cast<const NodeId*>(prescribed_nodes_.data()),
+           static_cast<std::size_t>(layout_.prescribed_count)},
+          positions_in(prescribed_coordinates_, layout_.float64)};
 }
 
 PositionsSpan MeshAssembler::positions() {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "meshsmooth/mesh.hpp"
+#include "meshsmooth/options.hpp"
 #include "meshsmooth/v1/mesh.pb.h"
 #include "wire/byte_array.hpp"
 #include "wire/mesh_layout.hpp"
@@ -26,12 +27,15 @@ class TopologyArrays {
   TopologyArrays(const MeshLayout& layout, std::pmr::memory_resource* memory);
 
   [[nodiscard]] TopologyView view() const;
+  /// Empty unless a reference is kept with it.
+  [[nodiscard]] PositionsView reference() const;
   [[nodiscard]] std::int64_t size_bytes() const;
 
  private:
   friend class MeshAssembler;
   std::size_t node_count_;
-  ByteArray elements_, fixed_mask_, element_regions_;
+  ByteArray elements_, fixed_mask_, element_regions_, reference_;
+  bool reference_float64_;
   std::vector<ElementBlockView> blocks_;
 };
 
@@ -78,8 +82,10 @@ class MeshAssembler {
   /// Views of the arrays; need a complete mesh and live as long as this.
   [[nodiscard]] TopologyView topology() const { return topology_->view(); }
   [[nodiscard]] PositionsSpan positions();
-  /// Empty unless the layout announces a reference.
+  /// That of the job, or else the one that is kept with the topology; may be empty.
   [[nodiscard]] PositionsView reference() const;
+  /// Empty unless the layout announces prescribed nodes.
+  [[nodiscard]] PrescribedNodes prescribed() const;
   [[nodiscard]] std::span<const std::byte> coordinate_bytes() const { return coordinates_.bytes(); }
 
   /// The topology, to be shared.
@@ -95,6 +101,7 @@ class MeshAssembler {
     std::size_t received_bytes = 0;
   };
 
+  [[nodiscard]] std::array<Array, 8> list_arrays(TopologyArrays* topology);
   void skip_complete_arrays();
   [[noreturn]] void throw_unexpected(const ChunkView& chunk) const;
 
@@ -102,7 +109,8 @@ class MeshAssembler {
   std::shared_ptr<const TopologyArrays> topology_;
   ByteArray coordinates_;
   ByteArray reference_;
-  std::array<Array, 5> arrays_;  // in the order of the stream; absent ones have no bytes
+  ByteArray prescribed_nodes_, prescribed_coordinates_;
+  std::array<Array, 8> arrays_;  // in the order of the stream; absent ones have no bytes
   std::size_t current_ = 0;
   std::int64_t received_bytes_ = 0;
   std::optional<TopologyNamer> namer_;

@@ -53,13 +53,35 @@ void MeshLayout::expect_reference(const MeshLimits& limits) {
                limits.max_mesh_bytes, "bytes");
 }
 
+void MeshLayout::expect_prescribed(std::int64_t count, const MeshLimits& limits) {
+  if (!kept_reference_float64) {
+    throw InvalidOption(
+        "SPEC_MISSING",
+        "inline_topology.reference_type: move moves the reference that is kept with "
+        "the topology, and there is none",
+        {{"field", "inline_topology.reference_type"}});
+  }
+  if (count < 1 || count > node_count) {
+    throw InvalidOption("OPTION_OUT_OF_RANGE",
+                        "prescribed_node_count is " + std::to_string(count) +
+                            ", it must be at least 1 and at most the number of nodes, " +
+                            std::to_string(node_count),
+                        {{"field", "prescribed_node_count"}});
+  }
+  coordinates_follow = false;
+  const std::int64_t others = total_bytes();
+  prescribed_count = count;
+  need_at_most(saturating_add(others, prescribed_nodes_bytes() + prescribed_coordinates_bytes()),
+               limits.max_mesh_bytes, "bytes");
+}
+
 MeshLayout MeshLayout::coordinates_only(bool as_float64) const {
   MeshLayout layout = *this;
   layout.float64 = as_float64;
   layout.elements_bytes = layout.fixed_mask_bytes = layout.element_regions_bytes = 0;
-  layout.reference_bytes = 0;
-  layout.coordinates_bytes =
-      node_count * static_cast<std::int64_t>(as_float64 ? sizeof(Vec3d) : sizeof(Vec3f));
+  layout.reference_bytes = layout.kept_reference_bytes = layout.prescribed_count = 0;
+  layout.coordinates_follow = true;
+  layout.coordinates_bytes = node_count * position_bytes(as_float64);
   return layout;
 }
 
@@ -74,11 +96,11 @@ MeshSize MeshLayout::size() const {
   return size;
 }
 
-bool decode_float64(v1::ScalarType type) {
+bool decode_float64(v1::ScalarType type, const std::string& field) {
   if (type == v1::SCALAR_TYPE_FLOAT64) return true;
   if (type == v1::SCALAR_TYPE_FLOAT32) return false;
-  throw NotSupported("OPTION_NOT_SUPPORTED", "coordinate_type must be FLOAT32 or FLOAT64",
-                     {{"field", "coordinate_type"}});
+  throw NotSupported("OPTION_NOT_SUPPORTED", field + " must be FLOAT32 or FLOAT64",
+                     {{"field", field}});
 }
 
 MeshLayout decode_layout(const v1::TopologySpec& topology, v1::ScalarType coordinate_type,
@@ -125,8 +147,21 @@ MeshLayout decode_layout(const v1::TopologySpec& topology, v1::ScalarType coordi
   std::int64_t total_bytes = saturating_add(layout.elements_bytes, layout.fixed_mask_bytes);
   total_bytes = saturating_add(total_bytes, layout.element_regions_bytes);
   total_bytes = saturating_add(total_bytes, layout.coordinates_bytes);
+  if (topology.reference_type() != v1::SCALAR_TYPE_UNSPECIFIED) {
+    const bool as_float64 =
+        decode_float64(topology.reference_type(), "inline_topology.reference_type");
+    layout.kept_reference_float64 = as_float64;
+    layout.kept_reference_bytes =
+        saturating_multiply(layout.node_count, MeshLayout::position_bytes(as_float64));
+    total_bytes = saturating_add(total_bytes, layout.kept_reference_bytes);
+  }
   need_at_most(total_bytes, limits.max_mesh_bytes, "bytes");
   return layout;
+}
+
+v1::ScalarType encode_position_type(const PositionsView& positions) {
+  return std::holds_alternative<std::span<const Vec3d>>(positions) ? v1::SCALAR_TYPE_FLOAT64
+                                                                   : v1::SCALAR_TYPE_FLOAT32;
 }
 
 v1::TopologySpec encode_topology_spec(const TopologyView& topology) {

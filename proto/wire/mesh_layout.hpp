@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "meshsmooth/smoother.hpp"
@@ -31,14 +33,35 @@ struct MeshLayout {
   std::int64_t fixed_mask_bytes = 0;       // 0: no mask follows
   std::int64_t element_regions_bytes = 0;  // 0: no regions follow
   std::int64_t coordinates_bytes = 0;
-  std::int64_t reference_bytes = 0;  // 0: no reference follows
+  bool coordinates_follow = true;    // else there is only room for those of the result
+  std::int64_t reference_bytes = 0;  // of this job alone; 0: none follows
+  /// Of a reference that is kept with the topology; unset: it has none.
+  std::optional<bool> kept_reference_float64 = {};
+  std::int64_t kept_reference_bytes = 0;  // 0: none follows
+  std::int64_t prescribed_count = 0;      // nodes
 
+  [[nodiscard]] std::int64_t topology_bytes() const {
+    return elements_bytes + fixed_mask_bytes + element_regions_bytes + kept_reference_bytes;
+  }
+  [[nodiscard]] std::int64_t prescribed_nodes_bytes() const {
+    return prescribed_count * static_cast<std::int64_t>(sizeof(NodeId));
+  }
+  [[nodiscard]] std::int64_t prescribed_coordinates_bytes() const {
+    return prescribed_count * position_bytes(float64);
+  }
+  /// Of all arrays, that of the result included.
   [[nodiscard]] std::int64_t total_bytes() const {
-    return elements_bytes + fixed_mask_bytes + element_regions_bytes + coordinates_bytes +
-           reference_bytes;
+    return topology_bytes() + coordinates_bytes + reference_bytes + prescribed_nodes_bytes() +
+           prescribed_coordinates_bytes();
+  }
+  [[nodiscard]] static std::int64_t position_bytes(bool as_float64) {
+    return as_float64 ? sizeof(Vec3d) : sizeof(Vec3f);
   }
   /// The coordinates of a reference follow too. Throws OutOfMemory (MESH_TOO_LARGE).
   void expect_reference(const MeshLimits& limits);
+  /// Prescribed nodes follow, and no coordinates: the kept reference moves. Throws InvalidOption
+  /// (OPTION_OUT_OF_RANGE, SPEC_MISSING without a reference), OutOfMemory (MESH_TOO_LARGE).
+  void expect_prescribed(std::int64_t count, const MeshLimits& limits);
   [[nodiscard]] std::int64_t element_count() const;
   /// Of a mesh whose topology is there already: only coordinates come, of this type.
   [[nodiscard]] MeshLayout coordinates_only(bool as_float64) const;
@@ -52,9 +75,12 @@ struct MeshLayout {
                                        v1::ScalarType coordinate_type, const MeshLimits& limits);
 
 /// Throws NotSupported (OPTION_NOT_SUPPORTED).
-[[nodiscard]] bool decode_float64(v1::ScalarType coordinate_type);
+[[nodiscard]] bool decode_float64(v1::ScalarType type,
+                                  const std::string& field = "coordinate_type");
 
 /// What a sender announces of its mesh.
 [[nodiscard]] v1::TopologySpec encode_topology_spec(const TopologyView& topology);
+/// The type of positions on the wire.
+[[nodiscard]] v1::ScalarType encode_position_type(const PositionsView& positions);
 
 }  // namespace meshsmooth::wire

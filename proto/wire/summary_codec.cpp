@@ -201,6 +201,30 @@ std::string decode_backend(const v1::Execution& message) {
   return to_string(name);
 }
 
+void encode_motion(const MotionStats& motion, v1::MotionStats* message) {
+  message->set_reached(motion.reached);
+  message->set_step_count(motion.step_count);
+  message->set_rejected_step_count(motion.rejected_step_count);
+  message->set_linear_iteration_count(motion.linear_iteration_count);
+  message->set_linear_residual(motion.linear_residual);
+  *message->mutable_linear_time() = encode_seconds(motion.linear_seconds);
+  message->set_blocking_element_count(motion.blocking_element_count);
+  message->mutable_blocking_elements()->Assign(motion.blocking_elements.begin(),
+                                               motion.blocking_elements.end());
+}
+
+MotionStats decode_motion(const v1::MotionStats& message) {
+  return {.reached = message.reached(),
+          .step_count = message.step_count(),
+          .rejected_step_count = message.rejected_step_count(),
+          .linear_iteration_count = message.linear_iteration_count(),
+          .linear_residual = message.linear_residual(),
+          .linear_seconds = decode_seconds(message.linear_time()),
+          .blocking_element_count = message.blocking_element_count(),
+          .blocking_elements = {message.blocking_elements().begin(),
+                                message.blocking_elements().end()}};
+}
+
 }  // namespace
 
 v1::Summary encode_summary(const SmoothSummary& summary) {
@@ -224,6 +248,8 @@ v1::Summary encode_summary(const SmoothSummary& summary) {
     poor->set_locked_count(summary.poor->locked_count);
     poor->set_limited_count(summary.poor->limited_count);
   }
+
+  if (summary.motion) encode_motion(*summary.motion, message.mutable_motion());
 
   v1::NodeCounts* nodes = message.mutable_nodes();
   nodes->set_total(summary.nodes.total);
@@ -274,6 +300,7 @@ SmoothSummary decode_summary(const v1::Summary& message) {
                     .locked_count = message.poor().locked_count(),
                     .limited_count = message.poor().limited_count()};
   }
+  if (message.has_motion()) summary.motion = decode_motion(message.motion());
   if (message.locked().has_worst_element()) {
     summary.locked.worst = decode_element_quality(message.locked().worst_element());
   }

@@ -16,7 +16,7 @@ class TopologyNamer {
  public:
   explicit TopologyNamer(const MeshLayout& layout);
 
-  /// Elements, fixed mask, element regions: in this order, in pieces of any size.
+  /// Elements, fixed mask, element regions, kept reference: in this order, in pieces of any size.
   void add(std::span<const std::byte> bytes) { hash_.add(bytes); }
   /// Once.
   [[nodiscard]] std::string finish() { return "topologies/sha256-" + hash_.finish(); }
@@ -25,7 +25,8 @@ class TopologyNamer {
   Sha256 hash_;
 };
 
-/// Of a mesh in memory. O(bytes).
-[[nodiscard]] std::string topology_name(const TopologyView& topology);
+/// Of a mesh in memory; `reference`: kept with it, or empty. O(bytes).
+[[nodiscard]] std::string topology_name(const TopologyView& topology,
+                                        const PositionsView& reference = {});
 
 }  // namespace meshsmooth::wire

@@ -77,15 +77,17 @@ Admission::Admission(const ServerConfig& config, const Smoother& smoother, Memor
 
 std::int64_t Admission::topology_bytes(const wire::MeshLayout& layout) {
   return block_bytes(layout.elements_bytes) + block_bytes(layout.fixed_mask_bytes) +
-         block_bytes(layout.element_regions_bytes);
+         block_bytes(layout.element_regions_bytes) + block_bytes(layout.kept_reference_bytes);
 }
 
 MemoryEstimate Admission::estimate(const JobRequest& request) const {
   const wire::MeshLayout& layout = request.layout;
   const MemoryEstimate own = smoother_.estimate(layout.size(), request.options);
   const MemoryEstimate need{
-      .host_bytes = topology_bytes(layout) + block_bytes(layout.coordinates_bytes) +
-                    block_bytes(layout.reference_bytes) + own.host_bytes + stream_bytes_,
+      .host_bytes =
+          topology_bytes(layout) + block_bytes(layout.coordinates_bytes) +
+          block_bytes(layout.reference_bytes) + block_bytes(layout.prescribed_nodes_bytes()) +
+          block_bytes(layout.prescribed_coordinates_bytes()) + own.host_bytes + stream_bytes_,
       .device_bytes = own.device_bytes};
   budget_.check_fits(need);
   if (need.host_bytes > config_.max_job_bytes) {

@@ -161,6 +161,20 @@ class Session {
   SmoothReport smooth(std::span<Vec3f> positions, const SmoothOptions& options,
                       const RequestOptions& request = {});
 
+  /// Moves nodes of the mesh, as it was opened, to given positions and lets the rest follow: a step
+  /// of a motion. Does not depend on earlier steps. The server keeps the mesh's own positions, the
+  /// reference, with the topology, so that a step sends the prescribed nodes alone.
+  /// @param nodes which nodes, each once.
+  /// @param positions [nodes.size()], where they shall lie.
+  /// @param options whose method is `Move`; `prescribed` is replaced.
+  /// @returns the report, `summary.motion` among it: look at `reached`. The mesh lies in
+  ///   `positions()` until the next call.
+  SmoothReport move(std::span<const NodeId> nodes, PositionsView positions,
+                    SmoothOptions options = {.method = Move{}}, const RequestOptions& request = {});
+  /// Returns the positions that the last call of `smooth` or `move` ended with, in the precision of
+  /// the mesh, or the mesh's own.
+  [[nodiscard]] PositionsView positions() const;
+
  private:
   friend class Client;
   struct Impl;

@@ -172,6 +172,10 @@ v1::Topology encode_topology(const CachedTopology& topology) {
   v1::Topology message;
   message.set_name(topology.name());
   *message.mutable_spec() = wire::encode_topology_spec(topology.arrays()->view());
+  if (const PositionsView reference = topology.arrays()->reference();
+      position_count(reference) > 0) {
+    message.mutable_spec()->set_reference_type(wire::encode_position_type(reference));
+  }
   message.set_resident_bytes(topology.resident_bytes());
   message.set_boundary_node_count(std::max<std::int64_t>(topology.boundary_node_count(), 0));
   return message;
@@ -193,8 +197,14 @@ DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& caller, Engi
   decoded.job.options.element_quality_metrics =
       wire::decode_metrics(spec.element_quality_metrics());
   decode_topology(spec, engine, decoded.job);
-  if (aims_at_reference(decoded.job.options)) {
-    decoded.job.layout.expect_reference(engine.mesh_limits());
+  wire::MeshLayout& layout = decoded.job.layout;
+  if (aims_at_reference(decoded.job.options) && !layout.kept_reference_float64) {
+    layout.expect_reference(engine.mesh_limits());
+  }
+  if (std::holds_alternative<Move>(decoded.job.options.method)) {
+    layout.expect_prescribed(spec.prescribed_node_count(), engine.mesh_limits());
+  } else if (spec.prescribed_node_count() != 0) {
+    throw_not_supported("prescribed_node_count", "only move takes prescribed nodes");
   }
 
   if (spec.has_progress_interval()) {
@@ -299,7 +309,7 @@ v1::GetServerInfoResponse encode_server_info(const Engine& engine) {
     info.add_element_types(wire::encode_element_type(type));
   }
   for (const char* feature : {"element_quality", "element_regions", "request_id_joins",
-                              "kept_results", "topology_cache"}) {
+                              "kept_results", "topology_cache", "kept_reference"}) {
     info.add_features(feature);
   }
   info.set_draining(engine.draining());

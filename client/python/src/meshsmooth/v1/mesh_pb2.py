@@ -13,7 +13,7 @@ _sym_db = _symbol_database.Default()
 
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x18meshsmooth/v1/mesh.proto\x12\rmeshsmooth.v1\"W\n\x0c\x45lementBlock\x12\x30\n\x0c\x65lement_type\x18\x01 \x01(\x0e\x32\x1a.meshsmooth.v1.ElementType\x12\x15\n\relement_count\x18\x02 \x01(\x03\"\x94\x01\n\x0cTopologySpec\x12\x12\n\nnode_count\x18\x01 \x01(\x03\x12\x33\n\x0e\x65lement_blocks\x18\x02 \x03(\x0b\x32\x1b.meshsmooth.v1.ElementBlock\x12\x1a\n\x12\x66ixed_mask_present\x18\x03 \x01(\x08\x12\x1f\n\x17\x65lement_regions_present\x18\x04 \x01(\x08\"u\n\x05\x43hunk\x12(\n\x08\x61rray_id\x18\x01 \x01(\x0e\x32\x16.meshsmooth.v1.ArrayId\x12\x14\n\x0coffset_bytes\x18\x02 \x01(\x03\x12\x0c\n\x04\x64\x61ta\x18\x03 \x01(\x0c\x12\x13\n\x06\x63rc32c\x18\x04 \x01(\x07H\x00\x88\x01\x01\x42\t\n\x07_crc32c*\xa0\x01\n\nScalarType\x12\x1b\n\x17SCALAR_TYPE_UNSPECIFIED\x10\x00\x12\x17\n\x13SCALAR_TYPE_FLOAT32\x10\x01\x12\x17\n\x13SCALAR_TYPE_FLOAT64\x10\x02\x12\x15\n\x11SCALAR_TYPE_INT32\x10\x03\x12\x15\n\x11SCALAR_TYPE_INT64\x10\x04\x12\x15\n\x11SCALAR_TYPE_UINT8\x10\x05*\xca\x01\n\x0b\x45lementType\x12\x1c\n\x18\x45LEMENT_TYPE_UNSPECIFIED\x10\x00\x12\x19\n\x15\x45LEMENT_TYPE_TRIANGLE\x10\x01\x12\x15\n\x11\x45LEMENT_TYPE_QUAD\x10\x02\x12\x1c\n\x18\x45LEMENT_TYPE_TETRAHEDRON\x10\x03\x12\x18\n\x14\x45LEMENT_TYPE_PYRAMID\x10\x04\x12\x16\n\x12\x45LEMENT_TYPE_WEDGE\x10\x05\x12\x1b\n\x17\x45LEMENT_TYPE_HEXAHEDRON\x10\x06*\xcd\x01\n\x07\x41rrayId\x12\x18\n\x14\x41RRAY_ID_UNSPECIFIED\x10\x00\x12\x15\n\x11\x41RRAY_ID_ELEMENTS\x10\x01\x12\x17\n\x13\x41RRAY_ID_FIXED_MASK\x10\x02\x12\x1c\n\x18\x41RRAY_ID_ELEMENT_REGIONS\x10\x03\x12\x18\n\x14\x41RRAY_ID_COORDINATES\x10\x04\x12\"\n\x1e\x41RRAY_ID_REFERENCE_COORDINATES\x10\x05\x12\x1c\n\x18\x41RRAY_ID_ELEMENT_QUALITY\x10\x06\x42\x03\xf8\x01\x01\x62\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x18meshsmooth/v1/mesh.proto\x12\rmeshsmooth.v1\"W\n\x0c\x45lementBlock\x12\x30\n\x0c\x65lement_type\x18\x01 \x01(\x0e\x32\x1a.meshsmooth.v1.ElementType\x12\x15\n\relement_count\x18\x02 \x01(\x03\"\xc7\x01\n\x0cTopologySpec\x12\x12\n\nnode_count\x18\x01 \x01(\x03\x12\x33\n\x0e\x65lement_blocks\x18\x02 \x03(\x0b\x32\x1b.meshsmooth.v1.ElementBlock\x12\x1a\n\x12\x66ixed_mask_present\x18\x03 \x01(\x08\x12\x1f\n\x17\x65lement_regions_present\x18\x04 \x01(\x08\x12\x31\n\x0ereference_type\x18\x05 \x01(\x0e\x32\x19.meshsmooth.v1.ScalarType\"u\n\x05\x43hunk\x12(\n\x08\x61rray_id\x18\x01 \x01(\x0e\x32\x16.meshsmooth.v1.ArrayId\x12\x14\n\x0coffset_bytes\x18\x02 \x01(\x03\x12\x0c\n\x04\x64\x61ta\x18\x03 \x01(\x0c\x12\x13\n\x06\x63rc32c\x18\x04 \x01(\x07H\x00\x88\x01\x01\x42\t\n\x07_crc32c*\xa0\x01\n\nScalarType\x12\x1b\n\x17SCALAR_TYPE_UNSPECIFIED\x10\x00\x12\x17\n\x13SCALAR_TYPE_FLOAT32\x10\x01\x12\x17\n\x13SCALAR_TYPE_FLOAT64\x10\x02\x12\x15\n\x11SCALAR_TYPE_INT32\x10\x03\x12\x15\n\x11SCALAR_TYPE_INT64\x10\x04\x12\x15\n\x11SCALAR_TYPE_UINT8\x10\x05*\xca\x01\n\x0b\x45lementType\x12\x1c\n\x18\x45LEMENT_TYPE_UNSPECIFIED\x10\x00\x12\x19\n\x15\x45LEMENT_TYPE_TRIANGLE\x10\x01\x12\x15\n\x11\x45LEMENT_TYPE_QUAD\x10\x02\x12\x1c\n\x18\x45LEMENT_TYPE_TETRAHEDRON\x10\x03\x12\x18\n\x14\x45LEMENT_TYPE_PYRAMID\x10\x04\x12\x16\n\x12\x45LEMENT_TYPE_WEDGE\x10\x05\x12\x1b\n\x17\x45LEMENT_TYPE_HEXAHEDRON\x10\x06*\x91\x02\n\x07\x41rrayId\x12\x18\n\x14\x41RRAY_ID_UNSPECIFIED\x10\x00\x12\x15\n\x11\x41RRAY_ID_ELEMENTS\x10\x01\x12\x17\n\x13\x41RRAY_ID_FIXED_MASK\x10\x02\x12\x1c\n\x18\x41RRAY_ID_ELEMENT_REGIONS\x10\x03\x12\x18\n\x14\x41RRAY_ID_COORDINATES\x10\x04\x12\"\n\x1e\x41RRAY_ID_REFERENCE_COORDINATES\x10\x05\x12\x1c\n\x18\x41RRAY_ID_ELEMENT_QUALITY\x10\x06\x12\x1d\n\x19\x41RRAY_ID_PRESCRIBED_NODES\x10\x07\x12#\n\x1f\x41RRAY_ID_PRESCRIBED_COORDINATES\x10\x08\x42\x03\xf8\x01\x01\x62\x06proto3')
 
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, globals())
 _builder.BuildTopDescriptorsAndMessages(DESCRIPTOR, 'meshsmooth.v1.mesh_pb2', globals())
@@ -21,16 +21,16 @@ if _descriptor._USE_C_DESCRIPTORS == False:
 
   DESCRIPTOR._options = None
   DESCRIPTOR._serialized_options = b'\370\001\001'
-  _SCALARTYPE._serialized_start=403
-  _SCALARTYPE._serialized_end=563
-  _ELEMENTTYPE._serialized_start=566
-  _ELEMENTTYPE._serialized_end=768
-  _ARRAYID._serialized_start=771
-  _ARRAYID._serialized_end=976
+  _SCALARTYPE._serialized_start=454
+  _SCALARTYPE._serialized_end=614
+  _ELEMENTTYPE._serialized_start=617
+  _ELEMENTTYPE._serialized_end=819
+  _ARRAYID._serialized_start=822
+  _ARRAYID._serialized_end=1095
   _ELEMENTBLOCK._serialized_start=43
   _ELEMENTBLOCK._serialized_end=130
   _TOPOLOGYSPEC._serialized_start=133
-  _TOPOLOGYSPEC._serialized_end=281
-  _CHUNK._serialized_start=283
-  _CHUNK._serialized_end=400
+  _TOPOLOGYSPEC._serialized_end=332
+  _CHUNK._serialized_start=334
+  _CHUNK._serialized_end=451
 # @@protoc_insertion_point(module_scope)

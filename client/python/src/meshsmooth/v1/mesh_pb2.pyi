@@ -9,6 +9,8 @@ ARRAY_ID_ELEMENTS: ArrayId
 ARRAY_ID_ELEMENT_QUALITY: ArrayId
 ARRAY_ID_ELEMENT_REGIONS: ArrayId
 ARRAY_ID_FIXED_MASK: ArrayId
+ARRAY_ID_PRESCRIBED_COORDINATES: ArrayId
+ARRAY_ID_PRESCRIBED_NODES: ArrayId
 ARRAY_ID_REFERENCE_COORDINATES: ArrayId
 ARRAY_ID_UNSPECIFIED: ArrayId
 DESCRIPTOR: _descriptor.FileDescriptor
@@ -47,16 +49,18 @@ class ElementBlock(_message.Message):
     def __init__(self, element_type: _Optional[_Union[ElementType, str]] = ..., element_count: _Optional[int] = ...) -> None: ...
 
 class TopologySpec(_message.Message):
-    __slots__ = ["element_blocks", "element_regions_present", "fixed_mask_present", "node_count"]
+    __slots__ = ["element_blocks", "element_regions_present", "fixed_mask_present", "node_count", "reference_type"]
     ELEMENT_BLOCKS_FIELD_NUMBER: _ClassVar[int]
     ELEMENT_REGIONS_PRESENT_FIELD_NUMBER: _ClassVar[int]
     FIXED_MASK_PRESENT_FIELD_NUMBER: _ClassVar[int]
     NODE_COUNT_FIELD_NUMBER: _ClassVar[int]
+    REFERENCE_TYPE_FIELD_NUMBER: _ClassVar[int]
     element_blocks: _containers.RepeatedCompositeFieldContainer[ElementBlock]
     element_regions_present: bool
     fixed_mask_present: bool
     node_count: int
-    def __init__(self, node_count: _Optional[int] = ..., element_blocks: _Optional[_Iterable[_Union[ElementBlock, _Mapping]]] = ..., fixed_mask_present: bool = ..., element_regions_present: bool = ...) -> None: ...
+    reference_type: ScalarType
+    def __init__(self, node_count: _Optional[int] = ..., element_blocks: _Optional[_Iterable[_Union[ElementBlock, _Mapping]]] = ..., fixed_mask_present: bool = ..., element_regions_present: bool = ..., reference_type: _Optional[_Union[ScalarType, str]] = ...) -> None: ...
 
 class ScalarType(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = []

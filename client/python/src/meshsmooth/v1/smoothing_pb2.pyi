@@ -356,7 +356,7 @@ class JobError(_message.Message):
     def __init__(self, code: _Optional[int] = ..., reason: _Optional[str] = ..., message: _Optional[str] = ..., metadata: _Optional[_Mapping[str, str]] = ...) -> None: ...
 
 class JobSpec(_message.Message):
-    __slots__ = ["backend_kind", "coordinate_type", "element_quality_metrics", "inline_topology", "iteration_history_included", "max_result_chunk_bytes", "options", "priority", "progress_interval", "quality_detail", "queue_timeout", "request_id", "result_ttl", "topology_kept", "topology_name", "validate_only"]
+    __slots__ = ["backend_kind", "coordinate_type", "element_quality_metrics", "inline_topology", "iteration_history_included", "max_result_chunk_bytes", "options", "prescribed_node_count", "priority", "progress_interval", "quality_detail", "queue_timeout", "request_id", "result_ttl", "topology_kept", "topology_name", "validate_only"]
     BACKEND_KIND_FIELD_NUMBER: _ClassVar[int]
     COORDINATE_TYPE_FIELD_NUMBER: _ClassVar[int]
     ELEMENT_QUALITY_METRICS_FIELD_NUMBER: _ClassVar[int]
@@ -364,6 +364,7 @@ class JobSpec(_message.Message):
     ITERATION_HISTORY_INCLUDED_FIELD_NUMBER: _ClassVar[int]
     MAX_RESULT_CHUNK_BYTES_FIELD_NUMBER: _ClassVar[int]
     OPTIONS_FIELD_NUMBER: _ClassVar[int]
+    PRESCRIBED_NODE_COUNT_FIELD_NUMBER: _ClassVar[int]
     PRIORITY_FIELD_NUMBER: _ClassVar[int]
     PROGRESS_INTERVAL_FIELD_NUMBER: _ClassVar[int]
     QUALITY_DETAIL_FIELD_NUMBER: _ClassVar[int]
@@ -380,6 +381,7 @@ class JobSpec(_message.Message):
     iteration_history_included: bool
     max_result_chunk_bytes: int
     options: SmoothingOptions
+    prescribed_node_count: int
     priority: Priority
     progress_interval: _duration_pb2.Duration
     quality_detail: QualityDetail
@@ -389,7 +391,7 @@ class JobSpec(_message.Message):
     topology_kept: bool
     topology_name: str
     validate_only: bool
-    def __init__(self, request_id: _Optional[str] = ..., inline_topology: _Optional[_Union[_mesh_pb2.TopologySpec, _Mapping]] = ..., topology_name: _Optional[str] = ..., coordinate_type: _Optional[_Union[_mesh_pb2.ScalarType, str]] = ..., options: _Optional[_Union[SmoothingOptions, _Mapping]] = ..., backend_kind: _Optional[_Union[BackendKind, str]] = ..., priority: _Optional[_Union[Priority, str]] = ..., queue_timeout: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., progress_interval: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., result_ttl: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., validate_only: bool = ..., max_result_chunk_bytes: _Optional[int] = ..., iteration_history_included: bool = ..., topology_kept: bool = ..., quality_detail: _Optional[_Union[QualityDetail, str]] = ..., element_quality_metrics: _Optional[_Iterable[_Union[QualityMetric, str]]] = ...) -> None: ...
+    def __init__(self, request_id: _Optional[str] = ..., inline_topology: _Optional[_Union[_mesh_pb2.TopologySpec, _Mapping]] = ..., topology_name: _Optional[str] = ..., coordinate_type: _Optional[_Union[_mesh_pb2.ScalarType, str]] = ..., options: _Optional[_Union[SmoothingOptions, _Mapping]] = ..., backend_kind: _Optional[_Union[BackendKind, str]] = ..., priority: _Optional[_Union[Priority, str]] = ..., queue_timeout: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., progress_interval: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., result_ttl: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., validate_only: bool = ..., max_result_chunk_bytes: _Optional[int] = ..., iteration_history_included: bool = ..., topology_kept: bool = ..., quality_detail: _Optional[_Union[QualityDetail, str]] = ..., element_quality_metrics: _Optional[_Iterable[_Union[QualityMetric, str]]] = ..., prescribed_node_count: _Optional[int] = ...) -> None: ...
 
 class Laplacian(_message.Message):
     __slots__ = ["relaxation_factor", "weighting"]
@@ -472,6 +474,34 @@ class MetricStats(_message.Message):
     min: float
     percentile_1: float
     def __init__(self, metric: _Optional[_Union[QualityMetric, str]] = ..., element_count: _Optional[int] = ..., min: _Optional[float] = ..., percentile_1: _Optional[float] = ..., mean: _Optional[float] = ..., max: _Optional[float] = ..., histogram_lower: _Optional[float] = ..., histogram_upper: _Optional[float] = ..., histogram: _Optional[_Iterable[int]] = ...) -> None: ...
+
+class MotionStats(_message.Message):
+    __slots__ = ["blocking_element_count", "blocking_elements", "linear_iteration_count", "linear_residual", "linear_time", "reached", "rejected_step_count", "step_count"]
+    BLOCKING_ELEMENTS_FIELD_NUMBER: _ClassVar[int]
+    BLOCKING_ELEMENT_COUNT_FIELD_NUMBER: _ClassVar[int]
+    LINEAR_ITERATION_COUNT_FIELD_NUMBER: _ClassVar[int]
+    LINEAR_RESIDUAL_FIELD_NUMBER: _ClassVar[int]
+    LINEAR_TIME_FIELD_NUMBER: _ClassVar[int]
+    REACHED_FIELD_NUMBER: _ClassVar[int]
+    REJECTED_STEP_COUNT_FIELD_NUMBER: _ClassVar[int]
+    STEP_COUNT_FIELD_NUMBER: _ClassVar[int]
+    blocking_element_count: int
+    blocking_elements: _containers.RepeatedScalarFieldContainer[int]
+    linear_iteration_count: int
+    linear_residual: float
+    linear_time: _duration_pb2.Duration
+    reached: float
+    rejected_step_count: int
+    step_count: int
+    def __init__(self, reached: _Optional[float] = ..., step_count: _Optional[int] = ..., rejected_step_count: _Optional[int] = ..., linear_iteration_count: _Optional[int] = ..., linear_residual: _Optional[float] = ..., linear_time: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., blocking_element_count: _Optional[int] = ..., blocking_elements: _Optional[_Iterable[int]] = ...) -> None: ...
+
+class Move(_message.Message):
+    __slots__ = ["least_step", "target"]
+    LEAST_STEP_FIELD_NUMBER: _ClassVar[int]
+    TARGET_FIELD_NUMBER: _ClassVar[int]
+    least_step: float
+    target: Target
+    def __init__(self, target: _Optional[_Union[Target, str]] = ..., least_step: _Optional[float] = ...) -> None: ...
 
 class NodeCounts(_message.Message):
     __slots__ = ["between_regions", "boundary", "curved", "fixed", "isolated", "moved", "outside_only_below", "sliding_in_plane", "sliding_on_curve", "sliding_on_line", "sliding_on_surface", "total"]
@@ -604,7 +634,7 @@ class SmoothResponse(_message.Message):
     def __init__(self, accepted: _Optional[_Union[Accepted, _Mapping]] = ..., progress: _Optional[_Union[Progress, _Mapping]] = ..., result: _Optional[_Union[ResultHeader, _Mapping]] = ..., chunk: _Optional[_Union[_mesh_pb2.Chunk, _Mapping]] = ..., summary: _Optional[_Union[Summary, _Mapping]] = ..., stop_sending: _Optional[_Union[StopSending, _Mapping]] = ...) -> None: ...
 
 class SmoothingOptions(_message.Message):
-    __slots__ = ["absolute_movement_limit", "absolute_tolerance", "boundary_policy", "compute_budget", "convergence_tolerance", "feature_angle_degrees", "form", "guard", "hc_laplacian", "laplacian", "max_iteration_count", "movement_limit", "only_below", "only_below_rings", "optimize", "report_below", "smart_laplacian", "tangled_policy", "target_quality", "taubin", "windowed_sinc"]
+    __slots__ = ["absolute_movement_limit", "absolute_tolerance", "boundary_policy", "compute_budget", "convergence_tolerance", "feature_angle_degrees", "form", "guard", "hc_laplacian", "laplacian", "max_iteration_count", "move", "movement_limit", "only_below", "only_below_rings", "optimize", "report_below", "smart_laplacian", "tangled_policy", "target_quality", "taubin", "windowed_sinc"]
     ABSOLUTE_MOVEMENT_LIMIT_FIELD_NUMBER: _ClassVar[int]
     ABSOLUTE_TOLERANCE_FIELD_NUMBER: _ClassVar[int]
     BOUNDARY_POLICY_FIELD_NUMBER: _ClassVar[int]
@@ -617,6 +647,7 @@ class SmoothingOptions(_message.Message):
     LAPLACIAN_FIELD_NUMBER: _ClassVar[int]
     MAX_ITERATION_COUNT_FIELD_NUMBER: _ClassVar[int]
     MOVEMENT_LIMIT_FIELD_NUMBER: _ClassVar[int]
+    MOVE_FIELD_NUMBER: _ClassVar[int]
     ONLY_BELOW_FIELD_NUMBER: _ClassVar[int]
     ONLY_BELOW_RINGS_FIELD_NUMBER: _ClassVar[int]
     OPTIMIZE_FIELD_NUMBER: _ClassVar[int]
@@ -637,6 +668,7 @@ class SmoothingOptions(_message.Message):
     hc_laplacian: HcLaplacian
     laplacian: Laplacian
     max_iteration_count: int
+    move: Move
     movement_limit: float
     only_below: float
     only_below_rings: int
@@ -647,19 +679,20 @@ class SmoothingOptions(_message.Message):
     target_quality: float
     taubin: Taubin
     windowed_sinc: WindowedSinc
-    def __init__(self, laplacian: _Optional[_Union[Laplacian, _Mapping]] = ..., smart_laplacian: _Optional[_Union[SmartLaplacian, _Mapping]] = ..., taubin: _Optional[_Union[Taubin, _Mapping]] = ..., hc_laplacian: _Optional[_Union[HcLaplacian, _Mapping]] = ..., optimize: _Optional[_Union[Optimize, _Mapping]] = ..., windowed_sinc: _Optional[_Union[WindowedSinc, _Mapping]] = ..., form: _Optional[_Union[Form, str]] = ..., max_iteration_count: _Optional[int] = ..., convergence_tolerance: _Optional[float] = ..., absolute_tolerance: _Optional[float] = ..., boundary_policy: _Optional[_Union[BoundaryPolicy, str]] = ..., feature_angle_degrees: _Optional[float] = ..., guard: bool = ..., tangled_policy: _Optional[_Union[TangledPolicy, str]] = ..., target_quality: _Optional[float] = ..., movement_limit: _Optional[float] = ..., absolute_movement_limit: _Optional[float] = ..., compute_budget: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., only_below: _Optional[float] = ..., only_below_rings: _Optional[int] = ..., report_below: _Optional[float] = ...) -> None: ...
+    def __init__(self, laplacian: _Optional[_Union[Laplacian, _Mapping]] = ..., smart_laplacian: _Optional[_Union[SmartLaplacian, _Mapping]] = ..., taubin: _Optional[_Union[Taubin, _Mapping]] = ..., hc_laplacian: _Optional[_Union[HcLaplacian, _Mapping]] = ..., optimize: _Optional[_Union[Optimize, _Mapping]] = ..., windowed_sinc: _Optional[_Union[WindowedSinc, _Mapping]] = ..., move: _Optional[_Union[Move, _Mapping]] = ..., form: _Optional[_Union[Form, str]] = ..., max_iteration_count: _Optional[int] = ..., convergence_tolerance: _Optional[float] = ..., absolute_tolerance: _Optional[float] = ..., boundary_policy: _Optional[_Union[BoundaryPolicy, str]] = ..., feature_angle_degrees: _Optional[float] = ..., guard: bool = ..., tangled_policy: _Optional[_Union[TangledPolicy, str]] = ..., target_quality: _Optional[float] = ..., movement_limit: _Optional[float] = ..., absolute_movement_limit: _Optional[float] = ..., compute_budget: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., only_below: _Optional[float] = ..., only_below_rings: _Optional[int] = ..., report_below: _Optional[float] = ...) -> None: ...
 
 class StopSending(_message.Message):
     __slots__ = []
     def __init__(self) -> None: ...
 
 class Summary(_message.Message):
-    __slots__ = ["boundary_deviation", "convergence", "execution", "flat_reference_element_count", "locked", "nodes", "options", "poor", "quality_after", "quality_before", "stop_reason", "timings"]
+    __slots__ = ["boundary_deviation", "convergence", "execution", "flat_reference_element_count", "locked", "motion", "nodes", "options", "poor", "quality_after", "quality_before", "stop_reason", "timings"]
     BOUNDARY_DEVIATION_FIELD_NUMBER: _ClassVar[int]
     CONVERGENCE_FIELD_NUMBER: _ClassVar[int]
     EXECUTION_FIELD_NUMBER: _ClassVar[int]
     FLAT_REFERENCE_ELEMENT_COUNT_FIELD_NUMBER: _ClassVar[int]
     LOCKED_FIELD_NUMBER: _ClassVar[int]
+    MOTION_FIELD_NUMBER: _ClassVar[int]
     NODES_FIELD_NUMBER: _ClassVar[int]
     OPTIONS_FIELD_NUMBER: _ClassVar[int]
     POOR_FIELD_NUMBER: _ClassVar[int]
@@ -672,6 +705,7 @@ class Summary(_message.Message):
     execution: Execution
     flat_reference_element_count: int
     locked: LockedStats
+    motion: MotionStats
     nodes: NodeCounts
     options: SmoothingOptions
     poor: PoorElements
@@ -679,7 +713,7 @@ class Summary(_message.Message):
     quality_before: QualityStats
     stop_reason: StopReason
     timings: Timings
-    def __init__(self, stop_reason: _Optional[_Union[StopReason, str]] = ..., convergence: _Optional[_Union[ConvergenceStats, _Mapping]] = ..., quality_before: _Optional[_Union[QualityStats, _Mapping]] = ..., quality_after: _Optional[_Union[QualityStats, _Mapping]] = ..., locked: _Optional[_Union[LockedStats, _Mapping]] = ..., nodes: _Optional[_Union[NodeCounts, _Mapping]] = ..., timings: _Optional[_Union[Timings, _Mapping]] = ..., execution: _Optional[_Union[Execution, _Mapping]] = ..., options: _Optional[_Union[SmoothingOptions, _Mapping]] = ..., boundary_deviation: _Optional[_Union[BoundaryDeviation, _Mapping]] = ..., flat_reference_element_count: _Optional[int] = ..., poor: _Optional[_Union[PoorElements, _Mapping]] = ...) -> None: ...
+    def __init__(self, stop_reason: _Optional[_Union[StopReason, str]] = ..., convergence: _Optional[_Union[ConvergenceStats, _Mapping]] = ..., quality_before: _Optional[_Union[QualityStats, _Mapping]] = ..., quality_after: _Optional[_Union[QualityStats, _Mapping]] = ..., locked: _Optional[_Union[LockedStats, _Mapping]] = ..., nodes: _Optional[_Union[NodeCounts, _Mapping]] = ..., timings: _Optional[_Union[Timings, _Mapping]] = ..., execution: _Optional[_Union[Execution, _Mapping]] = ..., options: _Optional[_Union[SmoothingOptions, _Mapping]] = ..., boundary_deviation: _Optional[_Union[BoundaryDeviation, _Mapping]] = ..., flat_reference_element_count: _Optional[int] = ..., poor: _Optional[_Union[PoorElements, _Mapping]] = ..., motion: _Optional[_Union[MotionStats, _Mapping]] = ...) -> None: ...
 
 class Taubin(_message.Message):
     __slots__ = ["mu"]
