@@ -13,6 +13,7 @@ using Action = std::function<ExitCode()>;
 
 /// Each adds one command; when the user chose it, parsing sets `action`.
 void add_smooth_command(CLI::App& app, Action& action);
+void add_move_command(CLI::App& app, Action& action);
 void add_quality_command(CLI::App& app, Action& action);
 void add_generate_command(CLI::App& app, Action& action);
 void add_info_command(CLI::App& app, Action& action);

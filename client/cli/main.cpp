@@ -27,6 +27,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   Action action;
   add_smooth_command(app, action);
+  add_move_command(app, action);
   add_quality_command(app, action);
   add_generate_command(app, action);
   add_info_command(app, action);

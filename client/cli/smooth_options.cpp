@@ -136,14 +136,22 @@ std::string number_text(double value) {
   return error == std::errc() ? std::string(text, end) : std::string();
 }
 
-/// One flag for each field of a method; what several methods share, once.
-void add_method_flags(CLI::App& command, SmoothFlags& flags) {
+/// Whether the command `move` has a method, else the command `smooth`.
+template <class M>
+constexpr bool kMoves = std::is_same_v<M, Move>;
+
+/// One flag for each field of a command's methods; what several methods share, once.
+void add_method_flags(CLI::App& command, SmoothFlags& flags, bool moves) {
   for_each_method([&]<class M>(const M& method) {
+    if (kMoves<M> != moves) return;
     for_each_field<M>([&]<class Field>(const Field& field) {
       const std::string flag(field.flag);
       if (command.get_option_no_throw(flag) != nullptr) return;
-      const std::string owners = words_where([&](const Method& m) { return has_flag(m, flag); });
-      const std::string help = owners + ": " + std::string(field.help);
+      const std::string owners = words_where([&](const Method& m) {
+        return std::holds_alternative<Move>(m) == moves && has_flag(m, flag);
+      });
+      const std::string help =
+          moves ? std::string(field.help) : owners + ": " + std::string(field.help);
       if constexpr (std::is_same_v<Field, NumberField<M>>) {
         command.add_option_function<double>(
             flag, [&flags, flag](const double& value) { flags.numbers[flag] = value; },
@@ -165,7 +173,8 @@ void add_method_flags(CLI::App& command, SmoothFlags& flags) {
 std::string iterations_text() {
   std::string text;
   for_each_method([&](const auto& method) {
-    if (default_iterations(method) == kAmpleIterations) return;
+    if (default_iterations(method) == kAmpleIterations || kMoves<std::decay_t<decltype(method)>>)
+      return;
     text += to_word(method_name(method)) + " " + std::to_string(default_iterations(method)) + ", ";
   });
   return text + "others " + std::to_string(kAmpleIterations);
@@ -202,23 +211,10 @@ std::chrono::nanoseconds to_duration(const std::string& flag, double seconds) {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(duration);
 }
 
-void add_smooth_flags(CLI::App& command, SmoothFlags& flags) {
-  std::vector<std::string> words;
-  for (const MethodWord& method : method_words()) words.push_back(method.word);
-  command.add_option("--method", flags.method, "Smoothing method")
-      ->check(CLI::IsMember(words))
-      ->capture_default_str();
-  add_method_flags(command, flags);
-  command.add_option("--form", flags.form, "Order of the moves in a sweep [the method's first]")
-      ->check(CLI::IsMember(names(kForms)));
-  command
-      .add_option("--guard", flags.guard,
-                  "Guard of valid elements; off: they may come back inverted")
-      ->check(CLI::IsMember({"on", "off"}))
-      ->capture_default_str();
-  command.add_option("--tangled", flags.tangled, "Treatment of a mesh with inverted elements")
-      ->check(CLI::IsMember({"repair", "refuse"}))
-      ->capture_default_str();
+namespace {
+
+/// What both commands have.
+void add_common_flags(CLI::App& command, SmoothFlags& flags) {
   command
       .add_option(
           "--boundary", flags.boundary,
@@ -231,8 +227,6 @@ void add_smooth_flags(CLI::App& command, SmoothFlags& flags) {
                      "Largest angle between planes of one curved part, with --boundary slide, or "
                      "between facets without a feature edge, of optimize on a surface mesh; in "
                      "degrees, 1 to 90 [30]");
-  command.add_option("--iterations", flags.iterations,
-                     "Iteration limit; 0 only evaluates the mesh [" + iterations_text() + "]");
   CLI::Option* relative = command.add_option(
       "--tolerance", flags.tolerance,
       "Largest move that ends the run, as a share of the bounding box's diagonal; "
@@ -245,14 +239,6 @@ void add_smooth_flags(CLI::App& command, SmoothFlags& flags) {
       "--movement-limit", flags.movement_limit,
       "Largest distance of a node from its original position, in the mesh's unit or, "
       "with %, as a share of the bounding box's diagonal [none]");
-  CLI::Option* only_below = command.add_option(
-      "--only-below", flags.only_below,
-      "Mean ratio, for optimize against the target: only elements below it are improved, (0, 1] "
-      "[all are]");
-  command
-      .add_option("--only-below-rings", flags.only_below_rings,
-                  "Rings of nodes around the elements of --only-below that move too [2]")
-      ->needs(only_below);
   command.add_option("--report-below", flags.report_below,
                      "Mean ratio against the target: elements of the result below it are counted "
                      "by what holds them there (optimize only), (0, 1] [none]");
@@ -261,6 +247,50 @@ void add_smooth_flags(CLI::App& command, SmoothFlags& flags) {
                      "[none]");
   command.add_flag("--history", flags.history,
                    "Moves, energy and worst mean ratio of each sweep in the report");
+}
+
+}  // namespace
+
+void add_smooth_flags(CLI::App& command, SmoothFlags& flags) {
+  std::vector<std::string> words;
+  for (const auto& [word, method] : method_words()) {
+    if (!std::holds_alternative<Move>(method)) words.push_back(word);
+  }
+  command.add_option("--method", flags.method, "Smoothing method")
+      ->check(CLI::IsMember(words))
+      ->capture_default_str();
+  add_method_flags(command, flags, false);
+  command.add_option("--form", flags.form, "Order of the moves in a sweep [the method's first]")
+      ->check(CLI::IsMember(names(kForms)));
+  command
+      .add_option("--guard", flags.guard,
+                  "Guard of valid elements; off: they may come back inverted")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->capture_default_str();
+  command.add_option("--tangled", flags.tangled, "Treatment of a mesh with inverted elements")
+      ->check(CLI::IsMember({"repair", "refuse"}))
+      ->capture_default_str();
+  command.add_option("--iterations", flags.iterations,
+                     "Iteration limit; 0 only evaluates the mesh [" + iterations_text() + "]");
+  CLI::Option* only_below = command.add_option(
+      "--only-below", flags.only_below,
+      "Mean ratio, for optimize against the target: only elements below it are improved, (0, 1] "
+      "[all are]");
+  command
+      .add_option("--only-below-rings", flags.only_below_rings,
+                  "Rings of nodes around the elements of --only-below that move too [2]")
+      ->needs(only_below);
+  add_common_flags(command, flags);
+}
+
+void add_move_flags(CLI::App& command, SmoothFlags& flags) {
+  add_method_flags(command, flags, true);
+  command.add_option(
+      "--iterations", flags.iterations,
+      "Limit of the sweeps of all steps; 0: the displacement alone is continued into "
+      "the mesh [" +
+          std::to_string(default_iterations(Move{})) + "]");
+  add_common_flags(command, flags);
 }
 
 SmoothOptions to_smooth_options(const SmoothFlags& flags) {
@@ -276,8 +306,7 @@ SmoothOptions to_smooth_options(const SmoothFlags& flags) {
   options.history = flags.history;
   options.boundary = kBoundaries.at(flags.boundary);
   if (flags.feature_angle) {
-    if (options.boundary != BoundaryPolicy::slide &&
-        !std::holds_alternative<Optimize>(options.method)) {
+    if (options.boundary != BoundaryPolicy::slide && !sweeps_as_optimize(options.method)) {
       throw InvalidOption("OPTION_MISPLACED",
                           "--feature-angle means nothing without --boundary slide or --method "
                           "optimize",

@@ -13,7 +13,7 @@ namespace meshsmooth::cli {
 /// `SmoothOptions{}.method` as the command line writes it.
 [[nodiscard]] std::string default_method_word();
 
-/// The flags of `smooth` that say how to smooth, as text and numbers.
+/// The flags of `smooth` and `move` that say how, as text and numbers.
 struct SmoothFlags {
   std::string method = default_method_word();
   std::map<std::string, double> numbers;       // of the method's fields, by flag
@@ -36,6 +36,8 @@ struct SmoothFlags {
 
 /// Adds the flags to a command; `flags` must outlive it.
 void add_smooth_flags(CLI::App& command, SmoothFlags& flags);
+/// Those of the method `Move`.
+void add_move_flags(CLI::App& command, SmoothFlags& flags);
 
 /// The seconds given by a flag. Throws `InvalidOption` (OPTION_OUT_OF_RANGE) unless they
 /// are above 0; more than 292 years are cut.

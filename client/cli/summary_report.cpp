@@ -148,6 +148,26 @@ std::string poor_sentence(const std::optional<PoorElements>& poor) {
       with_commas(poor->limited_count), with_commas(rest));
 }
 
+std::string motion_sentence(const std::optional<MotionStats>& motion,
+                            const std::function<std::int64_t(std::int64_t)>& file_element_id) {
+  if (!motion) return {};
+  std::string text = fmt::format("motion: {:.4g} % reached in {}{}; displacement continued in {}\n",
+                                 100 * motion->reached, counted(motion->step_count, "step"),
+                                 motion->rejected_step_count > 0
+                                     ? fmt::format(", {} in vain", motion->rejected_step_count)
+                                     : "",
+                                 counted(motion->linear_iteration_count, "iteration"));
+  if (motion->reached == 1) return text;
+  text += fmt::format("a step further {} {} inverted",
+                      counted(motion->blocking_element_count, "element"),
+                      motion->blocking_element_count == 1 ? "is" : "are");
+  for (std::size_t n = 0; n < motion->blocking_elements.size(); ++n) {
+    text +=
+        fmt::format("{}{}", n == 0 ? ": " : ", ", file_element_id(motion->blocking_elements[n]));
+  }
+  return text + "\n";
+}
+
 std::string nodes_sentence(const SmoothSummary& summary, const SmoothOptions& options) {
   const NodeCounts& nodes = summary.nodes;
   std::string text =
@@ -257,10 +277,10 @@ std::string describe_summary(const client::SmoothReport& report, const SmoothOpt
     text += fmt::format("{} {} degenerate (no volume that double precision can tell from 0)\n",
                         counted(degenerate, "element"), degenerate == 1 ? "is" : "are");
   }
-  return text + volume_sentence(summary.quality_after) +
-         locked_sentence(summary.locked, file_element_id) + poor_sentence(summary.poor) +
-         nodes_sentence(summary, options) + deviation_sentence(summary) +
-         times_sentence(report, total_seconds);
+  return motion_sentence(summary.motion, file_element_id) + text +
+         volume_sentence(summary.quality_after) + locked_sentence(summary.locked, file_element_id) +
+         poor_sentence(summary.poor) + nodes_sentence(summary, options) +
+         deviation_sentence(summary) + times_sentence(report, total_seconds);
 }
 
 }  // namespace meshsmooth::cli

@@ -54,6 +54,10 @@ class Dataset {
   /// One by its name, without copying the others; none: there is no such column.
   [[nodiscard]] virtual std::optional<Column> node_column(const std::string& name) const = 0;
   [[nodiscard]] virtual std::optional<Column> cell_column(const std::string& name) const = 0;
+  /// One of three numbers a node, by its name; none: there is no such array.
+  [[nodiscard]] virtual std::optional<std::vector<Vec3d>> node_vectors(const std::string&) const {
+    return std::nullopt;
+  }
   /// "quadratic tetrahedron (VTK cell type 24)".
   [[nodiscard]] virtual std::string cell_name(int type) const = 0;
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "cells.hpp"
 #include "content.hpp"
@@ -61,6 +62,13 @@ std::vector<NodeId> find_node_set(const MeshFile& file, const std::string& name)
     if (marks[node] != 0) nodes.push_back(static_cast<NodeId>(node));
   }
   return nodes;
+}
+
+std::vector<Vec3d> find_node_vectors(const MeshFile& file, const std::string& name) {
+  if (auto vectors = dataset_of(file)->node_vectors(name)) return std::move(*vectors);
+  throw InvalidOption("NAME_UNKNOWN",
+                      "the file has no point array of three numbers a node called '" + name + "'",
+                      {{"field", name}});
 }
 
 }  // namespace meshsmooth::formats

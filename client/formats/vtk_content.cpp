@@ -149,6 +149,18 @@ std::optional<Column> VtkDataset::node_column(const std::string& name) const {
   return column_of(data_->GetPointData()->GetArray(name.c_str()));
 }
 
+std::optional<std::vector<Vec3d>> VtkDataset::node_vectors(const std::string& name) const {
+  vtkDataArray* const array = data_->GetPointData()->GetArray(name.c_str());
+  if (array == nullptr || array->GetNumberOfComponents() != 3) return std::nullopt;
+  std::vector<Vec3d> vectors;
+  vectors.reserve(static_cast<std::size_t>(array->GetNumberOfTuples()));
+  for (vtkIdType row = 0; row < array->GetNumberOfTuples(); ++row) {
+    const double* const v = array->GetTuple3(row);
+    vectors.push_back({v[0], v[1], v[2]});
+  }
+  return vectors;
+}
+
 std::optional<Column> VtkDataset::cell_column(const std::string& name) const {
   return column_of(data_->GetCellData()->GetArray(name.c_str()));
 }

@@ -25,6 +25,8 @@ class VtkDataset final : public Dataset {
   [[nodiscard]] std::vector<Column> node_columns() const override;
   [[nodiscard]] std::vector<Column> cell_columns() const override;
   [[nodiscard]] std::optional<Column> node_column(const std::string& name) const override;
+  [[nodiscard]] std::optional<std::vector<Vec3d>> node_vectors(
+      const std::string& name) const override;
   [[nodiscard]] std::optional<Column> cell_column(const std::string& name) const override;
   [[nodiscard]] std::string cell_name(int type) const override { return vtk_cell_name(type); }
 

@@ -29,7 +29,15 @@ enum class StatusCode {
 };
 
 /// The exit code of a program.
-enum class ExitCode { done = 0, failed = 1, usage = 2, bad_mesh = 3, refused = 4, stopped = 5 };
+enum class ExitCode {
+  done = 0,
+  failed = 1,
+  usage = 2,
+  bad_mesh = 3,
+  refused = 4,
+  stopped = 5,
+  incomplete = 6,  // a result that is short of what was asked for
+};
 
 /// Where errors with a reason come from.
 enum class ErrorOrigin {

@@ -1,0 +1,209 @@
+#include "job_command.hpp"
+
+#include <CLI/Option.hpp>
+#include <CLI/Validators.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <iostream>
+#include <limits>
+#include <utility>
+
+#include "fixed_nodes.hpp"
+#include "interrupt.hpp"
+#include "meshsmooth/backend_name.hpp"
+#include "node_sets.hpp"
+#include "readable.hpp"
+#include "regions.hpp"
+#include "smooth_options.hpp"
+
+namespace meshsmooth::cli {
+namespace {
+
+double bounding_box_diagonal(const Mesh& mesh) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Vec3d lower{kInfinity, kInfinity, kInfinity};
+  Vec3d upper{-kInfinity, -kInfinity, -kInfinity};
+  std::visit(
+      [&](const auto& positions) {
+        for (const auto& position : positions) {
+          const auto p = vec3_cast<double>(position);
+          lower = {std::min(lower.x, p.x), std::min(lower.y, p.y), std::min(lower.z, p.z)};
+          upper = {std::max(upper.x, p.x), std::max(upper.y, p.y), std::max(upper.z, p.z)};
+        }
+      },
+      mesh.positions);
+  return mesh.node_count() == 0 ? 0 : norm(upper - lower);
+}
+
+/// Marks the nodes that the caller names.
+void fix_named_nodes(formats::MeshFile& file, const JobFlags& flags) {
+  const std::size_t node_count = file.mesh.node_count();
+  if (flags.fixed_nodes) {
+    mark_fixed(file.mesh.fixed, read_fixed_nodes(*flags.fixed_nodes, node_count), node_count);
+  }
+  for (const std::string& name : flags.fixed_sets) {
+    mark_fixed(file.mesh.fixed, formats::find_node_set(file, name), node_count);
+  }
+  for (const ElementBlock& block : file.mesh.blocks) {
+    const std::string_view type = element_shape(block.type).name;
+    if (std::ranges::find(flags.fixed_types, type) == flags.fixed_types.end()) continue;
+    mark_fixed(file.mesh.fixed, block.nodes, node_count);
+  }
+}
+
+/// Marks the nodes of lower-dimensional cells, unless the boundary may move: then they follow their
+/// nodes. Prescribed ones move.
+void fix_lower_dimensional(formats::MeshFile& file, const SmoothOptions& options) {
+  if (options.boundary != BoundaryPolicy::fixed) return;
+  std::vector<NodeId> nodes = file.lower_dimensional_nodes();
+  std::vector<NodeId> prescribed(options.prescribed.nodes.begin(), options.prescribed.nodes.end());
+  std::ranges::sort(prescribed);
+  std::erase_if(nodes, [&](NodeId node) { return std::ranges::binary_search(prescribed, node); });
+  mark_fixed(file.mesh.fixed, nodes, file.mesh.node_count());
+}
+
+/// Gives the mesh its regions; with a free boundary they would fix nothing.
+formats::Regions set_regions(formats::MeshFile& file, const JobFlags& flags,
+                             BoundaryPolicy boundary) {
+  const bool automatic = flags.regions == "auto";
+  if (flags.regions == "none" || (automatic && boundary == BoundaryPolicy::free)) return {};
+  if (boundary == BoundaryPolicy::free) {
+    throw InvalidOption("OPTION_MISPLACED",
+                        "--regions " + flags.regions +
+                            " means nothing with --boundary free, which frees interfaces too",
+                        {{"field", "--regions"}});
+  }
+  formats::Regions regions =
+      automatic ? formats::find_regions(file) : formats::find_regions(file, flags.regions);
+  file.mesh.regions = std::move(regions.of_element);
+  return regions;
+}
+
+client::SmoothReport call_server(formats::MeshFile& file, const JobFlags& flags,
+                                 const SmoothOptions& options, const Interrupt& interrupt) {
+  Connection connection(flags.server, flags.backend);
+  client::RequestOptions request;
+  request.request_id = flags.request_id;
+  // The embedded server runs only the backend that it was started with.
+  if (!flags.server.address.empty()) request.backend = flags.backend;
+  if (flags.result_ttl_seconds) {
+    request.result_ttl = to_duration("--result-ttl", *flags.result_ttl_seconds);
+  }
+  const ProgressDisplay::Goal goal{
+      iteration_limit(options), displacement_tolerance(options, bounding_box_diagonal(file.mesh))};
+  return run_call(flags.output, file, goal, interrupt, std::move(request),
+                  [&](const client::RequestOptions& complete) {
+                    return connection.client().smooth(file.mesh, options, complete);
+                  });
+}
+
+}  // namespace
+
+formats::MeshFile read_same_elements(const std::filesystem::path& path, const std::string& what,
+                                     const JobFlags& flags, const formats::MeshFile& input) {
+  formats::MeshFile file = formats::read_mesh_file(path);
+  const auto same = [](const ElementBlock& a, const ElementBlock& b) {
+    return a.type == b.type && a.nodes == b.nodes;
+  };
+  if (file.mesh.node_count() == input.mesh.node_count() &&
+      std::ranges::equal(file.mesh.blocks, input.mesh.blocks, same)) {
+    return file;
+  }
+  throw InvalidMesh("REFERENCE_DIFFERS",
+                    path.string() + " is no " + what + " of " + flags.input.string() +
+                        ": it must have the same elements of the same nodes, in the same order, in "
+                        "other positions",
+                    {{"field", what}});
+}
+
+client::SmoothReport run_job(
+    const JobFlags& flags, SmoothOptions options,
+    const std::function<void(const formats::MeshFile&, SmoothOptions&)>& complete) {
+  const auto start = std::chrono::steady_clock::now();
+  for (const std::string& name : flags.element_quality) {
+    options.element_quality_metrics.push_back(find_metric(name).value());
+  }
+  validate(options);
+  if (!flags.server.address.empty() && parse_backend_name(flags.backend)->device) {
+    throw InvalidOption("OPTION_MISPLACED",
+                        "--backend " + flags.backend +
+                            " names a device of this machine, but --server computes elsewhere; "
+                            "use --backend cuda",
+                        {{"field", "--backend"}});
+  }
+  const Interrupt interrupt;
+  check_outputs(flags.output);
+  if (!flags.element_quality.empty()) formats::check_writable_with_arrays(flags.output.output);
+
+  formats::MeshFile file = formats::read_mesh_file(flags.input);
+  set_precision(flags.output, file.mesh);
+  fix_named_nodes(file, flags);
+  complete(file, options);
+  validate(options);
+  fix_lower_dimensional(file, options);
+  const formats::Regions regions = set_regions(file, flags, options.boundary);
+  interrupt.check();
+
+  const client::SmoothReport report = call_server(file, flags, options, interrupt);
+  write_result(flags.output, file, report, options, start);
+  if (!flags.output.quiet && regions.count > 1) {
+    std::cout << counted(static_cast<std::int64_t>(regions.count), "region") << " by "
+              << regions.array << ", " << counted(report.summary.nodes.between_regions, "node")
+              << " between them\n"
+              << std::flush;
+  }
+  return report;
+}
+
+void add_job_flags(CLI::App& command, JobFlags& flags, const std::string& input_name) {
+  command.add_option(input_name, flags.input, "Mesh file: " + formats::readable_extensions())
+      ->required();
+  add_server_flags(command, flags.server, false);
+  add_output_flags(command, flags.output);
+  command.add_option("--fixed-nodes", flags.fixed_nodes,
+                     "File of nodes to fix: a node index (from 0) per line, # comments");
+  command
+      .add_option("--fixed-set", flags.fixed_sets,
+                  "Nodes to fix, by name: a physical group of any dimension, or a point array of "
+                  "the file (not 0: fixed); may be repeated")
+      ->allow_extra_args(false);
+  std::vector<std::string> types;
+  for (const ElementType type : kElementTypes) types.emplace_back(element_shape(type).name);
+  command
+      .add_option("--fixed-types", flags.fixed_types,
+                  "Element types whose nodes are fixed, separated by commas")
+      ->delimiter(',')
+      ->check(CLI::IsMember(types));
+  command
+      .add_option("--regions", flags.regions,
+                  "Regions of elements, by a cell array of whole numbers: facets between elements "
+                  "of different numbers are kept as the boundary is. auto: physical groups, "
+                  "Medit's references, TetGen's first attribute or Gmsh's entities, whichever the "
+                  "file has; none: no regions")
+      ->capture_default_str();
+  std::vector<std::string> metrics;
+  for (const QualityMetric metric : kQualityMetrics) metrics.emplace_back(metric_name(metric));
+  command
+      .add_option(
+          "--element-quality", flags.element_quality,
+          "Metrics of the result to write as cell arrays, separated by commas; not a number "
+          "(NaN) where an element has no such metric. Formats: " +
+              formats::array_extensions())
+      ->delimiter(',')
+      ->check(CLI::IsMember(metrics))
+      ->allow_extra_args(false);
+  command
+      .add_option("--backend", flags.backend,
+                  "Backend: " + backend_name_list(true) + "; a device :N only without --server")
+      ->check([](const std::string& name) {
+        return parse_backend_name(name) ? std::string()
+                                        : name + " is not one of " + backend_name_list(true);
+      })
+      ->capture_default_str();
+  command.add_option("--request-id", flags.request_id, "UUID of the job [a new one]");
+  command.add_option("--result-ttl", flags.result_ttl_seconds,
+                     "Time that the server keeps the result for `attach`, in seconds [0]");
+}
+
+}  // namespace meshsmooth::cli

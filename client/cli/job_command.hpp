@@ -1,0 +1,47 @@
+#pragma once
+
+#include <CLI/App.hpp>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "connection.hpp"
+#include "job_output.hpp"
+#include "mesh_file.hpp"
+#include "meshsmooth/options.hpp"
+
+namespace meshsmooth::cli {
+
+/// What the commands that send a mesh share: where it comes from, what of it stays, who computes.
+struct JobFlags {
+  std::filesystem::path input;
+  ServerAddress server;
+  std::optional<std::filesystem::path> fixed_nodes;
+  std::vector<std::string> fixed_sets;
+  std::vector<std::string> fixed_types;
+  std::string regions = "auto";
+  std::vector<std::string> element_quality;  // names of metrics
+  std::string backend = "auto";
+  std::optional<double> result_ttl_seconds;
+  std::string request_id;
+  JobOutput output;
+};
+
+/// Adds the flags to a command; `flags` must outlive it.
+void add_job_flags(CLI::App& command, JobFlags& flags, const std::string& input_name);
+
+/// Reads the mesh, has it computed, writes the result. `complete` adds to the options what comes
+/// from files; what it refers to must outlive the call.
+client::SmoothReport run_job(
+    const JobFlags& flags, SmoothOptions options,
+    const std::function<void(const formats::MeshFile&, SmoothOptions&)>& complete);
+
+/// A mesh file with the same elements of the same nodes as `input`, which is called `what`. Throws
+/// `InvalidMesh` (REFERENCE_DIFFERS) where they differ.
+[[nodiscard]] formats::MeshFile read_same_elements(const std::filesystem::path& path,
+                                                   const std::string& what, const JobFlags& flags,
+                                                   const formats::MeshFile& input);
+
+}  // namespace meshsmooth::cli

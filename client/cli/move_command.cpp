@@ -1,0 +1,102 @@
+#include <CLI/Option.hpp>
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "commands.hpp"
+#include "job_command.hpp"
+#include "node_sets.hpp"
+#include "smooth_options.hpp"
+
+namespace meshsmooth::cli {
+namespace {
+
+struct MoveCommand {
+  JobFlags job;
+  SmoothFlags moving;
+  std::optional<std::filesystem::path> to;
+  std::optional<std::string> displacement;  // name of a point array
+  std::vector<std::string> prescribed_sets;
+};
+
+/// Where all nodes would lie; those of the prescribed ones count.
+std::vector<Vec3d> moved_positions(const MoveCommand& command, const formats::MeshFile& file) {
+  std::vector<Vec3d> moved;
+  const auto append = [&](const auto& positions) {
+    for (const auto& position : positions) moved.push_back(vec3_cast<double>(position));
+  };
+  if (command.to) {
+    std::visit(append, read_same_elements(*command.to, "motion", command.job, file).mesh.positions);
+    return moved;
+  }
+  std::visit(append, file.mesh.positions);
+  const std::vector<Vec3d> way = formats::find_node_vectors(file, *command.displacement);
+  for (std::size_t node = 0; node < moved.size(); ++node) moved[node] += way[node];
+  return moved;
+}
+
+/// The nodes of the named sets, or those on the boundary that are not fixed by name.
+std::vector<NodeId> prescribed_nodes(const MoveCommand& command, const formats::MeshFile& file) {
+  std::vector<NodeId> nodes;
+  if (command.prescribed_sets.empty()) {
+    nodes = find_boundary_nodes(MeshTopology(file.mesh).view());
+    const auto& fixed = file.mesh.fixed;
+    std::erase_if(nodes, [&](NodeId node) {
+      return !fixed.empty() && fixed[static_cast<std::size_t>(node)] != 0;
+    });
+  }
+  for (const std::string& name : command.prescribed_sets) {
+    const std::vector<NodeId> set = formats::find_node_set(file, name);
+    nodes.insert(nodes.end(), set.begin(), set.end());
+  }
+  std::ranges::sort(nodes);
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  return nodes;
+}
+
+ExitCode run(const MoveCommand& command) {
+  if (command.to.has_value() == command.displacement.has_value()) {
+    throw InvalidOption("OPTION_MISPLACED",
+                        "move needs one of --to FILE and --displacement ARRAY: where the boundary "
+                        "shall lie",
+                        {{"field", "--to"}});
+  }
+  std::vector<NodeId> nodes;
+  std::vector<Vec3d> positions;
+  const client::SmoothReport report =
+      run_job(command.job, to_smooth_options(command.moving),
+              [&](const formats::MeshFile& file, SmoothOptions& options) {
+                const std::vector<Vec3d> moved = moved_positions(command, file);
+                nodes = prescribed_nodes(command, file);
+                for (const NodeId node : nodes) {
+                  positions.push_back(moved[static_cast<std::size_t>(node)]);
+                }
+                options.prescribed = {nodes, std::span<const Vec3d>(positions)};
+              });
+  return report.summary.motion->reached < 1 ? ExitCode::incomplete : ExitCode::done;
+}
+
+}  // namespace
+
+void add_move_command(CLI::App& app, Action& action) {
+  auto command = std::make_shared<MoveCommand>();
+  command->moving.method = method_name(Move{});
+  CLI::App* sub = app.add_subcommand(
+      "move", "Move the boundary of a mesh file and let the rest follow, always valid");
+  add_job_flags(*sub, command->job, "REFERENCE");
+  add_move_flags(*sub, command->moving);
+  CLI::Option* to = sub->add_option("--to", command->to,
+                                    "Mesh file with the same elements, where the prescribed nodes "
+                                    "lie as they shall; its other nodes do not count");
+  sub->add_option("--displacement", command->displacement,
+                  "Point array of REFERENCE, three numbers a node: the way of the prescribed nodes")
+      ->excludes(to);
+  sub->add_option("--prescribed-set", command->prescribed_sets,
+                  "Prescribed nodes, by name, as --fixed-set; may be repeated [the boundary]")
+      ->allow_extra_args(false);
+  sub->callback([&action, command] { action = [command] { return run(*command); }; });
+}
+
+}  // namespace meshsmooth::cli
