@@ -175,8 +175,8 @@ class Motion {
       stats.blocking_elements =
           find_invalid(executor_, context_.around, caller_elements(), positions_);
       copy_positions<E, Real>(executor_, n, valid.data(), positions_);
-      if (!optimizer.job_ended()) {
-        if (sweeps && !settled) optimizer.run({.precise = false});
+      if (sweeps && !optimizer.job_ended()) {
+        if (!settled) optimizer.run({.precise = false});
         if (!optimizer.job_ended()) monitor_.end(StopReason::stagnated, EndRule::no_progress);
       }
     }

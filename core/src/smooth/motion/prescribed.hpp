@@ -63,6 +63,25 @@ struct Prescribed {
   typename E::template Buffer<Vec3<Real>> from, to;
 };
 
+/// Fills `result` from the caller's arrays, for `find_prescribed`.
+template <Executor E, class Real, class Given>
+void number_prescribed(E& executor, std::span<const NodeId> ids,
+                       std::span<const Vec3<Given>> positions, const NodeId* internal_of,
+                       const Vec3<Real>* reference, Prescribed<E, Real>& result) {
+  const auto id_array = executor.in_executor_memory(ids);
+  const auto position_array = executor.in_executor_memory(positions);
+  const NodeId* const callers = id_array.data();
+  const Vec3<Given>* const given = position_array.data();
+  NodeId* const nodes = result.nodes.data();
+  Vec3<Real>* const from = result.from.data();
+  Vec3<Real>* const to = result.to.data();
+  executor.for_each(ids.size(), [=] MESHSMOOTH_HD(std::size_t n) {
+    nodes[n] = internal_of[callers[n]];
+    from[n] = reference[nodes[n]];
+    to[n] = vec3_cast<Real>(given[n]);
+  });
+}
+
 /// cost   O(nodes); 4 B a node while it runs
 template <Executor E, class Real>
 Prescribed<E, Real> find_prescribed(E& executor, const JobMesh<E, Real>& job,
@@ -78,21 +97,10 @@ Prescribed<E, Real> find_prescribed(E& executor, const JobMesh<E, Real>& job,
   executor.for_each(job.node_count, [=] MESHSMOOTH_HD(std::size_t node) {
     internal_of[caller_ids[node]] = static_cast<NodeId>(node);
   });
-  const auto ids = executor.in_executor_memory(prescribed.nodes);
-  const NodeId* const callers = ids.data();
-  NodeId* const nodes = result.nodes.data();
-  Vec3<Real>* const from = result.from.data();
-  Vec3<Real>* const to = result.to.data();
-  const Vec3<Real>* const reference = job.positions.data();
   std::visit(
       [&](const auto& given) {
-        const auto array = executor.in_executor_memory(given);
-        const auto* const positions = array.data();
-        executor.for_each(count, [=] MESHSMOOTH_HD(std::size_t n) {
-          nodes[n] = internal_of[callers[n]];
-          from[n] = reference[nodes[n]];
-          to[n] = vec3_cast<Real>(positions[n]);
-        });
+        number_prescribed(executor, prescribed.nodes, given, internal_of,
+                          static_cast<const Vec3<Real>*>(job.positions.data()), result);
       },
       prescribed.positions);
   return result;

@@ -1,0 +1,266 @@
+// Move: the boundary moves, the mesh follows and is always valid.
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "core/smoothing.hpp"
+#include "generate.hpp"
+#include "meshsmooth/error.hpp"
+#include "support/motions.hpp"
+
+namespace meshsmooth {
+namespace {
+
+using test::Job;
+using test::Motion;
+using test::points;
+
+double least_mean_ratio(const QualityStats& quality) { return quality.metrics.front().min; }
+
+/// Moves, and checks what holds of every motion.
+Job moved(const Motion& motion, SmoothOptions options) {
+  SCOPED_TRACE(motion.name);
+  Job job = test::smooth(motion.reference, options);
+  const double reached = job.summary.motion.value().reached;
+  EXPECT_EQ(job.summary.quality_after.inverted_count, 0);
+  EXPECT_EQ(job.summary.quality_after.degenerate_count, 0);
+  for (std::size_t n = 0; n < motion.nodes.size(); ++n) {
+    const auto node = static_cast<std::size_t>(motion.nodes[n]);
+    const Vec3d from = points(motion.reference)[node];
+    const Vec3d lies = points(job.mesh)[node];
+    if (reached == 1) {
+      EXPECT_EQ(lies, motion.positions[n]);
+    } else {
+      EXPECT_LT(norm(lies - (from + reached * (motion.positions[n] - from))), 1e-12);
+    }
+  }
+  return job;
+}
+Job moved(const Motion& motion) { return moved(motion, motion.options()); }
+
+TEST(Move, TurnsAHubInOneStep) {
+  struct {
+    int rows;
+    double degrees, least;
+  } const cases[] = {{12, 30, 0.69}, {24, 30, 0.68}, {24, 60, 0.42}, {24, 90, 0.24}};
+  for (const auto& [rows, degrees, least] : cases) {
+    const Job job = moved(test::turned_hub(rows, degrees));
+    EXPECT_EQ(job.summary.motion->reached, 1);
+    EXPECT_EQ(job.summary.motion->step_count, 1);
+    EXPECT_GE(least_mean_ratio(job.summary.quality_after), least);
+  }
+  const Job job = moved(test::turned_hub(8, 60, 8));
+  EXPECT_EQ(job.summary.motion->reached, 1);
+  EXPECT_GE(least_mean_ratio(job.summary.quality_after), 0.3);
+}
+
+TEST(Move, HalvesAMotionThatIsTooFar) {
+  const Job job = moved(test::turned_hub(12, 130));
+  EXPECT_EQ(job.summary.motion->reached, 1);
+  EXPECT_GT(job.summary.motion->step_count, 1);
+  EXPECT_GT(job.summary.motion->rejected_step_count, 0);
+}
+
+TEST(Move, TellsHowFarItCame) {
+  // Half way the inner circle is a point.
+  const Motion motion = test::turned_hub(12, 180);
+  const Job job = moved(motion);
+  const MotionStats& stats = job.summary.motion.value();
+  EXPECT_GT(stats.reached, 0.4);
+  EXPECT_LT(stats.reached, 0.5);
+  EXPECT_EQ(job.summary.stop_reason, StopReason::stagnated);
+  EXPECT_GT(stats.blocking_element_count, 0);
+  EXPECT_FALSE(stats.blocking_elements.empty());
+  EXPECT_LE(stats.blocking_elements.size(), kMostBlockingElements);
+
+  const Job coarse = moved(motion, motion.options({.least_step = 0.25}));
+  EXPECT_EQ(coarse.summary.motion->reached, 0.25);
+}
+
+TEST(Move, ReturnsToTheReferenceBitForBit) {
+  const Motion motion = test::turned_hub(8, 0);
+  const Job job = moved(motion);
+  EXPECT_TRUE(test::same_bits(job.mesh, motion.reference));
+  EXPECT_EQ(job.summary.motion->linear_iteration_count, 0);
+  EXPECT_EQ(job.summary.nodes.moved, 0);
+}
+
+TEST(Move, MovesMeshesOfEveryElement) {
+  for (const ElementType type : kElementTypes) {
+    if (element_shape(type).dimension == 2 || type == ElementType::pyramid) continue;
+    const Job job = moved(
+        test::twisted(std::string(element_shape(type).name), test::unit_lattice(type, 6), 90));
+    EXPECT_EQ(job.summary.motion->reached, 1);
+  }
+  Mesh mixed = formats::generate_mixed(400, 1);
+  EXPECT_EQ(moved(test::twisted("mixed", std::move(mixed), 60)).summary.motion->reached, 1);
+  const Motion quads = test::random_motion(test::unit_lattice(ElementType::quad, 8), 3, 0.05);
+  EXPECT_EQ(moved(quads).summary.motion->reached, 1);
+}
+
+/// Laplace's equation continues an affine map as it is.
+TEST(Move, ContinuesAnAffineMotion) {
+  const auto squeezed = [](Vec3d p) { return Vec3d{p.x + 0.3 * p.z, p.y, 0.2 * p.z}; };
+  const Motion motion =
+      test::boundary_motion("squeeze", test::unit_lattice(ElementType::tetrahedron, 8), squeezed);
+  SmoothOptions options = motion.options();
+  options.max_iterations = 0;
+  const Job job = moved(motion, options);
+  EXPECT_EQ(job.summary.motion->reached, 1);
+  for (std::size_t node = 0; node < motion.reference.node_count(); ++node) {
+    EXPECT_LT(norm(points(job.mesh)[node] - squeezed(points(motion.reference)[node])), 1e-3);
+  }
+}
+
+TEST(Move, KeepsABoundaryLayer) {
+  const double first = 1e-3;
+  const Motion motion = test::swollen_layer(first);
+  const Job job = moved(motion);
+  EXPECT_EQ(job.summary.motion->reached, 1);
+  // Heights above the wall of the nodes that lay next to it.
+  std::size_t checked = 0;
+  for (std::size_t node = 0; node < motion.reference.node_count(); ++node) {
+    const Vec3d was = points(motion.reference)[node];
+    const bool at_side = was.x == 0 || was.x == 1 || was.y == 0 || was.y == 1;
+    if (at_side || std::abs(was.z - first) > 0.01 * first) continue;
+    const Vec3d lies = points(job.mesh)[node];
+    EXPECT_NEAR(lies.z - 0.1 * std::sin(std::numbers::pi * lies.x), first, 0.05 * first);
+    ++checked;
+  }
+  EXPECT_GT(checked, 20U);
+}
+
+TEST(Move, LetsTheEndsSlide) {
+  Motion motion = test::turned_hub(8, 60, 6);
+  // The cylinders alone are prescribed; the ends slide in their planes.
+  Motion cylinders{motion.name, motion.reference, {}, {}};
+  for (std::size_t n = 0; n < motion.nodes.size(); ++n) {
+    const Vec3d p = points(motion.reference)[static_cast<std::size_t>(motion.nodes[n])];
+    const double radius = std::hypot(p.x, p.y);
+    if (radius > 0.401 && radius < 0.999) continue;
+    cylinders.nodes.push_back(motion.nodes[n]);
+    cylinders.positions.push_back(motion.positions[n]);
+  }
+  SmoothOptions options = cylinders.options();
+  options.boundary = BoundaryPolicy::slide;
+  const Job job = moved(cylinders, options);
+  EXPECT_EQ(job.summary.motion->reached, 1);
+  EXPECT_GT(job.summary.nodes.sliding_in_plane, 0);
+  for (std::size_t node = 0; node < motion.reference.node_count(); ++node) {
+    const double was = points(motion.reference)[node].z;
+    if (was == 0) {
+      EXPECT_EQ(points(job.mesh)[node].z, was);
+    }
+  }
+}
+
+/// MESHSMOOTH_RANDOM_MOTIONS: how many; the goals were measured with 1000.
+TEST(Move, IsValidWhateverTheMotion) {
+  const char* const given = std::getenv("MESHSMOOTH_RANDOM_MOTIONS");
+  const int count = given == nullptr ? 24 : std::atoi(given);
+  const Mesh meshes[] = {test::unit_lattice(ElementType::tetrahedron, 4),
+                         test::unit_lattice(ElementType::triangle, 8),
+                         test::unit_lattice(ElementType::hexahedron, 4)};
+  int whole = 0;
+  for (int seed = 0; seed < count; ++seed) {
+    const double amplitude = 0.01 + 0.3 * seed / count;
+    const Motion motion =
+        test::random_motion(meshes[seed % 3], static_cast<unsigned>(seed), amplitude);
+    SmoothOptions options = motion.options({.least_step = 0.125});
+    const Job job = moved(motion, options);
+    const MotionStats& stats = job.summary.motion.value();
+    whole += stats.reached == 1 ? 1 : 0;
+    EXPECT_EQ(stats.reached<1, stats.blocking_element_count> 0);
+  }
+  EXPECT_GT(whole, 0);
+  EXPECT_LT(whole, count);
+}
+
+TEST(Move, HasTheSameBitsWithAnyNumberOfThreads) {
+  const Motion motion = test::turned_hub(16, 60);
+  const Job one = test::smooth(motion.reference, motion.options(), 1);
+  EXPECT_TRUE(test::same_bits(one.mesh, test::smooth(motion.reference, motion.options(), 4).mesh));
+}
+
+TEST(Move, WorksOnAPreparedTopologyAndInFloat) {
+  const Motion motion = test::turned_hub(12, 45);
+  const auto smoother = make_smoother("cpu", 2);
+  const MeshTopology topology(motion.reference);
+  const auto prepared = smoother->prepare(topology.view());
+  Mesh mesh = motion.reference;
+  EXPECT_EQ(
+      smoother->smooth(*prepared, mesh.positions_span(), motion.options(), {}).motion->reached, 1);
+  Mesh single = motion.reference;
+  std::vector<Vec3f> floats;
+  for (const Vec3d& p : points(motion.reference)) floats.push_back(vec3_cast<float>(p));
+  single.positions = floats;
+  const Job job = test::smooth(single, motion.options());
+  EXPECT_EQ(job.summary.motion->reached, 1);
+  EXPECT_EQ(job.summary.quality_after.inverted_count, 0);
+}
+
+TEST(Move, EndsInAValidMeshWhenItsTimeIsUp) {
+  const Motion motion = test::turned_hub(24, 150);
+  SmoothOptions options = motion.options();
+  options.compute_budget = std::chrono::nanoseconds(1);
+  EXPECT_EQ(moved(motion, options).summary.stop_reason, StopReason::compute_budget);
+
+  std::stop_source stop;
+  stop.request_stop();
+  JobControl control;
+  control.stop = stop.get_token();
+  EXPECT_THROW(test::smooth(motion.reference, motion.options(), 2, control), Cancelled);
+}
+
+/// The reason that a job is refused with.
+std::string refusal(const Mesh& mesh, const SmoothOptions& options) {
+  try {
+    test::smooth(mesh, options);
+  } catch (const Error& error) {
+    return error.reason();
+  }
+  return "none";
+}
+
+TEST(Move, RefusesBadInputByName) {
+  Motion motion = test::turned_hub(6, 30);
+  const auto with = [&](const auto& change) {
+    Motion bad = motion;
+    change(bad);
+    return refusal(bad.reference, bad.options());
+  };
+  EXPECT_EQ(with([](Motion& m) { m.nodes[1] = m.nodes[0]; }), "PRESCRIBED_TWICE");
+  EXPECT_EQ(with([](Motion& m) { m.nodes[0] = -1; }), "INDEX_OUT_OF_RANGE");
+  EXPECT_EQ(with([](Motion& m) { m.nodes[0] = 1000000; }), "INDEX_OUT_OF_RANGE");
+  EXPECT_EQ(with([](Motion& m) { m.positions[0].y = NAN; }), "NON_FINITE_COORDINATE");
+  EXPECT_EQ(with([](Motion& m) { m.positions.pop_back(); }), "ARRAY_SIZE_MISMATCH");
+  EXPECT_EQ(with([](Motion& m) { m.reference.fixed.assign(m.reference.node_count(), 1); }),
+            "PRESCRIBED_AND_FIXED");
+  EXPECT_EQ(with([](Motion& m) { m.nodes.clear(), m.positions.clear(); }), "OPTION_OUT_OF_RANGE");
+  EXPECT_EQ(with([](Motion& m) { std::swap(points(m.reference)[60], points(m.reference)[90]); }),
+            "REFERENCE_TANGLED");
+
+  SmoothOptions options = motion.options();
+  options.only_below = {.quality = 0.5};
+  EXPECT_EQ(refusal(motion.reference, options), "OPTION_NOT_SUPPORTED");
+  options = motion.options();
+  options.method = Optimize{};
+  EXPECT_EQ(refusal(motion.reference, options), "OPTION_NOT_SUPPORTED");
+  EXPECT_EQ(refusal(motion.reference, motion.options({.least_step = 0})), "OPTION_OUT_OF_RANGE");
+  const Motion surface =
+      test::boundary_motion("cone", test::open_cone(), [](Vec3d p) { return p; });
+  EXPECT_EQ(refusal(surface.reference, surface.options()), "OPTION_NOT_SUPPORTED");
+}
+
+/// A boundary that crosses itself is seen where elements end up inverted.
+TEST(Move, StopsBeforeABoundaryThatCrossesItself) {
+  const Motion motion =
+      test::boundary_motion("crossing", test::unit_lattice(ElementType::triangle, 6), [](Vec3d p) {
+        return p.y == 1 ? Vec3d{p.x, -0.5, 0} : p;
+      });
+  EXPECT_LT(moved(motion).summary.motion->reached, 0.67);
+}
+
+}  // namespace
+}  // namespace meshsmooth
