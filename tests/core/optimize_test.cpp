@@ -12,6 +12,7 @@ namespace meshsmooth {
 namespace {
 
 using test::Job;
+using test::mean_ratio;
 using test::points;
 using test::same_bits;
 using testing::Each;
@@ -27,13 +28,6 @@ SmoothOptions exactly(int sweeps, Goal goal) {
   options.tolerance = {0};
   options.history = true;
   return options;
-}
-
-const MetricStats& mean_ratio(const QualityStats& quality) {
-  for (const MetricStats& stats : quality.metrics) {
-    if (stats.metric == QualityMetric::mean_ratio) return stats;
-  }
-  throw std::logic_error("no mean ratio");
 }
 
 bool is_valid(const QualityStats& quality) {

@@ -16,17 +16,11 @@ using test::Job;
 using test::points;
 using test::same_bits;
 
-double stat(const QualityStats& quality, QualityMetric metric, double MetricStats::*value) {
-  for (const MetricStats& stats : quality.metrics) {
-    if (stats.metric == metric) return stats.*value;
-  }
-  throw std::logic_error("no such metric");
-}
 double least_jacobian(const Job& job) {
-  return stat(job.summary.quality_after, QualityMetric::scaled_jacobian, &MetricStats::min);
+  return test::scaled_jacobian(job.summary.quality_after).min;
 }
 double mean_jacobian(const Job& job) {
-  return stat(job.summary.quality_after, QualityMetric::scaled_jacobian, &MetricStats::mean);
+  return test::scaled_jacobian(job.summary.quality_after).mean;
 }
 
 SmoothOptions aiming_at(Target target) { return {.method = Optimize{.target = target}}; }

@@ -17,15 +17,10 @@ using test::Job;
 class CudaTargets : public test::CudaTest {
  protected:
   static Job on(const char* backend, const Mesh& mesh, const SmoothOptions& options) {
-    Job job{mesh, {}};
-    job.summary = make_smoother(backend)->smooth(job.mesh, options);
-    return job;
+    return test::smooth_on(*make_smoother(backend), mesh, options);
   }
-  static double jacobian(const Job& job, double MetricStats::*value) {
-    for (const MetricStats& stats : job.summary.quality_after.metrics) {
-      if (stats.metric == QualityMetric::scaled_jacobian) return stats.*value;
-    }
-    throw std::logic_error("no scaled Jacobian");
+  static const MetricStats& jacobian(const Job& job) {
+    return test::scaled_jacobian(job.summary.quality_after);
   }
   /// Smooths on both and compares what they end in; gives the result of CUDA.
   static Job expect_alike(const std::string& name, const Mesh& mesh, const SmoothOptions& options) {
@@ -39,8 +34,8 @@ class CudaTargets : public test::CudaTest {
           name.c_str(), job->summary.backend.c_str(),
           static_cast<long long>(job->summary.quality_before.inverted_count),
           static_cast<long long>(job->summary.quality_after.inverted_count),
-          job->summary.convergence.iteration_count, jacobian(*job, &MetricStats::min),
-          jacobian(*job, &MetricStats::mean), 1e3 * job->summary.times.iterate_seconds);
+          job->summary.convergence.iteration_count, jacobian(*job).min, jacobian(*job).mean,
+          1e3 * job->summary.times.iterate_seconds);
       EXPECT_EQ(job->summary.quality_after.inverted_count, 0);
       EXPECT_EQ(job->summary.quality_after.degenerate_count, 0);
     }
@@ -48,8 +43,8 @@ class CudaTargets : public test::CudaTest {
               cpu.summary.quality_before.inverted_count);
     EXPECT_EQ(cuda.summary.nodes.outside_only_below, cpu.summary.nodes.outside_only_below);
     EXPECT_EQ(cuda.summary.flat_reference_element_count, cpu.summary.flat_reference_element_count);
-    const double mean = jacobian(cpu, &MetricStats::mean);
-    EXPECT_NEAR(jacobian(cuda, &MetricStats::mean), mean, 0.01 * mean);
+    const double mean = jacobian(cpu).mean;
+    EXPECT_NEAR(jacobian(cuda).mean, mean, 0.01 * mean);
     return cuda;
   }
 };
@@ -78,7 +73,7 @@ TEST_F(CudaTargets, BringAJitteredLayerBackToItsReference) {
         expect_alike("jittered layer " + std::to_string(static_cast<int>(type)) + " by reference",
                      jittered, {.reference = clean.positions_view()});
     if (type == LayerElements::hexahedra) {
-      EXPECT_GE(jacobian(job, &MetricStats::min), 0.99);
+      EXPECT_GE(jacobian(job).min, 0.99);
       expect_alike("jittered layer by itself", jittered, {});
     }
     expect_alike("in float32", test::as_float32(jittered), {.reference = clean.positions_view()});
