@@ -4,7 +4,7 @@
 
 #include <cstdio>
 
-#include "core/smoothing.hpp"
+#include "core/layers.hpp"
 #include "support/cuda_device.hpp"
 #include "support/far_errors.hpp"
 
@@ -22,20 +22,22 @@ class CudaTargets : public test::CudaTest {
   static const MetricStats& jacobian(const Job& job) {
     return test::scaled_jacobian(job.summary.quality_after);
   }
+  static void print(const std::string& name, const Job& job) {
+    std::printf(
+        "%s on %s: %lld inverted to %lld, %d sweeps, scaled Jacobian %.6f, mean %.6f, %.2f ms\n",
+        name.c_str(), job.summary.backend.c_str(),
+        static_cast<long long>(job.summary.quality_before.inverted_count),
+        static_cast<long long>(job.summary.quality_after.inverted_count),
+        job.summary.convergence.iteration_count, jacobian(job).min, jacobian(job).mean,
+        1e3 * job.summary.times.iterate_seconds);
+  }
   /// Smooths on both and compares what they end in; gives the result of CUDA.
   static Job expect_alike(const std::string& name, const Mesh& mesh, const SmoothOptions& options) {
     SCOPED_TRACE(name);
     const Job cpu = on("cpu", mesh, options);
     Job cuda = on("cuda:0", mesh, options);
     for (const Job* job : {&cpu, static_cast<const Job*>(&cuda)}) {
-      std::printf(
-          "%s on %s: %lld inverted to %lld, %d sweeps, scaled Jacobian %.6f, mean %.6f, "
-          "%.2f ms\n",
-          name.c_str(), job->summary.backend.c_str(),
-          static_cast<long long>(job->summary.quality_before.inverted_count),
-          static_cast<long long>(job->summary.quality_after.inverted_count),
-          job->summary.convergence.iteration_count, jacobian(*job).min, jacobian(*job).mean,
-          1e3 * job->summary.times.iterate_seconds);
+      print(name, *job);
       EXPECT_EQ(job->summary.quality_after.inverted_count, 0);
       EXPECT_EQ(job->summary.quality_after.degenerate_count, 0);
     }
@@ -50,15 +52,20 @@ class CudaTargets : public test::CudaTest {
 };
 
 TEST_F(CudaTargets, LeaveAPerfectLayerBitForBit) {
-  for (const LayerElements type :
-       {LayerElements::hexahedra, LayerElements::wedges, LayerElements::quads}) {
-    for (const double first : {1e-3, 1e-4, 1e-5}) {
-      for (const double growth : {1.1, 1.25, 1.5}) {
-        const Mesh mesh =
-            formats::generate_layer({.elements = type, .first = first, .growth = growth}).mesh;
-        EXPECT_TRUE(test::same_bits(on("cuda:0", mesh, {}).mesh, mesh)) << first << " " << growth;
-      }
-    }
+  for (const test::LayerCase& c :
+       test::layer_cases({LayerElements::hexahedra, LayerElements::wedges, LayerElements::quads})) {
+    const Mesh mesh = c.mesh();
+    EXPECT_TRUE(test::same_bits(on("cuda:0", mesh, {}).mesh, mesh)) << c.name();
+  }
+}
+
+TEST_F(CudaTargets, StraightenAJitteredLayer) {
+  const auto smoother = make_smoother("cuda:0");
+  for (const test::LayerCase& c : test::layer_cases({LayerElements::hexahedra})) {
+    const Job job = test::expect_straightened(*smoother, c);
+    print("jittered " + c.name(), job);
+    std::printf("  mean first height %.4f of what it was\n",
+                test::first_height(job.mesh, c.mesh(), c.first) / c.first);
   }
 }
 
