@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "core/layers.hpp"
+#include "core/promises.hpp"
 #include "support/cuda_device.hpp"
 #include "support/far_errors.hpp"
 
@@ -66,6 +67,15 @@ TEST_F(CudaTargets, StraightenAJitteredLayer) {
     print("jittered " + c.name(), job);
     std::printf("  mean first height %.4f of what it was\n",
                 test::first_height(job.mesh, c.mesh(), c.first) / c.first);
+  }
+}
+
+TEST_F(CudaTargets, AreIdealWithoutAMeantAspectRatio) {
+  const auto smoother = make_smoother("cuda:0");
+  for (const int cells : {8, 12, 20}) {
+    for (const auto& [name, mesh] : test::isotropic_hexahedra(cells)) {
+      print(name, test::expect_as_good_as_ideal(*smoother, name, mesh, 1e-4));
+    }
   }
 }
 
