@@ -3,6 +3,7 @@
 // Promises of Optimize that every backend keeps.
 
 #include <algorithm>
+#include <array>
 
 #include "core/smoothing.hpp"
 
@@ -39,6 +40,39 @@ inline Job expect_as_good_as_ideal(Smoother& smoother, const std::string& name, 
   EXPECT_GE(found.min, expected.min - tolerance) << name;
   EXPECT_GE(found.mean, expected.mean - tolerance) << name;
   return automatic;
+}
+
+/// Of the elements of a result that have a node that may move.
+struct WorstElements {
+  double mean_ratio = 1;
+  double dihedral_angle = 180;  // of tetrahedra
+};
+
+/// In both respects goal `worst` leaves at least what `balanced` does; gives both, `balanced`
+/// first.
+inline std::array<WorstElements, 2> expect_worst_no_worse_than_balanced(Smoother& smoother,
+                                                                        const std::string& name,
+                                                                        const Mesh& mesh) {
+  const std::vector<oracle::Element> elements = oracle::elements(mesh);
+  const std::vector<bool> held = oracle::held_nodes(mesh);
+  std::array<WorstElements, 2> result;
+  for (const Goal goal : {Goal::balanced, Goal::worst}) {
+    const Job job = smooth_on(smoother, mesh,
+                              {.method = Optimize{.goal = goal},
+                               .element_quality_metrics = {QualityMetric::mean_ratio,
+                                                           QualityMetric::min_dihedral_angle}});
+    WorstElements& worst = result[goal == Goal::worst ? 1 : 0];
+    for (std::size_t e = 0; e < elements.size(); ++e) {
+      if (std::ranges::all_of(elements[e].nodes, [&](NodeId n) { return held[n]; })) continue;
+      const ElementQualityArrays& found = job.summary.element_quality;
+      worst.mean_ratio = std::min<double>(worst.mean_ratio, found.of(0)[e]);
+      // Passes over NaN.
+      worst.dihedral_angle = std::fmin(worst.dihedral_angle, found.of(1)[e]);
+    }
+  }
+  EXPECT_GE(result[1].mean_ratio, result[0].mean_ratio) << name;
+  EXPECT_GE(result[1].dihedral_angle, result[0].dihedral_angle) << name;
+  return result;
 }
 
 }  // namespace meshsmooth::test
