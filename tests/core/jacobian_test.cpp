@@ -3,22 +3,15 @@
 
 #include <gmock/gmock.h>
 
-#include <cstdlib>
-#include <random>
-
 #include "core/smoothing.hpp"
 #include "mesh/jacobian.hpp"
 #include "support/jacobian_oracle.hpp"
+#include "support/random_elements.hpp"
 
 namespace meshsmooth {
 namespace {
 
-using test::points;
-
-int element_count() {
-  const char* const wish = std::getenv("MESHSMOOTH_RANDOM_ELEMENTS");
-  return wish == nullptr ? 3000 : std::atoi(wish);
-}
+using test::random_element_count;
 
 TEST(Jacobian, OfAHexahedronMayBeNegativeBetweenPositiveCorners) {
   const Vec3d corners[] = {{-0.1, -0.3, -0.2}, {1.6, 0.3, 0.4}, {0.6, 1.2, -0.1}, {-0.4, 0.8, 0},
@@ -30,28 +23,20 @@ TEST(Jacobian, OfAHexahedronMayBeNegativeBetweenPositiveCorners) {
 }
 
 class CertifyElements : public testing::TestWithParam<ElementType> {};
-INSTANTIATE_TEST_SUITE_P(Types, CertifyElements,
-                         testing::Values(ElementType::quad, ElementType::pyramid,
-                                         ElementType::wedge, ElementType::hexahedron),
+INSTANTIATE_TEST_SUITE_P(Types, CertifyElements, testing::ValuesIn(test::kTypesWithAnInside),
                          [](const auto& type) {
                            return std::string(element_shape(type.param).name);
                          });
 
 TEST_P(CertifyElements, AgreesWithIntervalSubdivision) {
   const ElementType type = GetParam();
-  const std::vector<Vec3d> ideal = test::ideal_points(type);
-  const bool surface = test::oracle::is_surface(type);
+  const Vec3d reference{0, 0, test::oracle::is_surface(type) ? 1.0 : 0.0};
   std::mt19937_64 random(17);
   int hidden = 0, undecided = 0, total = 0;
-  for (const double size : {0.3, 0.4, 0.5, 0.6}) {
-    std::uniform_real_distribution<double> shift(-size, size);
-    for (int n = 0; n < element_count(); ++n, ++total) {
-      std::vector<Vec3d> corners = ideal;
-      for (Vec3d& p : corners) {
-        p += Vec3d{shift(random), shift(random), surface ? 0 : shift(random)};
-      }
-      const ElementMeasure measure =
-          measure_element(type, corners.data(), {0, 0, surface ? 1.0 : 0.0});
+  for (const double size : test::kThrownSizes) {
+    for (int n = 0; n < random_element_count(); ++n, ++total) {
+      const std::vector<Vec3d> corners = test::thrown_corners(type, size, random);
+      const ElementMeasure measure = measure_element(type, corners.data(), reference);
       undecided += measure.degenerate ? 1 : 0;
       const std::optional<bool> negative = test::oracle::is_negative_somewhere(type, corners);
       if (!negative) continue;
@@ -73,27 +58,21 @@ TEST_P(CertifyElements, AgreesWithIntervalSubdivision) {
 TEST(Jacobian, IsPositiveWhereTheEdgesDominate) {
   std::mt19937_64 random(5);
   int dominant = 0;
-  for (int n = 0; n < element_count(); ++n) {
-    std::uniform_real_distribution<double> shift(-0.45, 0.45);
-    std::vector<Vec3d> corners = test::ideal_points(ElementType::hexahedron);
-    for (Vec3d& p : corners) {
-      p += Vec3d{shift(random), shift(random), shift(random)};
-      p = {p.x + 0.7 * p.y, 1e-4 * p.y, p.z};
-    }
+  for (int n = 0; n < random_element_count(); ++n) {
+    std::vector<Vec3d> corners = test::thrown_corners(ElementType::hexahedron, 0.45, random);
+    for (Vec3d& p : corners) p = {p.x + 0.7 * p.y, 1e-4 * p.y, p.z};
     const detail::HexahedronEdges edges([&](int k) { return corners[k]; });
     if (!edges.dominant()) continue;
     ++dominant;
     EXPECT_EQ(edges.jacobian().sign(), detail::JacobianSign::positive) << n;
   }
-  EXPECT_GT(dominant, element_count() / 20);
+  EXPECT_GT(dominant, random_element_count() / 20);
 }
 
 /// Half of it is the polynomial on that half.
 TEST(Jacobian, IsHalvedAlongEveryAxis) {
   std::mt19937_64 random(3);
-  std::uniform_real_distribution<double> shift(-0.5, 0.5);
-  std::vector<Vec3d> corners = test::ideal_points(ElementType::hexahedron);
-  for (Vec3d& p : corners) p += Vec3d{shift(random), shift(random), shift(random)};
+  const std::vector<Vec3d> corners = test::thrown_corners(ElementType::hexahedron, 0.5, random);
   const auto whole = detail::HexahedronEdges([&](int k) { return corners[k]; }).jacobian();
   const auto value = [&](double u, double v, double w) {
     const auto [a, b, c] = test::oracle::derivatives(ElementType::hexahedron, corners, {u, v, w});

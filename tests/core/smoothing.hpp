@@ -6,6 +6,7 @@
 #include <oneapi/tbb/global_control.h>
 
 #include <cstring>
+#include <stdexcept>
 #include <string>
 
 #include "meshsmooth/smoother.hpp"
@@ -24,6 +25,26 @@ inline Job smooth(Mesh mesh, const SmoothOptions& options, int threads = 2,
   Job job{std::move(mesh), {}};
   job.summary = make_smoother("cpu", threads)->smooth(job.mesh, options, control);
   return job;
+}
+
+inline Job smooth_on(Smoother& smoother, Mesh mesh, const SmoothOptions& options) {
+  Job job{std::move(mesh), {}};
+  job.summary = smoother.smooth(job.mesh, options);
+  return job;
+}
+
+/// Of a metric that the mesh has.
+inline const MetricStats& stats_of(const QualityStats& quality, QualityMetric metric) {
+  for (const MetricStats& stats : quality.metrics) {
+    if (stats.metric == metric) return stats;
+  }
+  throw std::logic_error("no " + std::string(metric_name(metric)));
+}
+inline const MetricStats& mean_ratio(const QualityStats& quality) {
+  return stats_of(quality, QualityMetric::mean_ratio);
+}
+inline const MetricStats& scaled_jacobian(const QualityStats& quality) {
+  return stats_of(quality, QualityMetric::scaled_jacobian);
 }
 
 /// Byte by byte: tells -0.0 from 0.0.

@@ -4,7 +4,8 @@
 
 #include <limits>
 
-#include "core/smoothing.hpp"
+#include "core/layers.hpp"
+#include "core/promises.hpp"
 #include "meshsmooth/error.hpp"
 #include "support/far_errors.hpp"
 
@@ -12,84 +13,41 @@ namespace meshsmooth {
 namespace {
 
 using formats::LayerElements;
+using test::first_height;
 using test::Job;
+using test::layer_cases;
+using test::LayerCase;
 using test::points;
 using test::same_bits;
 
-double stat(const QualityStats& quality, QualityMetric metric, double MetricStats::*value) {
-  for (const MetricStats& stats : quality.metrics) {
-    if (stats.metric == metric) return stats.*value;
-  }
-  throw std::logic_error("no such metric");
-}
 double least_jacobian(const Job& job) {
-  return stat(job.summary.quality_after, QualityMetric::scaled_jacobian, &MetricStats::min);
-}
-double mean_jacobian(const Job& job) {
-  return stat(job.summary.quality_after, QualityMetric::scaled_jacobian, &MetricStats::mean);
+  return test::scaled_jacobian(job.summary.quality_after).min;
 }
 
 SmoothOptions aiming_at(Target target) { return {.method = Optimize{.target = target}}; }
 SmoothOptions aiming_at(const Mesh& reference) { return {.reference = reference.positions_view()}; }
 
-/// The mean height of the first layer above the inside of its wall.
-double first_height(const Mesh& mesh, const Mesh& clean, double first) {
-  const std::vector<Vec3d> x = test::points_as_double(mesh);
-  const std::vector<Vec3d> home = test::points_as_double(clean);
-  double sum = 0;
-  int count = 0;
-  for (std::size_t n = 0; n < x.size(); ++n) {
-    if (std::abs(home[n].z - first) > 0.01 * first) continue;
-    if (home[n].x == 0 || home[n].y == 0 || home[n].x == 1 || home[n].y == 1) continue;
-    sum += x[n].z;
-    ++count;
-  }
-  return sum / count;
-}
-
 Mesh layer(formats::LayerOptions options) { return formats::generate_layer(options).mesh; }
-
-struct LayerCase {
-  LayerElements elements;
-  double growth;
-  double first;
-};
-
-std::vector<LayerCase> layer_cases(std::initializer_list<LayerElements> types) {
-  std::vector<LayerCase> cases;
-  for (const LayerElements type : types) {
-    for (const double growth : {1.1, 1.25, 1.5}) {
-      for (const double first : {1e-3, 1e-4, 1e-5}) cases.push_back({type, growth, first});
-    }
-  }
-  return cases;
-}
 
 TEST(LayerTargets, LeaveAPerfectLayerBitForBit) {
   for (const LayerCase& c :
        layer_cases({LayerElements::hexahedra, LayerElements::wedges, LayerElements::quads})) {
-    const Mesh mesh = layer({.elements = c.elements, .first = c.first, .growth = c.growth});
-    EXPECT_TRUE(same_bits(test::smooth(mesh, {}).mesh, mesh)) << c.growth << " " << c.first;
+    const Mesh mesh = c.mesh();
+    EXPECT_TRUE(same_bits(test::smooth(mesh, {}).mesh, mesh)) << c.name();
     // Rounded to 32 bits, the thinnest layers are perfect no more.
     const Mesh rounded = test::as_float32(mesh);
     const std::vector<Vec3d> before = test::points_as_double(rounded);
     const std::vector<Vec3d> after = test::points_as_double(test::smooth(rounded, {}).mesh);
     for (std::size_t n = 0; n < before.size(); ++n) {
-      ASSERT_LE(norm(after[n] - before[n]), 1e-6 * c.first) << n << " " << c.first;
+      ASSERT_LE(norm(after[n] - before[n]), 1e-6 * c.first) << n << " of " << c.name();
     }
   }
 }
 
 TEST(LayerTargets, StraightenAJitteredLayer) {
+  const auto smoother = make_smoother("cpu", 2);
   for (const LayerCase& c : layer_cases({LayerElements::hexahedra})) {
-    if (c.growth == 1.5 && c.first == 1e-3) continue;  // the jitter of high layers tangles the mesh
-    const formats::LayerOptions options{
-        .elements = c.elements, .first = c.first, .growth = c.growth};
-    formats::LayerOptions thrown = options;
-    thrown.jitter = 0.3;
-    const Job job = test::smooth(layer(thrown), {});
-    EXPECT_GE(least_jacobian(job), 0.95) << c.growth << " " << c.first;
-    EXPECT_NEAR(first_height(job.mesh, layer(options), c.first), c.first, 0.05 * c.first);
+    test::expect_straightened(*smoother, c);
   }
 }
 
@@ -107,27 +65,19 @@ TEST(LayerTargets, KeepTheLayerOnATangledCore) {
 }
 
 TEST(IdealTargets, AreThoseOfElementsWithoutAMeantAspectRatio) {
-  for (const double size : {0.05, 0.3}) {
-    const Mesh mesh = test::noisy(test::lattice(ElementType::hexahedron, 8), size, 3);
-    const Job automatic = test::smooth(mesh, {});
-    const Job ideal = test::smooth(mesh, aiming_at(Target::ideal));
-    EXPECT_GE(least_jacobian(automatic), least_jacobian(ideal) - 1e-12);
-    EXPECT_GE(mean_jacobian(automatic), mean_jacobian(ideal) - 1e-12);
+  const auto smoother = make_smoother("cpu", 2);
+  for (const auto& [name, mesh] : test::isotropic_hexahedra(8)) {
+    test::expect_as_good_as_ideal(*smoother, name, mesh, 1e-12);
   }
 }
 
 TEST(Reference, BringsAJitteredLayerBack) {
   for (const LayerCase& c :
        layer_cases({LayerElements::hexahedra, LayerElements::wedges, LayerElements::tetrahedra})) {
-    if (c.growth == 1.5 && c.first == 1e-3) continue;  // the jitter of high layers tangles the mesh
-    const formats::LayerOptions options{
-        .elements = c.elements, .first = c.first, .growth = c.growth};
-    const Mesh clean = layer(options);
-    formats::LayerOptions thrown = options;
-    thrown.jitter = 0.3;
-    const Job job = test::smooth(layer(thrown), aiming_at(clean));
-    SCOPED_TRACE(std::to_string(int(c.elements)) + " " + std::to_string(c.growth) + " " +
-                 std::to_string(c.first));
+    if (c.badly_tangled_by_jitter()) continue;
+    SCOPED_TRACE(c.name());
+    const Mesh clean = c.mesh();
+    const Job job = test::smooth(c.mesh(0.3), aiming_at(clean));
     EXPECT_NEAR(first_height(job.mesh, clean, c.first), c.first, 1e-3 * c.first);
     EXPECT_EQ(job.summary.quality_after.inverted_count, 0);
     if (c.elements == LayerElements::hexahedra) {

@@ -7,6 +7,7 @@
 #include "support/cuda_device.hpp"
 #include "support/element_values.hpp"
 #include "support/mesh_size.hpp"
+#include "support/random_elements.hpp"
 
 namespace meshsmooth {
 namespace {
@@ -80,6 +81,62 @@ TEST_F(CudaElementQuality, TakesNoMoreMemoryThanEstimated) {
                   static_cast<std::int64_t>(summary.element_quality.values.size() * sizeof(float)));
       }
     }
+  }
+}
+
+/// Disjoint ones.
+Mesh random_elements(ElementType type, double size, std::mt19937_64& random) {
+  Mesh mesh = test::make_mesh({}, {{type, {}}});
+  for (int e = 0; e < test::random_element_count(); ++e) {
+    for (const Vec3d& corner : test::thrown_corners(type, size, random)) {
+      mesh.blocks[0].nodes.push_back(static_cast<NodeId>(mesh.node_count()));
+      test::points(mesh).push_back(corner);
+    }
+  }
+  return mesh;
+}
+
+/// The CPU's validity between corners is tested against interval subdivision.
+class CudaCertifyElements : public test::CudaTest,
+                            public testing::WithParamInterface<ElementType> {};
+INSTANTIATE_TEST_SUITE_P(Types, CudaCertifyElements, testing::ValuesIn(test::kTypesWithAnInside),
+                         [](const auto& type) {
+                           return std::string(element_shape(type.param).name);
+                         });
+
+TEST_P(CudaCertifyElements, AgreesWithTheCpu) {
+  const auto smoother = make_smoother("cuda");
+  const ElementType type = GetParam();
+  std::mt19937_64 random(17);
+  std::int64_t valid = 0, hidden = 0;
+  for (const double size : test::kThrownSizes) {
+    Mesh mesh = random_elements(type, size, random);
+    const MeshTopology topology(mesh);
+    const SurfaceOrientation orientation(topology.view(), mesh.positions_view());
+    const QualityStats expected = measure_quality(mesh);
+    const std::vector<float> jacobians =
+        measure_elements(topology.view(), mesh.positions_view(), orientation,
+                         {QualityMetric::scaled_jacobian})
+            .values;
+
+    const SmoothSummary summary = smoother->smooth(
+        mesh, {.max_iterations = 0, .element_quality_metrics = {QualityMetric::scaled_jacobian}});
+
+    EXPECT_EQ(summary.quality_after.inverted_count, expected.inverted_count) << size;
+    EXPECT_EQ(summary.quality_after.degenerate_count, expected.degenerate_count) << size;
+    const std::vector<float>& found = summary.element_quality.values;
+    ASSERT_EQ(found.size(), jacobians.size());
+    for (std::size_t e = 0; e < found.size(); ++e) {
+      ASSERT_TRUE(test::close_or_both_nan(found[e], jacobians[e])) << size << " " << e;
+      ASSERT_EQ(found[e] > 0, jacobians[e] > 0) << size << " " << e;
+    }
+    valid += expected.element_count - expected.inverted_count - expected.degenerate_count;
+    hidden += std::ranges::count_if(found, [](float jacobian) { return jacobian > 0; });
+  }
+  hidden -= valid;
+  EXPECT_GT(valid, 0);
+  if (type == ElementType::hexahedron || type == ElementType::wedge) {
+    EXPECT_GT(hidden, 0);
   }
 }
 

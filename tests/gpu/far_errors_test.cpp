@@ -11,12 +11,7 @@
 namespace meshsmooth {
 namespace {
 
-const MetricStats& mean_ratio(const QualityStats& quality) {
-  for (const MetricStats& stats : quality.metrics) {
-    if (stats.metric == QualityMetric::mean_ratio) return stats;
-  }
-  throw std::logic_error("no mean ratio");
-}
+using test::mean_ratio;
 
 class CudaFarErrors : public test::CudaTest {
  protected:

@@ -15,13 +15,8 @@ namespace {
 
 using test::Job;
 using test::same_bits;
+using test::smooth_on;
 using test::oracle::to_points;
-
-Job smooth_on(Smoother& smoother, Mesh mesh, const SmoothOptions& options) {
-  Job job{std::move(mesh), {}};
-  job.summary = smoother.smooth(job.mesh, options);
-  return job;
-}
 
 bool is_double(const Mesh& mesh) {
   return std::holds_alternative<std::vector<Vec3d>>(mesh.positions);

@@ -4,7 +4,8 @@
 
 #include <cstdio>
 
-#include "core/smoothing.hpp"
+#include "core/layers.hpp"
+#include "core/promises.hpp"
 #include "support/cuda_device.hpp"
 #include "support/far_errors.hpp"
 
@@ -17,15 +18,19 @@ using test::Job;
 class CudaTargets : public test::CudaTest {
  protected:
   static Job on(const char* backend, const Mesh& mesh, const SmoothOptions& options) {
-    Job job{mesh, {}};
-    job.summary = make_smoother(backend)->smooth(job.mesh, options);
-    return job;
+    return test::smooth_on(*make_smoother(backend), mesh, options);
   }
-  static double jacobian(const Job& job, double MetricStats::*value) {
-    for (const MetricStats& stats : job.summary.quality_after.metrics) {
-      if (stats.metric == QualityMetric::scaled_jacobian) return stats.*value;
-    }
-    throw std::logic_error("no scaled Jacobian");
+  static const MetricStats& jacobian(const Job& job) {
+    return test::scaled_jacobian(job.summary.quality_after);
+  }
+  static void print(const std::string& name, const Job& job) {
+    std::printf(
+        "%s on %s: %lld inverted to %lld, %d sweeps, scaled Jacobian %.6f, mean %.6f, %.2f ms\n",
+        name.c_str(), job.summary.backend.c_str(),
+        static_cast<long long>(job.summary.quality_before.inverted_count),
+        static_cast<long long>(job.summary.quality_after.inverted_count),
+        job.summary.convergence.iteration_count, jacobian(job).min, jacobian(job).mean,
+        1e3 * job.summary.times.iterate_seconds);
   }
   /// Smooths on both and compares what they end in; gives the result of CUDA.
   static Job expect_alike(const std::string& name, const Mesh& mesh, const SmoothOptions& options) {
@@ -33,14 +38,7 @@ class CudaTargets : public test::CudaTest {
     const Job cpu = on("cpu", mesh, options);
     Job cuda = on("cuda:0", mesh, options);
     for (const Job* job : {&cpu, static_cast<const Job*>(&cuda)}) {
-      std::printf(
-          "%s on %s: %lld inverted to %lld, %d sweeps, scaled Jacobian %.6f, mean %.6f, "
-          "%.2f ms\n",
-          name.c_str(), job->summary.backend.c_str(),
-          static_cast<long long>(job->summary.quality_before.inverted_count),
-          static_cast<long long>(job->summary.quality_after.inverted_count),
-          job->summary.convergence.iteration_count, jacobian(*job, &MetricStats::min),
-          jacobian(*job, &MetricStats::mean), 1e3 * job->summary.times.iterate_seconds);
+      print(name, *job);
       EXPECT_EQ(job->summary.quality_after.inverted_count, 0);
       EXPECT_EQ(job->summary.quality_after.degenerate_count, 0);
     }
@@ -48,21 +46,35 @@ class CudaTargets : public test::CudaTest {
               cpu.summary.quality_before.inverted_count);
     EXPECT_EQ(cuda.summary.nodes.outside_only_below, cpu.summary.nodes.outside_only_below);
     EXPECT_EQ(cuda.summary.flat_reference_element_count, cpu.summary.flat_reference_element_count);
-    const double mean = jacobian(cpu, &MetricStats::mean);
-    EXPECT_NEAR(jacobian(cuda, &MetricStats::mean), mean, 0.01 * mean);
+    const double mean = jacobian(cpu).mean;
+    EXPECT_NEAR(jacobian(cuda).mean, mean, 0.01 * mean);
     return cuda;
   }
 };
 
 TEST_F(CudaTargets, LeaveAPerfectLayerBitForBit) {
-  for (const LayerElements type :
-       {LayerElements::hexahedra, LayerElements::wedges, LayerElements::quads}) {
-    for (const double first : {1e-3, 1e-4, 1e-5}) {
-      for (const double growth : {1.1, 1.25, 1.5}) {
-        const Mesh mesh =
-            formats::generate_layer({.elements = type, .first = first, .growth = growth}).mesh;
-        EXPECT_TRUE(test::same_bits(on("cuda:0", mesh, {}).mesh, mesh)) << first << " " << growth;
-      }
+  for (const test::LayerCase& c :
+       test::layer_cases({LayerElements::hexahedra, LayerElements::wedges, LayerElements::quads})) {
+    const Mesh mesh = c.mesh();
+    EXPECT_TRUE(test::same_bits(on("cuda:0", mesh, {}).mesh, mesh)) << c.name();
+  }
+}
+
+TEST_F(CudaTargets, StraightenAJitteredLayer) {
+  const auto smoother = make_smoother("cuda:0");
+  for (const test::LayerCase& c : test::layer_cases({LayerElements::hexahedra})) {
+    const Job job = test::expect_straightened(*smoother, c);
+    print("jittered " + c.name(), job);
+    std::printf("  mean first height %.4f of what it was\n",
+                test::first_height(job.mesh, c.mesh(), c.first) / c.first);
+  }
+}
+
+TEST_F(CudaTargets, AreIdealWithoutAMeantAspectRatio) {
+  const auto smoother = make_smoother("cuda:0");
+  for (const int cells : {8, 12, 20}) {
+    for (const auto& [name, mesh] : test::isotropic_hexahedra(cells)) {
+      print(name, test::expect_as_good_as_ideal(*smoother, name, mesh, 1e-4));
     }
   }
 }
@@ -78,7 +90,7 @@ TEST_F(CudaTargets, BringAJitteredLayerBackToItsReference) {
         expect_alike("jittered layer " + std::to_string(static_cast<int>(type)) + " by reference",
                      jittered, {.reference = clean.positions_view()});
     if (type == LayerElements::hexahedra) {
-      EXPECT_GE(jacobian(job, &MetricStats::min), 0.99);
+      EXPECT_GE(jacobian(job).min, 0.99);
       expect_alike("jittered layer by itself", jittered, {});
     }
     expect_alike("in float32", test::as_float32(jittered), {.reference = clean.positions_view()});
