@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import datetime
 import pathlib
 from typing import Any
@@ -79,6 +80,15 @@ def test_options_are_those_of_the_command_line(
     done = run_cli("smooth", source, "-o", target, "--quiet", *flags)
     assert done.returncode == 0, done.stderr
     assert_same(client.smooth((POINTS, CELLS), **options)[0], read_vtk_points(target))
+
+
+def test_methods_are_those_of_the_server(client: ms.Client) -> None:
+    info = client.info().raw
+    for name, defaults in zip(info["methods"], info["method_defaults"], strict=True):
+        method = _options._METHODS[name.replace("_", "-")]
+        names = {_options._WIRE_NAMES.get(f.name, f.name) for f in dataclasses.fields(method)}
+        assert names == set(defaults[name])
+        assert method._iterations == defaults["max_iteration_count"]
 
 
 def fixed_cases() -> list[Any]:

@@ -8,8 +8,8 @@ from __future__ import annotations
 import datetime
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
-from typing import Any, ClassVar, Literal, TypedDict
+from dataclasses import dataclass, fields, replace
+from typing import Any, ClassVar, Literal, TypedDict, cast
 
 from google.protobuf import duration_pb2
 from numpy.typing import ArrayLike
@@ -40,11 +40,14 @@ MethodName = Literal[
     "taubin",
     "hc-laplacian",
     "windowed-sinc",
+    "move",
     "weighted-laplacian",
 ]
 Duration = float | str | datetime.timedelta
 
-_MOST_ITERATIONS = 1000  # the server's default limit for methods that converge long before
+# The server's default limits for methods that converge long before.
+_MOST_ITERATIONS = 1000
+_MOST_OF_ALL_STEPS = 10_000
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -145,7 +148,23 @@ class WindowedSinc:
     _iterations: ClassVar[int] = 20
 
 
-Method = Optimize | Laplacian | SmartLaplacian | Taubin | HcLaplacian | WindowedSinc
+@dataclass(frozen=True, kw_only=True)
+class Move:
+    """The method of `move`: some nodes go to given positions, the mesh follows and stays valid.
+
+    Attributes:
+        target: shape that elements aim at: "ideal", or the one that they have in the mesh [theirs].
+        least_step: smallest share of the motion that is tried, (0, 1] [1/64].
+    """
+
+    target: Target | None = None
+    least_step: float | None = None
+
+    _name: ClassVar[str] = "move"
+    _iterations: ClassVar[int] = _MOST_OF_ALL_STEPS
+
+
+Method = Optimize | Laplacian | SmartLaplacian | Taubin | HcLaplacian | WindowedSinc | Move
 
 _METHODS: dict[str, Method] = {
     method._name.replace("_", "-"): method
@@ -156,6 +175,7 @@ _METHODS: dict[str, Method] = {
         Taubin(),
         HcLaplacian(),
         WindowedSinc(),
+        Move(),
     )
 }
 _METHODS["weighted-laplacian"] = Laplacian(weighting="inverse-edge-length")
@@ -184,7 +204,7 @@ class JobOptions(TypedDict, total=False):
     """
 
     method: Method | MethodName
-    goal: Goal  # the three fields of Optimize, for short
+    goal: Goal  # the three fields of Optimize, for short; target is one of Move too
     target: Target
     stay: float
     iterations: int
@@ -216,6 +236,14 @@ class JobOptions(TypedDict, total=False):
     request_id: str
     max_attempts: int
     progress: bool | Callable[[Progress], object]
+
+
+class MoveOptions(JobOptions, total=False):
+    """The keywords of `move`: those of `smooth`, and how the mesh moves."""
+
+    displacement: ArrayLike | str  # [nodes, 2 or 3], or the name of a node array
+    to: Any  # positions, or a mesh with the same elements
+    prescribed: ArrayLike | str | Sequence[str] | None
 
 
 def out_of_range(field: str, what: str) -> InvalidOption:
@@ -291,12 +319,24 @@ def to_method(options: JobOptions) -> Method | None:
         if method is None and options.get("target_quality") is not None:
             return Optimize()
         return method
-    if method not in (None, Optimize()):
-        raise misplaced(
-            next(iter(short)),
-            f'{next(iter(short))} belongs to method="optimize"; with ms.Optimize(…) it goes there',
-        )
-    return Optimize(**short)
+    plain = Optimize() if method is None else method
+    if plain != type(plain)() or not all(hasattr(plain, name) for name in short):
+        name = next(iter(short))
+        owner = type(plain).__name__ if hasattr(plain, name) else "Optimize"
+        raise misplaced(name, f"{name} is a field of ms.{owner}; with ms.{owner}(…) it goes there")
+    return replace(plain, **short)
+
+
+_MOTION = MoveOptions.__annotations__.keys() - JobOptions.__annotations__.keys()
+
+
+def to_move_options(options: JobOptions) -> JobOptions:
+    """Returns the options of `move` as those of a job: with the method, without the motion."""
+    method = options.get("method") or "move"
+    if method != "move" and not isinstance(method, Move):
+        raise misplaced("method", f"move has the method ms.Move(…), not {method!r}")
+    others = {name: value for name, value in options.items() if name not in _MOTION}
+    return cast("JobOptions", others | {"method": method})
 
 
 def default_iterations(options: JobOptions) -> int:

@@ -6,7 +6,7 @@ import html
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from ._summary import MetricStats, PoorElements, QualityStats, Summary
+    from ._summary import MetricStats, Motion, PoorElements, QualityStats, Summary
 
 _BARS = " ▁▂▃▄▅▆▇█"
 _ROWS = (
@@ -52,6 +52,21 @@ def draw_histogram(bins: tuple[int, ...]) -> str:
         _BARS[max(1, (count * 8 + highest // 2) // highest)] if count else _BARS[0]
         for count in bins
     )
+
+
+def headline(summary: Summary) -> str:
+    """Returns how far the mesh moved, if it was to, and why the job ended."""
+    stop = stop_sentence(summary)
+    return stop if summary.motion is None else f"{_motion_sentence(summary.motion)}; {stop}"
+
+
+def _motion_sentence(motion: Motion) -> str:
+    text = f"reached {100 * motion.reached:.4g} % of the motion "
+    text += f"in {counted(motion.step_count, 'step')}"
+    if not motion.blocking_elements:
+        return text
+    inverted = counted(motion.blocking_element_count, "inverted element")
+    return f"{text} (a step further: {inverted}, {', '.join(map(str, motion.blocking_elements))})"
 
 
 def stop_sentence(summary: Summary) -> str:
@@ -170,7 +185,7 @@ def _table(summary: Summary) -> list[tuple[str, str, str, str]]:
 
 def describe(summary: Summary) -> str:
     """Returns a summary as text."""
-    lines = [stop_sentence(summary)]
+    lines = [headline(summary)]
     if rows := _table(summary):
         lines.append(f"  {'quality':<24} {'before':>10} {'after':>10}")
         last = ""
@@ -256,7 +271,7 @@ def _html_table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
 
 def summary_html(summary: Summary) -> str:
     """Returns a summary as a fragment of HTML."""
-    parts = [f"<p><b>{html.escape(stop_sentence(summary))}</b></p>"]
+    parts = [f"<p><b>{html.escape(headline(summary))}</b></p>"]
     if rows := _table(summary):
         parts.append(_html_table(("metric", "", "before", "after"), list(rows)))
     for name, _ in _ROWS:

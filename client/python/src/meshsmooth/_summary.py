@@ -201,6 +201,28 @@ class PoorElements:
 
 
 @dataclass(frozen=True)
+class Motion:
+    """How far `move` came.
+
+    Attributes:
+        reached: share of the motion that the result has, [0, 1]. Below 1 a prescribed node lies at
+            reference + reached * (prescribed - reference).
+        step_count: steps that led to a valid mesh; one unless the motion is hard.
+        blocking_element_count: elements that were inverted in the shortest step tried in vain.
+        blocking_elements: the first of them.
+    """
+
+    reached: float = 0.0
+    step_count: int = 0
+    rejected_step_count: int = 0
+    linear_iteration_count: int = 0  # of the conjugate gradients
+    linear_residual: float = 0.0  # relative, at their end
+    linear_time: float = 0.0
+    blocking_element_count: int = 0
+    blocking_elements: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
 class Summary:
     """The report on a job."""
 
@@ -216,6 +238,7 @@ class Summary:
     boundary_deviation: BoundaryDeviation | None = None
     flat_reference_element_count: int = 0
     poor: PoorElements | None = None
+    motion: Motion | None = None  # of move
 
     def to_dict(self) -> dict[str, Any]:
         """Returns plain dicts, lists and numbers."""
@@ -290,6 +313,8 @@ def _decode(kind: Any, message: Any, caller_element: Callable[[int], int]) -> An
             values[name] = enum_name(*_ENUMS[name], value)
         elif dataclasses.is_dataclass(hint):
             values[name] = _decode(hint, value, caller_element)
+        elif name == "blocking_elements":
+            values[name] = tuple(map(caller_element, value))
         elif origin is tuple:
             item = typing.get_args(hint)[0]
             plain = not dataclasses.is_dataclass(item)
