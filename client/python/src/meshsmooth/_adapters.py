@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._errors import InvalidMesh
-from ._mesh import LazyArrays, MeshData
+from ._mesh import LazyArrays, Mesh, MeshData
 
 Points = NDArray[Any]
 
@@ -100,6 +100,11 @@ def _read_triple(triple: tuple[Any, Any, Any]) -> MeshData:
     return MeshData(points, (np.asarray(cells), np.asarray(types)))
 
 
+def read_mesh(mesh: Any) -> Mesh:
+    """Returns a mesh of any kind as it travels; errors as of `find_adapter`."""
+    return Mesh(find_adapter(mesh).read(mesh))
+
+
 # --- VTK and PyVista -----------------------------------------------------------------------------
 
 
@@ -125,18 +130,20 @@ def _vtk_data(mesh: Any, cells: Any) -> MeshData:
     return MeshData(
         to_numpy(mesh.GetPoints().GetData()),
         cells,
-        point_data=_vtk_arrays(mesh.GetPointData()),
-        cell_data=_vtk_arrays(mesh.GetCellData()),
+        point_data=_vtk_arrays(mesh.GetPointData(), (1, 3)),
+        cell_data=_vtk_arrays(mesh.GetCellData(), (1,)),
     )
 
 
-def _vtk_arrays(attributes: Any) -> LazyArrays:
+def _vtk_arrays(attributes: Any, component_counts: tuple[int, ...]) -> LazyArrays:
     to_numpy = _numpy_support().vtk_to_numpy
     arrays = [attributes.GetArray(index) for index in range(attributes.GetNumberOfArrays())]
     by_name = {
         array.GetName(): array
         for array in arrays
-        if array is not None and array.GetName() and array.GetNumberOfComponents() == 1
+        if array is not None
+        and array.GetName()
+        and array.GetNumberOfComponents() in component_counts
     }
     return LazyArrays(list(by_name), lambda name: to_numpy(by_name[name]))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -41,7 +41,7 @@ class MeshData:
     Attributes:
         points: node positions, [nodes, 2] or [nodes, 3]; float32 and float64 keep their type.
         cells: in any layout of docs/python.md ("Cells").
-        point_data: one number per node by name, for `fixed`.
+        point_data: arrays [nodes] or [nodes, 2 or 3] by name, for `fixed` and `displacement`.
         cell_data: one number per cell by name, for `regions`; cells count through all blocks.
         node_sets: indices of nodes by name, for `fixed`.
         cell_ids: the caller's number of each cell, for errors and the summary; None: its index.
@@ -141,46 +141,54 @@ def to_wire(points: NDArray[Any]) -> NDArray[Any]:
     return result
 
 
-def fixed_mask(
-    mesh: Mesh, fixed: Any, fixed_types: tuple[int, ...], lower_dimensional: bool
-) -> NDArray[np.uint8] | None:
+def fixed_mask(mesh: Mesh, fixed: Any, fixed_types: tuple[int, ...]) -> NDArray[np.uint8] | None:
     """Returns 1 for each node that must stay, or None if all may move.
 
     Args:
         mesh: the mesh.
-        fixed: a boolean mask [nodes], indices of nodes, the name of a node array (not 0: fixed) or
-            of a set, or a list of names; None: no node.
+        fixed: nodes, as `chosen_nodes` takes them; None: no node.
         fixed_types: meshsmooth.v1.ElementTypes whose nodes are fixed.
-        lower_dimensional: whether the nodes of lower-dimensional cells are fixed.
     """
     mask = np.zeros(mesh.node_count, np.uint8)
-    if lower_dimensional:
-        for nodes in mesh.cells.lower_dimensional:
-            _mark(mask, nodes, strict=False)
     for block in mesh.cells.blocks:
         if block.element_type in fixed_types:
-            _mark(mask, block.nodes.reshape(-1), strict=False)
-    for chosen in _selections(fixed):
-        if isinstance(chosen, str):
-            _mark_by_name(mask, mesh, chosen)
-        else:
-            _mark(mask, _node_indices(mesh, np.asarray(chosen)), strict=True)
+            _mark(mask, block.nodes.reshape(-1))
+    if fixed is not None:
+        _mark(mask, chosen_nodes(mesh, fixed, "fixed"), "fixed")
     return mask if mask.any() else None
 
 
-def _selections(fixed: Any) -> list[Any]:
-    if fixed is None:
-        return []
-    if isinstance(fixed, list | tuple) and fixed and all(isinstance(name, str) for name in fixed):
-        return list(fixed)
-    return [fixed]
+def lower_dimensional_mask(mesh: Mesh) -> NDArray[np.uint8] | None:
+    """Returns 1 for each node of a lower-dimensional cell, or None if there are none."""
+    mask = np.zeros(mesh.node_count, np.uint8)
+    for nodes in mesh.cells.lower_dimensional:
+        _mark(mask, nodes)
+    return mask if mask.any() else None
 
 
-def _node_indices(mesh: Mesh, chosen: NDArray[Any]) -> NDArray[Any]:
+def chosen_nodes(mesh: Mesh, chosen: Any, field_name: str) -> NDArray[Any]:
+    """Returns the indices of nodes that an option chooses; they may not exist.
+
+    Args:
+        mesh: the mesh.
+        chosen: a boolean mask [nodes], indices of nodes, the name of a node array (not 0: chosen)
+            or of a set, or a list of names.
+        field_name: the option, for errors.
+    """
+    names = [chosen] if isinstance(chosen, str) else chosen
+    if isinstance(names, list | tuple) and names and all(isinstance(name, str) for name in names):
+        mask = np.zeros(mesh.node_count, np.uint8)
+        for name in names:
+            _mark_by_name(mask, mesh, name, field_name)
+        return np.flatnonzero(mask)
+    return _node_indices(mesh, np.asarray(chosen), field_name)
+
+
+def _node_indices(mesh: Mesh, chosen: NDArray[Any], field_name: str) -> NDArray[Any]:
     if chosen.dtype == np.bool_:
         if chosen.shape != (mesh.node_count,):
             raise _out_of_range(
-                "fixed",
+                field_name,
                 f"the mask has the shape {chosen.shape}, the mesh has {mesh.node_count} nodes",
             )
         return np.flatnonzero(chosen)
@@ -188,25 +196,25 @@ def _node_indices(mesh: Mesh, chosen: NDArray[Any]) -> NDArray[Any]:
         return np.zeros(0, np.int64)
     if chosen.dtype.kind not in "iu" or chosen.ndim != 1:
         raise _out_of_range(
-            "fixed",
-            "fixed nodes are a boolean mask, indices of nodes, or the name of an array or set",
+            field_name,
+            f"{field_name} takes a boolean mask, indices of nodes, or the name of an array or set",
         )
     if len(chosen) == mesh.node_count > 2 and chosen.max() <= 1:
         raise _out_of_range(
-            "fixed",
-            "fixed has a 0 or 1 for each node, which as indices are the first two nodes; for a "
-            "mask give fixed.astype(bool)",
+            field_name,
+            f"{field_name} has a 0 or 1 for each node, which as indices are the first two nodes; "
+            f"for a mask give {field_name}.astype(bool)",
         )
     return chosen
 
 
-def _mark(mask: NDArray[np.uint8], nodes: NDArray[Any], *, strict: bool) -> None:
-    """Nodes of cells that do not exist are the server's to refuse; the caller's are ours."""
+def _mark(mask: NDArray[np.uint8], nodes: NDArray[Any], field_name: str = "") -> None:
+    """Nodes of cells that do not exist are the server's to refuse; those of an option are ours."""
     outside = (nodes < 0) | (nodes >= len(mask))
     if outside.any():
-        if strict:
+        if field_name:
             raise _out_of_range(
-                "fixed",
+                field_name,
                 f"node {nodes[outside][0]} is not in the mesh; its nodes count from 0 to "
                 f"{len(mask) - 1}",
             )
@@ -214,24 +222,35 @@ def _mark(mask: NDArray[np.uint8], nodes: NDArray[Any], *, strict: bool) -> None
     mask[nodes] = 1
 
 
-def _mark_by_name(mask: NDArray[np.uint8], mesh: Mesh, name: str) -> None:
+def _mark_by_name(mask: NDArray[np.uint8], mesh: Mesh, name: str, field_name: str) -> None:
     data = mesh.data
     found = False
     if name in data.node_sets:
         found = True
-        _mark(mask, np.asarray(data.node_sets[name]), strict=True)
+        _mark(mask, np.asarray(data.node_sets[name]), field_name)
     if name in data.point_data:
         values = np.asarray(data.point_data[name])
         if values.shape == mask.shape:
             found = True
             mask[(values != 0) & (values == values)] = 1  # neither 0 nor NaN
     if not found:
+        arrays = _names_of_shape(data.point_data, mask.shape)
         raise _unknown(
-            "no node set and no node array of one number a node",
-            name,
-            data.node_sets,
-            data.point_data,
+            "no node set and no node array of one number a node", name, data.node_sets, arrays
         )
+
+
+def _names_of_shape(arrays: Mapping[str, ArrayLike], shape: tuple[int, ...]) -> list[str]:
+    return [name for name in arrays if np.shape(arrays[name]) == shape]
+
+
+def node_vectors(mesh: Mesh, name: str) -> NDArray[Any]:
+    """Returns a node array of as many numbers a node as the points have."""
+    arrays, shape = mesh.data.point_data, (mesh.node_count, mesh.width)
+    if name in arrays and np.shape(arrays[name]) == shape:
+        return np.asarray(arrays[name])
+    what = f"no node array of {mesh.width} numbers a node"
+    raise _unknown(what, name, _names_of_shape(arrays, shape))
 
 
 # Cell arrays that tell regions, as the command line takes them: Gmsh's physical groups, Medit's
@@ -307,8 +326,8 @@ def _out_of_range(field_name: str, what: str) -> InvalidOption:
     return InvalidOption(what, reason="OPTION_OUT_OF_RANGE", details={"field": field_name})
 
 
-def _unknown(what: str, name: str, *known: Mapping[str, Any]) -> InvalidOption:
-    names = [repr(other) for mapping in known for other in mapping]
+def _unknown(what: str, name: str, *known: Iterable[str]) -> InvalidOption:
+    names = [repr(other) for some in known for other in some]
     known_names = f"; known are {', '.join(names)}" if names else "; the mesh has none"
     return InvalidOption(
         f"{what} is called {name!r}{known_names}", reason="NAME_UNKNOWN", details={"name": name}

@@ -14,10 +14,10 @@ from google.protobuf import duration_pb2
 from numpy.typing import NDArray
 
 from . import _options, _wire
-from ._adapters import find_adapter
+from ._adapters import read_mesh
 from ._cells import Block
 from ._errors import InvalidMesh
-from ._mesh import Mesh, element_regions, fixed_mask, to_wire
+from ._mesh import Mesh, element_regions, fixed_mask, lower_dimensional_mask, to_wire
 from ._options import JobOptions
 from .v1 import mesh_pb2, smoothing_pb2
 
@@ -28,20 +28,38 @@ _KNOWN = frozenset(JobOptions.__annotations__)
 _WEEK = 7 * 24 * 3600.0
 
 
+class Prescribed(NamedTuple):
+    """Nodes of a mesh, each once, and where they shall lie."""
+
+    nodes: NDArray[np.int32]
+    positions: NDArray[Any]  # [nodes, 3], in the type of the mesh's
+
+
 class Topology:
-    """A mesh without its positions: elements, fixed nodes, regions."""
+    """A mesh without its positions: elements, fixed nodes, regions.
+
+    Attributes:
+        fixed: 1 for each node that the caller fixed; None: no node.
+        mask: 1 for each of these and of the nodes that cells of lower dimension hold, likewise.
+        reference: positions that are kept with it; None: it has none.
+    """
 
     def __init__(
         self,
         node_count: int,
         blocks: list[Block],
         fixed: NDArray[np.uint8] | None,
+        held: NDArray[np.uint8] | None,
         regions: NDArray[np.int32] | None,
+        reference: NDArray[Any] | None = None,
     ) -> None:
         self.node_count = node_count
         self.blocks = blocks
         self.fixed = fixed
+        self._held = held
+        self.mask = held if fixed is None else fixed if held is None else fixed | held
         self.regions = regions
+        self.reference = reference
 
     @classmethod
     def of(cls, mesh: Mesh, options: JobOptions) -> Topology:
@@ -53,14 +71,27 @@ class Topology:
         return cls(
             mesh.node_count,
             mesh.cells.blocks,
-            fixed_mask(
-                mesh,
-                options.get("fixed"),
-                _element_types(options.get("fixed_types")),
-                lower_dimensional=boundary == "fixed",
-            ),
+            fixed_mask(mesh, options.get("fixed"), _element_types(options.get("fixed_types"))),
+            lower_dimensional_mask(mesh) if boundary == "fixed" else None,
             element_regions(mesh, options.get("regions", "auto"), boundary == "free"),
         )
+
+    def moving(self, reference: NDArray[Any], nodes: NDArray[np.int32]) -> Topology:
+        """Returns the topology of a job that moves nodes of a reference.
+
+        Cells of lower dimension do not hold these nodes.
+        """
+        held = self._held
+        if held is not None:
+            held = held.copy()
+            held[nodes] = 0
+        return Topology(self.node_count, self.blocks, self.fixed, held, self.regions, reference)
+
+    def holds_those_of(self, other: Topology) -> bool:
+        """Returns whether the same nodes are fixed or held."""
+        if self.mask is None or other.mask is None:
+            return self.mask is other.mask
+        return np.array_equal(self.mask, other.mask)
 
     @property
     def element_count(self) -> int:
@@ -71,9 +102,11 @@ class Topology:
         """Returns the announcement of the arrays."""
         spec = mesh_pb2.TopologySpec(
             node_count=self.node_count,
-            fixed_mask_present=self.fixed is not None,
+            fixed_mask_present=self.mask is not None,
             element_regions_present=self.regions is not None,
         )
+        if self.reference is not None:
+            spec.reference_type = _scalar_type(self.reference)
         for block in self.blocks:
             spec.element_blocks.add(
                 element_type=block.element_type, element_count=block.element_count
@@ -87,10 +120,12 @@ class Topology:
             data = _wire.node_bytes(block.nodes)
             yield _wire.Part(_wire.ELEMENTS, offset_bytes, data)
             offset_bytes += data.nbytes
-        if self.fixed is not None:
-            yield _wire.Part(_wire.FIXED_MASK, 0, _wire.bytes_of(self.fixed))
+        if self.mask is not None:
+            yield _wire.Part(_wire.FIXED_MASK, 0, _wire.bytes_of(self.mask))
         if self.regions is not None:
             yield _wire.Part(_wire.ELEMENT_REGIONS, 0, _wire.bytes_of(self.regions))
+        if self.reference is not None:
+            yield _wire.Part(_wire.REFERENCE_COORDINATES, 0, _wire.bytes_of(self.reference))
 
     @functools.cached_property
     def name(self) -> str:
@@ -98,7 +133,9 @@ class Topology:
         numbers = [self.node_count, len(self.blocks)]
         for block in self.blocks:
             numbers += [block.element_type, block.element_count]
-        numbers += [int(self.fixed is not None), int(self.regions is not None)]
+        numbers += [int(self.mask is not None), int(self.regions is not None)]
+        if self.reference is not None:
+            numbers.append(_scalar_type(self.reference))
         digest = hashlib.sha256(np.array(numbers, "<i8").tobytes())
         for part in self.parts():
             for piece in _wire.pieces(part.data):
@@ -123,13 +160,20 @@ class TopologyUse(NamedTuple):
 class Request:
     """All that defines a job, checked and encoded once."""
 
-    def __init__(self, mesh: Mesh, options: JobOptions, topology: Topology | None = None) -> None:
+    def __init__(
+        self,
+        mesh: Mesh,
+        options: JobOptions,
+        topology: Topology | None = None,
+        prescribed: Prescribed | None = None,
+    ) -> None:
         """Reads the options of a job on a mesh.
 
         Args:
             mesh: the mesh.
             options: of the job.
             topology: of the mesh, if it is known.
+            prescribed: nodes that move, and the mesh with them; the topology has its positions.
 
         Raises:
             InvalidOption: an option has no such value or means nothing here.
@@ -140,6 +184,9 @@ class Request:
         self.options = options
         self.points = mesh.points
         self.message = _options.encode_options(options)
+        self.prescribed = prescribed
+        if self.message.HasField("move") and prescribed is None:
+            raise _options.misplaced("method", 'method="move" is that of move(…), not of smooth(…)')
         self.metrics = _metrics(options.get("element_quality"))
         self.topology = topology or Topology.of(mesh, options)
         self.reference = self._read_reference()
@@ -154,20 +201,11 @@ class Request:
         reference = self.options.get("reference")
         if reference is None:
             return None
-        if isinstance(reference, np.ndarray) and reference.ndim == 2:
-            positions = to_wire(reference)
-        else:
-            other = Mesh(find_adapter(reference).read(reference))
-            positions = other.points
-            if not _same_elements(other.cells.blocks, self.topology.blocks):
-                raise _reference_differs()
-        if positions.shape != self.points.shape:
-            raise _reference_differs()
-        return np.ascontiguousarray(positions, self.points.dtype)
+        return other_positions(self.mesh, reference, "reference")
 
     def _default_timeout(self) -> float:
-        """That of the C++ client: by the size of the mesh and the sweeps that it may take."""
-        size = self.points.nbytes + sum(part.data.nbytes for part in self.topology.parts())
+        """As the C++ client: by the size of what may travel and the sweeps that it may take."""
+        size = sum(part.data.nbytes for part in self.parts(TopologyUse()))
         sweeps = _options.default_iterations(self.options)
         return min(600 + 1e-6 * size + 10e-6 * self.topology.element_count * sweeps, _WEEK)
 
@@ -180,11 +218,9 @@ class Request:
         else:
             spec.inline_topology.CopyFrom(self.topology.spec())
             spec.topology_kept = use.kept
-        spec.coordinate_type = (
-            mesh_pb2.SCALAR_TYPE_FLOAT64
-            if self.points.dtype.itemsize == 8
-            else mesh_pb2.SCALAR_TYPE_FLOAT32
-        )
+        spec.coordinate_type = _scalar_type(self.points)
+        if self.prescribed is not None:
+            spec.prescribed_node_count = len(self.prescribed.nodes)
         spec.options.CopyFrom(self.message)
         if (backend := options.get("backend", "auto")) != "auto":
             spec.backend_kind = _options.to_choice("backend", backend)
@@ -205,11 +241,17 @@ class Request:
     def parts(self, use: TopologyUse) -> list[_wire.Part]:
         """Returns the arrays of an attempt in the order of the wire."""
         parts = [] if use.named else list(self.topology.parts())
-        parts.append(_wire.Part(_wire.COORDINATES, 0, _wire.bytes_of(self.points)))
-        if self.reference is not None:
-            reference = _wire.bytes_of(self.reference)
-            parts.append(_wire.Part(_wire.REFERENCE_COORDINATES, 0, reference))
-        return parts
+        own: list[tuple[int, NDArray[Any]]]
+        if self.prescribed is not None:
+            own = [
+                (_wire.PRESCRIBED_NODES, self.prescribed.nodes),
+                (_wire.PRESCRIBED_COORDINATES, self.prescribed.positions),
+            ]
+        else:
+            own = [(_wire.COORDINATES, self.points)]
+            if self.reference is not None:
+                own.append((_wire.REFERENCE_COORDINATES, self.reference))
+        return parts + [_wire.Part(array_id, 0, _wire.bytes_of(array)) for array_id, array in own]
 
     def metadata(self, use: TopologyUse) -> list[tuple[str, str]]:
         """Returns what proxies read of an attempt."""
@@ -229,6 +271,31 @@ def check_names(options: JobOptions) -> None:
             raise TypeError(f"there is no option {name!r}; the options are {', '.join(_KNOWN)}")
 
 
+def _scalar_type(positions: NDArray[Any]) -> mesh_pb2.ScalarType:
+    wide = positions.dtype.itemsize == 8
+    return mesh_pb2.SCALAR_TYPE_FLOAT64 if wide else mesh_pb2.SCALAR_TYPE_FLOAT32
+
+
+def other_positions(mesh: Mesh, given: Any, field: str) -> NDArray[Any]:
+    """Returns other positions of a mesh, [nodes, 3] in its type, as an option gives them.
+
+    Args:
+        mesh: the mesh.
+        given: an array of positions, or a mesh with the same elements.
+        field: the option, for errors.
+    """
+    if isinstance(given, np.ndarray) and given.ndim == 2:
+        positions = to_wire(given)
+    else:
+        other = read_mesh(given)
+        positions = other.points
+        if not _same_elements(other.cells.blocks, mesh.cells.blocks):
+            raise _differs(field)
+    if positions.shape != mesh.points.shape:
+        raise _differs(field)
+    return np.ascontiguousarray(positions, mesh.points.dtype)
+
+
 def _same_elements(a: list[Block], b: list[Block]) -> bool:
     return len(a) == len(b) and all(
         x.element_type == y.element_type and np.array_equal(x.nodes, y.nodes)
@@ -236,12 +303,12 @@ def _same_elements(a: list[Block], b: list[Block]) -> bool:
     )
 
 
-def _reference_differs() -> InvalidMesh:
+def _differs(field: str) -> InvalidMesh:
     return InvalidMesh(
-        "the reference has the same elements of the same nodes, in the same order, in other "
+        f"{field} must have the same elements of the same nodes, in the same order, in other "
         "positions; this one differs",
         reason="REFERENCE_DIFFERS",
-        details={"field": "reference"},
+        details={"field": field},
     )
 
 
