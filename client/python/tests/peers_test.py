@@ -131,6 +131,11 @@ def test_pyvista_accessor() -> None:
     assert type(better) is pyvista.UnstructuredGrid
     assert_same(np.array(better.points), ms.smooth((points, cells), goal="worst")[0])
     assert better.meshsmooth.quality().inverted_element_count == 0
+    grid.point_data["u"] = 0.1 * np.sin(grid.points)
+    moved = grid.meshsmooth.move(displacement="u")
+    assert type(moved) is pyvista.UnstructuredGrid
+    expected = ms.move((points, cells), displacement=0.1 * np.sin(points))[0]
+    assert_same(np.array(moved.points), expected)
     plotter = pyvista.Plotter(off_screen=True)
     drawn = grid.meshsmooth.plot_quality(below=0.9, plotter=plotter, show=False)
     assert drawn is plotter

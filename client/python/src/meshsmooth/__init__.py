@@ -14,7 +14,7 @@ from ._aio import AsyncClient
 from ._aio_job import AsyncJob, AsyncSession
 from ._channel import Tls
 from ._client import Client
-from ._default import default_client, quality, smooth
+from ._default import default_client, move, quality, smooth
 from ._errors import (
     AccessDenied,
     Busy,
@@ -34,6 +34,8 @@ from ._options import (
     HcLaplacian,
     JobOptions,
     Laplacian,
+    Move,
+    MoveOptions,
     Optimize,
     SmartLaplacian,
     Taubin,
@@ -67,6 +69,8 @@ __all__ = [
     "LocalServer",
     "MeshData",
     "MetricStats",
+    "Move",
+    "MoveOptions",
     "NotFound",
     "Optimize",
     "Progress",
@@ -85,6 +89,7 @@ __all__ = [
     "WindowedSinc",
     "default_client",
     "gmsh",
+    "move",
     "plot_quality",
     "quality",
     "register_adapter",

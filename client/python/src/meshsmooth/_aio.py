@@ -15,16 +15,14 @@ import grpc.aio
 from numpy.typing import NDArray
 
 from . import _call, _channel, _options, _rpc
-from ._adapters import find_adapter
 from ._aio_job import AsyncControl, AsyncJob, AsyncSession
 from ._channel import Tls, Token
 from ._client import SHORT_TIMEOUT
 from ._errors import Error
-from ._mesh import Mesh
-from ._options import JobOptions
+from ._options import JobOptions, MoveOptions
 from ._progress import Display, Progress, Tee, closing, make_display
 from ._request import Request, TopologyUse
-from ._result import Finish, SmoothResult, prepare
+from ._result import Finish, SmoothResult, Steps, prepare, prepare_move
 from ._retry import Retry
 from ._service_error import CallFacts, to_error
 from ._summary import QualityStats
@@ -107,6 +105,37 @@ class AsyncClient:
         )
 
     @overload
+    async def move(
+        self, mesh: Any, *, out: Array, full: Literal[False] = False, **options: Unpack[MoveOptions]
+    ) -> Array: ...
+    @overload
+    async def move(
+        self, mesh: M, *, full: Literal[False] = False, **options: Unpack[MoveOptions]
+    ) -> M: ...
+    @overload
+    async def move(
+        self,
+        mesh: M,
+        *,
+        out: Array | None = None,
+        full: Literal[True],
+        **options: Unpack[MoveOptions],
+    ) -> SmoothResult[M]: ...
+    async def move(
+        self,
+        mesh: Any,
+        *,
+        out: Array | None = None,
+        full: bool = False,
+        **options: Unpack[MoveOptions],
+    ) -> Any:
+        """Moves nodes of a mesh to given positions; the others follow; see `Client.move`."""
+        request, finish = prepare_move(mesh, options, out, full)
+        return await self._smooth(
+            request, finish, AsyncControl(), make_display(options.get("progress"))
+        )
+
+    @overload
     async def submit(
         self, mesh: M, *, full: Literal[False] = False, **options: Unpack[JobOptions]
     ) -> AsyncJob[M]: ...
@@ -152,7 +181,7 @@ class AsyncClient:
 
     def session(self, mesh: Any, **options: Unpack[JobOptions]) -> AsyncSession:
         """Opens a session on the elements of a mesh whose nodes move; see `Client.session`."""
-        return AsyncSession(self, Mesh(find_adapter(mesh).read(mesh)), options)
+        return AsyncSession(self, Steps(mesh, options))
 
     async def attach(
         self,

@@ -6,15 +6,13 @@ import asyncio
 from collections.abc import AsyncIterator, Callable, Generator
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, Unpack
 
-import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ._errors import Cancelled, Error
-from ._mesh import Mesh
 from ._options import JobOptions
 from ._progress import Progress, make_display
-from ._request import Topology, TopologyUse
-from ._result import Finish, session_request
+from ._request import Request, TopologyUse
+from ._result import Finish, Steps
 
 if TYPE_CHECKING:
     from ._aio import AsyncClient
@@ -115,23 +113,20 @@ class AsyncJob(Generic[R]):
 class AsyncSession:
     """A mesh whose nodes move from job to job while its elements stay; see `Session`."""
 
-    def __init__(self, client: AsyncClient, mesh: Mesh, options: JobOptions) -> None:
+    def __init__(self, client: AsyncClient, steps: Steps) -> None:
         self._client = client
-        self._mesh = mesh
-        self._options = options
-        self._topology = Topology.of(mesh, options)
-        self._memory: Array | None = None
+        self._steps = steps
 
     async def __aenter__(self) -> AsyncSession:
         return self
 
     async def __aexit__(self, *_: object) -> None:
-        self._memory = None
+        self._steps.end(None)
 
     @property
     def topology_name(self) -> str:
         """The server's name of the topology, "topologies/sha256-…"."""
-        return self._topology.name
+        return self._steps.topology.name
 
     async def smooth(
         self,
@@ -142,12 +137,23 @@ class AsyncSession:
         **options: Unpack[JobOptions],
     ) -> Any:
         """Smooths positions of the session's mesh and returns them; see `Session.smooth`."""
-        request = session_request(
-            self._mesh, self._topology, self._options, options, np.asarray(points)
-        )
-        finish = Finish(request, out, full, lambda positions: positions, memory=self._memory)
+        return await self._run(*self._steps.smooth(points, out, full, options))
+
+    async def move(
+        self,
+        nodes: ArrayLike,
+        positions: ArrayLike,
+        *,
+        out: Array | None = None,
+        full: bool = False,
+        **options: Unpack[JobOptions],
+    ) -> Any:
+        """Moves nodes of the session's mesh and returns all positions; see `Session.move`."""
+        return await self._run(*self._steps.move(nodes, positions, out, full, options))
+
+    async def _run(self, request: Request, finish: Finish) -> Any:
         display = make_display(request.options.get("progress"))
         use = TopologyUse(named=True, routed=True)
         result = await self._client._smooth(request, finish, AsyncControl(), display, use=use)
-        self._memory = finish.own_memory
+        self._steps.end(finish)
         return result

@@ -14,15 +14,13 @@ import grpc
 from numpy.typing import NDArray
 
 from . import _call, _channel, _options, _rpc
-from ._adapters import find_adapter
 from ._channel import Tls, Token
 from ._errors import Error
 from ._job import Control, Job
-from ._mesh import Mesh
-from ._options import JobOptions
+from ._options import JobOptions, MoveOptions
 from ._progress import Display, Progress, Tee, closing, make_display
 from ._request import Request, TopologyUse
-from ._result import Finish, SmoothResult, prepare
+from ._result import Finish, SmoothResult, Steps, prepare, prepare_move
 from ._retry import Retry
 from ._service_error import CallFacts, to_error
 from ._session import Session
@@ -140,6 +138,53 @@ class Client:
         return self._smooth(request, finish, Control(), make_display(options.get("progress")))
 
     @overload
+    def move(
+        self, mesh: Any, *, out: Array, full: Literal[False] = False, **options: Unpack[MoveOptions]
+    ) -> Array: ...
+    @overload
+    def move(
+        self, mesh: M, *, full: Literal[False] = False, **options: Unpack[MoveOptions]
+    ) -> M: ...
+    @overload
+    def move(
+        self,
+        mesh: M,
+        *,
+        out: Array | None = None,
+        full: Literal[True],
+        **options: Unpack[MoveOptions],
+    ) -> SmoothResult[M]: ...
+    def move(
+        self,
+        mesh: Any,
+        *,
+        out: Array | None = None,
+        full: bool = False,
+        **options: Unpack[MoveOptions],
+    ) -> Any:
+        """Moves nodes of a valid mesh to given positions; the others follow and all stays valid.
+
+        Returns a mesh of the same kind; the argument, at which the motion begins, is unchanged. A
+        motion that is too hard ends before its end: `summary.motion.reached` is below 1.
+
+        Args:
+            mesh: of any kind that docs/python.md lists.
+            out: as of `smooth`.
+            full: return a `SmoothResult` with `.mesh` and `.summary`, `summary.motion` among it.
+            **options: `displacement`, the way of each node [nodes, 2 or 3] or the name of such a
+                node array; or `to`, positions of all nodes or a mesh with the same elements. Those
+                of the nodes `prescribed` count: a boolean mask, indices, the name of a node array
+                or set, or a list of names [the boundary's that are not fixed]. The others are those
+                of `smooth`; `method` may be an `ms.Move`.
+
+        Raises:
+            InvalidMesh: likewise, and PRESCRIBED_TWICE, PRESCRIBED_AND_FIXED, REFERENCE_TANGLED.
+            Error: as `smooth`.
+        """
+        request, finish = prepare_move(mesh, options, out, full)
+        return self._smooth(request, finish, Control(), make_display(options.get("progress")))
+
+    @overload
     def submit(
         self, mesh: M, *, full: Literal[False] = False, **options: Unpack[JobOptions]
     ) -> Job[M]: ...
@@ -238,11 +283,11 @@ class Client:
         The server keeps the elements, so that a step sends positions only, 12 or 24 bytes a node.
 
         Args:
-            mesh: of any kind; its positions are not sent.
+            mesh: of any kind; its positions are sent only if steps `move` its nodes.
             **options: `fixed`, `fixed_types`, `regions` and `boundary` hold for all steps; the
                 others are defaults of the steps.
         """
-        return Session(self, Mesh(find_adapter(mesh).read(mesh)), options)
+        return Session(self, Steps(mesh, options))
 
     def attach(
         self,

@@ -9,7 +9,7 @@ from typing import Any, Literal, TypeVar, Unpack, overload
 from numpy.typing import NDArray
 
 from ._client import Client
-from ._options import JobOptions
+from ._options import JobOptions, MoveOptions
 from ._result import SmoothResult
 from ._summary import QualityStats
 
@@ -60,6 +60,32 @@ def smooth(mesh: Any, **keywords: Any) -> Any:
     The server is that of `$MESHSMOOTH_SERVER`, or one that this process starts.
     """
     return default_client().smooth(mesh, **keywords)
+
+
+@overload
+def move(
+    mesh: Any,
+    *,
+    out: NDArray[Any],
+    full: Literal[False] = False,
+    **options: Unpack[MoveOptions],
+) -> NDArray[Any]: ...
+@overload
+def move(mesh: M, *, full: Literal[False] = False, **options: Unpack[MoveOptions]) -> M: ...
+@overload
+def move(
+    mesh: M,
+    *,
+    out: NDArray[Any] | None = None,
+    full: Literal[True],
+    **options: Unpack[MoveOptions],
+) -> SmoothResult[M]: ...
+def move(mesh: Any, **keywords: Any) -> Any:
+    """Moves nodes of a mesh to given positions; the others follow; see `Client.move`.
+
+    The server is that of `smooth`.
+    """
+    return default_client().move(mesh, **keywords)
 
 
 def quality(mesh: Any, **options: Unpack[JobOptions]) -> QualityStats:

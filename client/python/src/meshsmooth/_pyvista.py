@@ -7,12 +7,12 @@ from typing import Any, Unpack
 import pyvista
 
 from ._default import default_client
-from ._options import JobOptions, Metric
+from ._options import JobOptions, Metric, MoveOptions
 from ._summary import QualityStats
 
 
 class MeshsmoothAccessor:
-    """Smooths and evaluates a PyVista grid or surface."""
+    """Smooths, moves and evaluates a PyVista grid or surface."""
 
     def __init__(self, mesh: Any) -> None:
         self._mesh = mesh
@@ -22,6 +22,12 @@ class MeshsmoothAccessor:
         if full:
             return default_client().smooth(self._mesh, full=True, **options)
         return default_client().smooth(self._mesh, **options)
+
+    def move(self, *, full: bool = False, **options: Unpack[MoveOptions]) -> Any:
+        """Returns a mesh of the same kind with moved nodes; see `meshsmooth.move`."""
+        if full:
+            return default_client().move(self._mesh, full=True, **options)
+        return default_client().move(self._mesh, **options)
 
     def quality(self, **options: Unpack[JobOptions]) -> QualityStats:
         """Returns statistics and histograms of each metric; see `meshsmooth.quality`."""

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _options
-from ._adapters import Adapter, find_adapter
+from ._adapters import Adapter, find_adapter, read_mesh
 from ._call import Result
 from ._mesh import Mesh
-from ._options import JobOptions
+from ._options import JobOptions, MoveOptions
+from ._prescribed import prescribe, prescribe_motion
 from ._progress import enum_name
 from ._request import TOPOLOGY_OPTIONS, Request, Topology, check_names
 from ._summary import Summary, decode_summary
@@ -129,20 +130,69 @@ def prepare(
     return request, Finish(request, out, full, lambda points: adapter.write(mesh, points), adapter)
 
 
-def session_request(
-    mesh: Mesh,
-    topology: Topology,
-    defaults: JobOptions,
-    options: JobOptions,
-    points: NDArray[Any],
-) -> Request:
-    """Returns the request of a session's step."""
-    check_names(options)
-    for name in TOPOLOGY_OPTIONS:
-        if name in options:
-            raise _options.misplaced(
-                name, f"{name} holds for all steps of a session; give it to session(…)"
-            )
-    step = mesh.moved(points)
-    joined: JobOptions = {**defaults, **options}
-    return Request(step, joined, topology)
+def prepare_move(
+    mesh: Any, options: MoveOptions, out: NDArray[Any] | None, full: bool
+) -> tuple[Request, Finish]:
+    """The same of `move`."""
+    adapter = find_adapter(mesh)
+    own = Mesh(adapter.read(mesh))
+    job_options = _options.to_move_options(options)
+    check_names(job_options)
+    topology = Topology.of(own, options)
+    prescribed = prescribe_motion(own, topology, options)
+    moving = topology.moving(own.points, prescribed.nodes)
+    request = Request(own, job_options, moving, prescribed)
+    return request, Finish(request, out, full, lambda points: adapter.write(mesh, points), adapter)
+
+
+class Steps:
+    """The jobs of a session, for the blocking and the asyncio client.
+
+    Attributes:
+        topology: of all steps that smooth.
+    """
+
+    def __init__(self, mesh: Any, options: JobOptions) -> None:
+        read = read_mesh(mesh)
+        # A copy: `move` begins at these positions, and the caller may change theirs in place.
+        self._mesh = read.moved(np.array(read.data.points))
+        self._options = options
+        self.topology = Topology.of(self._mesh, options)
+        self._moving: Topology | None = None  # of the last step that moved
+        self._memory: NDArray[Any] | None = None
+
+    def smooth(
+        self, points: NDArray[Any], out: NDArray[Any] | None, full: bool, options: JobOptions
+    ) -> tuple[Request, Finish]:
+        """Returns the request of a step, and what makes its result."""
+        joined = self._joined(options)
+        request = Request(self._mesh.moved(np.asarray(points)), joined, self.topology)
+        return request, self._finish(request, out, full)
+
+    def move(
+        self, nodes: Any, positions: Any, out: NDArray[Any] | None, full: bool, options: JobOptions
+    ) -> tuple[Request, Finish]:
+        """The same of a step that moves nodes."""
+        joined = _options.to_move_options(self._joined(options))
+        prescribed = prescribe(self._mesh, self.topology, nodes, positions)
+        topology = self.topology.moving(self._mesh.points, prescribed.nodes)
+        if self._moving is None or not self._moving.holds_those_of(topology):
+            self._moving = topology  # else its name is known
+        request = Request(self._mesh, joined, self._moving, prescribed)
+        return request, self._finish(request, out, full)
+
+    def end(self, finish: Finish | None) -> None:
+        """Keeps the memory of a finished step for the next one; None: keeps none."""
+        self._memory = None if finish is None else finish.own_memory
+
+    def _joined(self, options: JobOptions) -> JobOptions:
+        check_names(options)
+        for name in TOPOLOGY_OPTIONS:
+            if name in options:
+                raise _options.misplaced(
+                    name, f"{name} holds for all steps of a session; give it to session(…)"
+                )
+        return {**self._options, **options}
+
+    def _finish(self, request: Request, out: NDArray[Any] | None, full: bool) -> Finish:
+        return Finish(request, out, full, lambda positions: positions, memory=self._memory)

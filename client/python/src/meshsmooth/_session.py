@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Literal, Unpack, overload
 
-import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ._job import Control
-from ._mesh import Mesh
 from ._options import JobOptions
 from ._progress import make_display
-from ._request import Topology, TopologyUse
-from ._result import Finish, SmoothResult, session_request
+from ._request import Request, TopologyUse
+from ._result import Finish, SmoothResult, Steps
 
 if TYPE_CHECKING:
     from ._client import Client
@@ -26,23 +24,20 @@ class Session:
     The same positions give the same bits, whatever the server has. Not thread-safe.
     """
 
-    def __init__(self, client: Client, mesh: Mesh, options: JobOptions) -> None:
+    def __init__(self, client: Client, steps: Steps) -> None:
         self._client = client
-        self._mesh = mesh
-        self._options = options
-        self._topology = Topology.of(mesh, options)
-        self._memory: Array | None = None
+        self._steps = steps
 
     def __enter__(self) -> Session:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._memory = None
+        self._steps.end(None)
 
     @property
     def topology_name(self) -> str:
         """The server's name of the topology, "topologies/sha256-…"."""
-        return self._topology.name
+        return self._steps.topology.name
 
     @overload
     def smooth(
@@ -79,12 +74,56 @@ class Session:
             **options: as of `Client.smooth`, without those of the topology.
                 `quality="brief"` saves the server most of the evaluation.
         """
-        request = session_request(
-            self._mesh, self._topology, self._options, options, np.asarray(points)
-        )
-        finish = Finish(request, out, full, lambda positions: positions, memory=self._memory)
+        return self._run(*self._steps.smooth(points, out, full, options))
+
+    @overload
+    def move(
+        self,
+        nodes: ArrayLike,
+        positions: ArrayLike,
+        *,
+        out: Array | None = None,
+        full: Literal[False] = False,
+        **options: Unpack[JobOptions],
+    ) -> Array: ...
+    @overload
+    def move(
+        self,
+        nodes: ArrayLike,
+        positions: ArrayLike,
+        *,
+        out: Array | None = None,
+        full: Literal[True],
+        **options: Unpack[JobOptions],
+    ) -> SmoothResult[Array]: ...
+    def move(
+        self,
+        nodes: ArrayLike,
+        positions: ArrayLike,
+        *,
+        out: Array | None = None,
+        full: bool = False,
+        **options: Unpack[JobOptions],
+    ) -> Any:
+        """Moves nodes of the session's mesh; the others follow. Returns all positions.
+
+        Each step begins at the mesh that the session was opened with, not at the last step. The
+        server keeps its positions too, so that a step sends the prescribed nodes alone.
+
+        Args:
+            nodes: indices, each once, or a boolean mask [nodes].
+            positions: where these nodes shall lie, in their order; or the positions of all nodes,
+                of which theirs count.
+            out: array [nodes, 2 or 3] for the result.
+            full: return a `SmoothResult` whose `mesh` are the positions. Its `summary.motion` tells
+                how far the nodes came.
+            **options: as of `smooth`; `method` may be an `ms.Move`.
+        """
+        return self._run(*self._steps.move(nodes, positions, out, full, options))
+
+    def _run(self, request: Request, finish: Finish) -> Any:
         display = make_display(request.options.get("progress"))
         use = TopologyUse(named=True, routed=True)
         result = self._client._smooth(request, finish, Control(), display, use=use)
-        self._memory = finish.own_memory
+        self._steps.end(finish)
         return result
