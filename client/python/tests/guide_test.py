@@ -43,7 +43,7 @@ def test_code_of_the_guide(
 
 def test_guide_names_every_option_and_error() -> None:
     text = GUIDE.read_text(encoding="utf-8")
-    for name in ms.JobOptions.__annotations__:
+    for name in ms.MoveOptions.__annotations__:
         assert f"`{name}`" in text, name
     for error in vars(ms).values():
         if isinstance(error, type) and issubclass(error, ms.Error) and error is not ms.Error:

@@ -162,23 +162,23 @@ class Client:
         full: bool = False,
         **options: Unpack[MoveOptions],
     ) -> Any:
-        """Moves nodes of a valid mesh to given positions; the others follow and all stays valid.
+        """Moves nodes to given positions and lets the rest follow; returns a mesh of the same kind.
 
-        Returns a mesh of the same kind; the argument, at which the motion begins, is unchanged. A
-        motion that is too hard ends before its end: `summary.motion.reached` is below 1.
+        The mesh must be valid, and the result is. A motion that is too hard stops on its way:
+        `summary.motion.reached` is below 1, and without `full` there is a RuntimeWarning.
 
         Args:
-            mesh: of any kind that docs/python.md lists.
+            mesh: of any kind that docs/python.md lists; it is unchanged.
             out: as of `smooth`.
-            full: return a `SmoothResult` with `.mesh` and `.summary`, `summary.motion` among it.
-            **options: `displacement`, the way of each node [nodes, 2 or 3] or the name of such a
-                node array; or `to`, positions of all nodes or a mesh with the same elements. Those
-                of the nodes `prescribed` count: a boolean mask, indices, the name of a node array
-                or set, or a list of names [the boundary's that are not fixed]. The others are those
-                of `smooth`; `method` may be an `ms.Move`.
+            full: return a `SmoothResult` with `.mesh` and `.summary`.
+            **options: one of `displacement`, an array [nodes, 2 or 3] or the name of a node array,
+                and `to`, positions of all nodes or a mesh with the same elements. Only what they
+                say of the nodes `prescribed` counts: a boolean mask, indices, the name of a node
+                array or set, or a list of names [nodes on the boundary that are not fixed]. The
+                others are those of `smooth`; `method` may be an `ms.Move`.
 
         Raises:
-            InvalidMesh: likewise, and PRESCRIBED_TWICE, PRESCRIBED_AND_FIXED, REFERENCE_TANGLED.
+            InvalidMesh: the mesh or a prescribed node is wrong.
             Error: as `smooth`.
         """
         request, finish = prepare_move(mesh, options, out, full)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
@@ -110,6 +111,13 @@ class Finish:
                 for name, values in named.items():
                     self._adapter.annotate(smoothed, name, values)
         if not self._full:
+            if message.HasField("motion") and message.motion.reached < 1:
+                warnings.warn(
+                    f"move reached {100 * message.motion.reached:.4g} % of the motion; with "
+                    "full=True the summary tells what is in the way",
+                    RuntimeWarning,
+                    stacklevel=2,
+                )
             return smoothed
         summary = decode_summary(message, mesh.caller_element)
         return SmoothResult(smoothed, points, summary, named, job_name, request.request_id)
@@ -133,7 +141,7 @@ def prepare(
 def prepare_move(
     mesh: Any, options: MoveOptions, out: NDArray[Any] | None, full: bool
 ) -> tuple[Request, Finish]:
-    """The same of `move`."""
+    """Reads a mesh to move and the options of the job."""
     adapter = find_adapter(mesh)
     own = Mesh(adapter.read(mesh))
     job_options = _options.to_move_options(options)
@@ -172,7 +180,7 @@ class Steps:
     def move(
         self, nodes: Any, positions: Any, out: NDArray[Any] | None, full: bool, options: JobOptions
     ) -> tuple[Request, Finish]:
-        """The same of a step that moves nodes."""
+        """Returns the same of a step that moves nodes."""
         joined = _options.to_move_options(self._joined(options))
         prescribed = prescribe(self._mesh, self.topology, nodes, positions)
         topology = self.topology.moving(self._mesh.points, prescribed.nodes)

@@ -105,18 +105,17 @@ class Session:
         full: bool = False,
         **options: Unpack[JobOptions],
     ) -> Any:
-        """Moves nodes of the session's mesh; the others follow. Returns all positions.
+        """Moves nodes of the session's mesh, lets the rest follow and returns all positions.
 
-        Each step begins at the mesh that the session was opened with, not at the last step. The
-        server keeps its positions too, so that a step sends the prescribed nodes alone.
+        Each step begins at the mesh that the session was opened with and does not depend on earlier
+        steps. The server keeps that mesh, so that a step sends the prescribed nodes only.
 
         Args:
-            nodes: indices, each once, or a boolean mask [nodes].
-            positions: where these nodes shall lie, in their order; or the positions of all nodes,
-                of which theirs count.
-            out: array [nodes, 2 or 3] for the result.
-            full: return a `SmoothResult` whose `mesh` are the positions. Its `summary.motion` tells
-                how far the nodes came.
+            nodes: prescribed nodes: indices, each once, or a boolean mask.
+            positions: where they shall lie, in their order; or positions of all nodes.
+            out: array of the mesh's shape for the result.
+            full: return a `SmoothResult` whose `mesh` are the positions; `summary.motion` is how
+                far the nodes came. Without it there is a RuntimeWarning if they did not arrive.
             **options: as of `smooth`; `method` may be an `ms.Move`.
         """
         return self._run(*self._steps.move(nodes, positions, out, full, options))
