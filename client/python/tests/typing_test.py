@@ -27,6 +27,7 @@ reveal_type(ms.smooth(grid, full=True).mesh)
 reveal_type(ms.smooth((points, {}), out=points))
 reveal_type(client.submit(grid).result())
 reveal_type([*client.map([grid])][0])
+reveal_type(ms.move(grid, displacement="u", prescribed="wall"))
 ms.smooth(grid, method=ms.Optimize(goal="worst"), boundary="slide", movement_limit="1%")
 """
 WRONG = """
@@ -34,6 +35,7 @@ import meshsmooth as ms
 ms.smooth(object(), boundary="loose")
 ms.smooth(object(), iteratons=3)
 ms.Optimize(goal="best")
+ms.move(object(), displacment=[])
 """
 
 
@@ -59,10 +61,10 @@ def test_results_have_the_type_of_the_mesh(tmp_path: pathlib.Path) -> None:
     types = re.findall(r'Revealed type is "([^"]*)"', output)
     assert [name.rpartition(".")[2] for name in types][:2] == ["Grid", "Grid"]
     assert types[2].startswith("numpy.ndarray")
-    assert [name.rpartition(".")[2] for name in types][3:] == ["Grid", "Grid"]
+    assert [name.rpartition(".")[2] for name in types][3:] == ["Grid", "Grid", "Grid"]
 
 
 def test_wrong_options_are_errors(tmp_path: pathlib.Path) -> None:
     output = check(WRONG, tmp_path)
-    for line in (3, 4, 5):
+    for line in (3, 4, 5, 6):
         assert f"code.py:{line}: error" in output
