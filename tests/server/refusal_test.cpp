@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <functional>
 #include <future>
@@ -10,6 +11,7 @@
 #include "server/raw_call.hpp"
 #include "server/smooth_call.hpp"
 #include "support/in_process_server.hpp"
+#include "support/process.hpp"
 #include "wire/crc32c.hpp"
 
 namespace meshsmooth::testing {
@@ -166,6 +168,12 @@ TEST_F(Refusal, WhenTheQueueIsFullSaysWhenToComeBack) {
   second.read_accepted();
   third.send_all(mesh_);
   third.read_accepted();
+  // A job is accepted before its mesh is there; then it takes its place in the queue.
+  ASSERT_TRUE(eventually([&] {
+    const v1::ListJobsResponse jobs = list_jobs(stub_);
+    return std::count_if(jobs.jobs().begin(), jobs.jobs().end(),
+                         [](const v1::Job& job) { return job.state() == v1::STATE_QUEUED; }) == 2;
+  }));
   fourth.send(TwoTetrahedra::spec());
 
   EXPECT_EQ(fourth.finish().error_code(), StatusCode::RESOURCE_EXHAUSTED);
