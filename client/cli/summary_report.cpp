@@ -151,16 +151,15 @@ std::string poor_sentence(const std::optional<PoorElements>& poor) {
 std::string motion_sentence(const std::optional<MotionStats>& motion,
                             const std::function<std::int64_t(std::int64_t)>& file_element_id) {
   if (!motion) return {};
-  std::string text = fmt::format("motion: {:.4g} % reached in {}{}; displacement continued in {}\n",
-                                 100 * motion->reached, counted(motion->step_count, "step"),
-                                 motion->rejected_step_count > 0
-                                     ? fmt::format(", {} in vain", motion->rejected_step_count)
-                                     : "",
-                                 counted(motion->linear_iteration_count, "iteration"));
+  std::string text =
+      fmt::format("reached {:.4g} % of the motion in {}{}\n", 100 * motion->reached,
+                  counted(motion->step_count, "step"),
+                  motion->rejected_step_count > 0
+                      ? fmt::format(" ({} more tried in vain)", motion->rejected_step_count)
+                      : "");
   if (motion->reached == 1) return text;
-  text += fmt::format("a step further {} {} inverted",
-                      counted(motion->blocking_element_count, "element"),
-                      motion->blocking_element_count == 1 ? "is" : "are");
+  text += fmt::format("a step further {} would be inverted",
+                      counted(motion->blocking_element_count, "element"));
   for (std::size_t n = 0; n < motion->blocking_elements.size(); ++n) {
     text +=
         fmt::format("{}{}", n == 0 ? ": " : ", ", file_element_id(motion->blocking_elements[n]));

@@ -58,7 +58,7 @@ void MeshLayout::expect_prescribed(std::int64_t count, const MeshLimits& limits)
     throw InvalidOption(
         "SPEC_MISSING",
         "inline_topology.reference_type: move moves the reference that is kept with "
-        "the topology, and there is none",
+        "the topology, and this one has none; send it inline with its reference",
         {{"field", "inline_topology.reference_type"}});
   }
   if (count < 1 || count > node_count) {

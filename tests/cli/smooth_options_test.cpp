@@ -60,11 +60,15 @@ TEST(SmoothOptions, HaveAFlagForEveryFieldOfEveryMethod) {
   SmoothFlags flags;
   add_smooth_flags(app, flags);
   const std::string help = app.help();
+  CLI::App moving;
+  add_move_flags(moving, flags);
   for_each_method([&]<class M>(const M&) {
+    const CLI::App& command = std::is_same_v<M, Move> ? moving : app;
     for_each_field<M>([&](const auto& field) {
-      EXPECT_NE(app.get_option_no_throw(std::string(field.flag)), nullptr) << field.flag;
+      EXPECT_NE(command.get_option_no_throw(std::string(field.flag)), nullptr) << field.flag;
     });
   });
+  EXPECT_EQ(app.get_option_no_throw("--least-step"), nullptr);
   EXPECT_THAT(help, ::testing::HasSubstr("below minus lambda [-0.6732]"));
   EXPECT_THAT(help, ::testing::HasSubstr("[balanced]"));
   EXPECT_THAT(help,

@@ -58,6 +58,28 @@ TEST(Session, SendsAReferenceWithEachJobThatHasOne) {
   EXPECT_TRUE(server.fake().reference().first.empty());
 }
 
+/// The server keeps the reference with the topology, and the answer replaces nothing of it.
+TEST(Session, MovesTheMeshThatItWasOpenedWith) {
+  InProcessServer server;
+  server.keeps_something();
+  Client client = connect(server);
+  const Mesh mesh = test::tet_ball();
+  Session session = client.open(mesh);
+  const std::vector<Vec3d> whole = test::points(mesh);
+  for (int step = 0; step < 3; ++step) {
+    const std::vector<NodeId> nodes = {2, static_cast<NodeId>(step == 0 ? 5 : 4)};
+    const std::vector<Vec3d> to = {{1, 2, 3}, {4, 5, 6}};
+    const SmoothReport report = session.move(nodes, std::span<const Vec3d>(to));
+    EXPECT_EQ(report.topology_reused, step > 0);
+    EXPECT_EQ(server.fake().motion(), std::pair(nodes, whole));
+    const auto moved = std::get<std::span<const Vec3d>>(session.positions());
+    EXPECT_EQ(moved[6].x, whole[6].x + 1);  // as the fake moves it
+  }
+  EXPECT_EQ(server.fake().prepared(), 1);
+  const std::vector<NodeId> twice = {2, 2};
+  EXPECT_THROW(session.move(twice, std::span<const Vec3d>(whole).first(2)), InvalidMesh);
+}
+
 TEST(Topologies, AreDescribedAndDeletedByName) {
   InProcessServer server;
   server.keeps_something();

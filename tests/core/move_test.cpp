@@ -132,19 +132,10 @@ TEST(Move, KeepsABoundaryLayer) {
 }
 
 TEST(Move, LetsTheEndsSlide) {
-  Motion motion = test::turned_hub(8, 60, 6);
-  // The cylinders alone are prescribed; the ends slide in their planes.
-  Motion cylinders{motion.name, motion.reference, {}, {}};
-  for (std::size_t n = 0; n < motion.nodes.size(); ++n) {
-    const Vec3d p = points(motion.reference)[static_cast<std::size_t>(motion.nodes[n])];
-    const double radius = std::hypot(p.x, p.y);
-    if (radius > 0.401 && radius < 0.999) continue;
-    cylinders.nodes.push_back(motion.nodes[n]);
-    cylinders.positions.push_back(motion.positions[n]);
-  }
-  SmoothOptions options = cylinders.options();
+  const Motion motion = test::turned_cylinders(8, 60, 6);
+  SmoothOptions options = motion.options();
   options.boundary = BoundaryPolicy::slide;
-  const Job job = moved(cylinders, options);
+  const Job job = moved(motion, options);
   EXPECT_EQ(job.summary.motion->reached, 1);
   EXPECT_GT(job.summary.nodes.sliding_in_plane, 0);
   for (std::size_t node = 0; node < motion.reference.node_count(); ++node) {

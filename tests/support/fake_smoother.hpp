@@ -87,6 +87,11 @@ class FakeControl {
     const std::lock_guard lock(mutex_);
     return reference_;
   }
+  /// The nodes that the last job prescribed, and the positions that it came with.
+  [[nodiscard]] std::pair<std::vector<NodeId>, std::vector<Vec3d>> motion() const {
+    const std::lock_guard lock(mutex_);
+    return motion_;
+  }
   [[nodiscard]] int started() const {
     const std::lock_guard lock(mutex_);
     return started_;
@@ -105,6 +110,7 @@ class FakeControl {
   int started_ = 0;
   std::vector<std::int32_t> regions_;
   std::pair<std::vector<Vec3d>, bool> reference_;
+  std::pair<std::vector<NodeId>, std::vector<Vec3d>> motion_;
   std::function<void()> thrower_;
   MemoryEstimate estimate_;
   DeviceSpace device_space_;
@@ -185,6 +191,13 @@ class FakeSmoother final : public Smoother {
             }
           },
           options.reference);
+      const auto& prescribed = options.prescribed.nodes;
+      control_->motion_ = {{prescribed.begin(), prescribed.end()}, {}};
+      std::visit(
+          [&](auto span) {
+            for (const auto& p : span) control_->motion_.second.push_back(vec3_cast<double>(p));
+          },
+          positions);
     }
     if (thrower) thrower();
 

@@ -55,6 +55,20 @@ inline Motion turned_hub(int rows, double degrees, int layers = 0) {
       [=](Vec3d p) { return turned(p, degrees * (1 - std::hypot(p.x, p.y)) / 0.6); });
 }
 
+/// The same of an extruded one, whose cylinders alone are prescribed: its ends may slide.
+inline Motion turned_cylinders(int rows, double degrees, int layers) {
+  const Motion whole = turned_hub(rows, degrees, layers);
+  Motion cylinders{whole.name, whole.reference, {}, {}};
+  for (std::size_t n = 0; n < whole.nodes.size(); ++n) {
+    const Vec3d p = points(whole.reference)[static_cast<std::size_t>(whole.nodes[n])];
+    const double radius = std::hypot(p.x, p.y);
+    if (radius > 0.401 && radius < 0.999) continue;
+    cylinders.nodes.push_back(whole.nodes[n]);
+    cylinders.positions.push_back(whole.positions[n]);
+  }
+  return cylinders;
+}
+
 /// The unit cube or square of a lattice, jittered.
 inline Mesh unit_lattice(ElementType type, int cells) {
   return mapped(noisy(lattice(type, cells), 0.15, 5), [=](Vec3d p) { return (1.0 / cells) * p; });

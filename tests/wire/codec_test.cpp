@@ -112,6 +112,7 @@ TEST(DecodeOptions, ReadsWhatEncodeWrote) {
   }
   expect_round_trip({.method = Taubin{0.5, -0.6}});
   expect_round_trip({.method = WindowedSinc{Window::hamming, 0.03}});
+  expect_round_trip({.method = Move{Target::ideal, 0.125}});
   expect_round_trip({.method = HcLaplacian{0.1, 0.9}});
   for (const Goal goal : {Goal::average, Goal::balanced, Goal::worst}) {
     expect_round_trip({.method = Optimize{goal, 0.25}});
@@ -345,6 +346,14 @@ TEST(ElementTypes, ComeBackAsTheyWereSent) {
 SmoothSummary full_summary() {
   SmoothSummary s;
   s.stop_reason = StopReason::stagnated;
+  s.motion = {.reached = 0.375,
+              .step_count = 3,
+              .rejected_step_count = 5,
+              .linear_iteration_count = 44,
+              .linear_residual = 0.5,
+              .linear_seconds = 1.5,
+              .blocking_element_count = 12,
+              .blocking_elements = {7, 9}};
   s.poor = {.below = 0.25, .element_count = 43, .locked_count = 41, .limited_count = 2};
   s.convergence = {.iteration_count = 1,
                    .end_rule = EndRule::all_held,
@@ -410,6 +419,14 @@ TEST(DecodeSummary, ReadsWhatEncodeWrote) {
   EXPECT_EQ(s.stop_reason, StopReason::stagnated);
   EXPECT_EQ(s.convergence.end_rule, EndRule::all_held);
   EXPECT_EQ(s.convergence.remaining_gain, 0.125);
+  EXPECT_EQ(s.motion.value().reached, 0.375);
+  EXPECT_EQ(s.motion->step_count, 3);
+  EXPECT_EQ(s.motion->rejected_step_count, 5);
+  EXPECT_EQ(s.motion->linear_iteration_count, 44);
+  EXPECT_EQ(s.motion->linear_residual, 0.5);
+  EXPECT_EQ(s.motion->linear_seconds, 1.5);
+  EXPECT_EQ(s.motion->blocking_element_count, 12);
+  EXPECT_EQ(s.motion->blocking_elements, (std::vector<std::int64_t>{7, 9}));
   EXPECT_EQ(s.poor.value().below, 0.25);
   EXPECT_EQ(s.poor->element_count, 43);
   EXPECT_EQ(s.poor->locked_count, 41);

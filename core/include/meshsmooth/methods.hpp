@@ -124,8 +124,9 @@ struct Optimize {
 
 /// Moves nodes to given positions (`SmoothOptions::prescribed`) and lets the rest of the mesh
 /// follow. The positions that the job brings are the reference: a valid mesh, whose boundary, what
-/// slides where, and element shapes count. The result depends on it and on the prescribed positions
-/// alone, not on the way there: after a cycle the mesh is the reference, bit for bit.
+/// slides where, and element shapes count. Regions do not: what lies between them follows. The
+/// result depends on it and on the prescribed positions alone, not on the way there: after a cycle
+/// the mesh is the reference, bit for bit.
 ///
 /// The displacement is continued into the mesh by Laplace's equation on the reference, solved by
 /// conjugate gradients to a residual of 1e-4; then the sweeps of `Optimize` bring each element

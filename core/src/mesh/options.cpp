@@ -148,10 +148,10 @@ namespace {
 
 [[noreturn]] void refuse_prescribed(const char* reason, std::size_t place, NodeId node,
                                     const std::string& why) {
-  throw InvalidMesh(reason,
-                    "prescribed node " + std::to_string(node) + " (the " +
-                        std::to_string(place + 1) + ". of them): " + why,
-                    {{"node", std::to_string(node)}});
+  throw InvalidMesh(
+      reason,
+      "prescribed node " + std::to_string(node) + " at index " + std::to_string(place) + ": " + why,
+      {{"node", std::to_string(node)}});
 }
 
 }  // namespace
@@ -183,7 +183,7 @@ void validate_prescribed(const TopologyView& topology, const PrescribedNodes& pr
           seen[id] = true;
           if (!topology.fixed.empty() && topology.fixed[id] != 0) {
             refuse_prescribed("PRESCRIBED_AND_FIXED", n, node,
-                              "it is fixed too; be it one of both");
+                              "it is fixed too; prescribe it or fix it, not both");
           }
           const auto& p = positions[n];
           if (!(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z))) {

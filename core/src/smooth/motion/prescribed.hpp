@@ -32,7 +32,7 @@ inline void validate_arrays(const TopologyView& topology, const SmoothOptions& o
 }
 
 /// The topology of a job. The nodes that `Move` prescribes are fixed in it, like those of the
-/// caller. What it views must outlive it.
+/// caller; what lies between regions follows like all else. What it views must outlive it.
 class JobTopology {
  public:
   JobTopology(const TopologyView& topology, const SmoothOptions& options) : view_(topology) {
@@ -44,6 +44,7 @@ class JobTopology {
     }
     for (const NodeId node : options.prescribed.nodes) fixed_[static_cast<std::size_t>(node)] = 1;
     view_.fixed = fixed_;
+    view_.regions = {};
   }
   JobTopology(const JobTopology&) = delete;
   JobTopology& operator=(const JobTopology&) = delete;

@@ -111,7 +111,10 @@ TargetArrays<E> find_reference(E& executor, const JobMesh<E, Real>& job,
   const ReferenceCheck check = job.volume()
                                    ? check_reference<3>(executor, job.elements.view, reference)
                                    : check_reference<2>(executor, job.elements.view, reference);
-  refuse_flat_reference(check.flat, job.elements.view.count);
+  // Of an input all of whose elements are flat or inverted, `refuse_tangled` tells more.
+  if (position_count(options.reference) > 0) {
+    refuse_flat_reference(check.flat, job.elements.view.count);
+  }
   result.flat = check.flat;
   result.view.reference = reference;
   result.view.some_flat = check.flat > 0;

@@ -47,8 +47,8 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
   {
     const StageTimer timer(executor, times.evaluate_seconds, control, Stage::evaluate);
     summary.quality_before = backend.evaluate(job, orientation);
-    if (moves) refuse_tangled_reference(summary.quality_before);
     refuse_tangled(summary.quality_before, sweeping.tangled, job.volume());
+    if (moves) refuse_tangled_reference(summary.quality_before);
   }
   {
     const StageTimer timer(executor, times.iterate_seconds, control, Stage::iterate);
