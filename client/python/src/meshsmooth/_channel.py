@@ -14,10 +14,6 @@ import grpc
 
 from ._errors import Error, InvalidOption
 
-# gRPC 1.51 may wait for ever in its fork handlers if the process forks while it has threads. They
-# are of no use here, as `ForkGuard` refuses gRPC in such a child. Read at the first connection.
-os.environ.setdefault("GRPC_ENABLE_FORK_SUPPORT", "0")
-
 SERVER_VARIABLE = "MESHSMOOTH_SERVER"
 
 Token = str | Callable[[], str]
