@@ -195,8 +195,9 @@ TEST_F(Service, DescribesItself) {
   const v1::GetServerInfoResponse info = server_info(stub_);
 
   EXPECT_THAT(info.api_versions(), ::testing::ElementsAre("meshsmooth.v1"));
-  EXPECT_THAT(info.methods(), ::testing::ElementsAre("laplacian", "smart_laplacian", "taubin",
-                                                     "hc_laplacian", "optimize", "windowed_sinc"));
+  EXPECT_THAT(info.methods(),
+              ::testing::ElementsAre("laplacian", "smart_laplacian", "taubin", "hc_laplacian",
+                                     "optimize", "windowed_sinc", "move"));
   EXPECT_EQ(info.element_types_size(), 6);
   EXPECT_TRUE(info.default_options().has_optimize());
   ASSERT_EQ(info.method_defaults_size(), info.methods_size());
@@ -207,6 +208,7 @@ TEST_F(Service, DescribesItself) {
     EXPECT_EQ(defaults.max_iteration_count(), defaults.has_taubin() || defaults.has_windowed_sinc()
                                                   ? 20
                                               : defaults.has_hc_laplacian() ? 10
+                                              : defaults.has_move()         ? 10000
                                                                             : 1000);
   }
   EXPECT_EQ(info.backends(0).kind(), v1::BACKEND_KIND_CPU);
