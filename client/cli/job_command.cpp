@@ -101,7 +101,8 @@ client::SmoothReport call_server(formats::MeshFile& file, const JobFlags& flags,
 }  // namespace
 
 formats::MeshFile read_same_elements(const std::filesystem::path& path, const std::string& what,
-                                     const JobFlags& flags, const formats::MeshFile& input) {
+                                     const std::string& flag, const JobFlags& flags,
+                                     const formats::MeshFile& input) {
   formats::MeshFile file = formats::read_mesh_file(path);
   const auto same = [](const ElementBlock& a, const ElementBlock& b) {
     return a.type == b.type && a.nodes == b.nodes;
@@ -114,7 +115,7 @@ formats::MeshFile read_same_elements(const std::filesystem::path& path, const st
                     path.string() + " is no " + what + " of " + flags.input.string() +
                         ": it must have the same elements of the same nodes, in the same order, in "
                         "other positions",
-                    {{"field", what}});
+                    {{"field", flag}});
 }
 
 client::SmoothReport run_job(

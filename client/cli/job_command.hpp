@@ -38,10 +38,11 @@ client::SmoothReport run_job(
     const JobFlags& flags, SmoothOptions options,
     const std::function<void(const formats::MeshFile&, SmoothOptions&)>& complete);
 
-/// A mesh file with the same elements of the same nodes as `input`, which is called `what`. Throws
-/// `InvalidMesh` (REFERENCE_DIFFERS) where they differ.
+/// The mesh file that `flag` names, with the same elements of the same nodes as `input`; it is
+/// called `what`. Throws `InvalidMesh` (REFERENCE_DIFFERS) where they differ.
 [[nodiscard]] formats::MeshFile read_same_elements(const std::filesystem::path& path,
-                                                   const std::string& what, const JobFlags& flags,
+                                                   const std::string& what, const std::string& flag,
+                                                   const JobFlags& flags,
                                                    const formats::MeshFile& input);
 
 }  // namespace meshsmooth::cli

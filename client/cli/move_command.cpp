@@ -28,7 +28,8 @@ std::vector<Vec3d> moved_positions(const MoveCommand& command, const formats::Me
     for (const auto& position : positions) moved.push_back(vec3_cast<double>(position));
   };
   if (command.to) {
-    std::visit(append, read_same_elements(*command.to, "motion", command.job, file).mesh.positions);
+    std::visit(append,
+               read_same_elements(*command.to, "motion", "--to", command.job, file).mesh.positions);
     return moved;
   }
   std::visit(append, file.mesh.positions);

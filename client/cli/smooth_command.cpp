@@ -19,7 +19,7 @@ struct SmoothCommand {
 std::optional<formats::MeshFile> read_reference(const SmoothCommand& command,
                                                 const formats::MeshFile& input) {
   if (command.reference) {
-    return read_same_elements(*command.reference, "reference", command.job, input);
+    return read_same_elements(*command.reference, "reference", "--reference", command.job, input);
   }
   const auto& choices = command.smoothing.choices;
   const auto target = choices.find("--target");
