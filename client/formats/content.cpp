@@ -109,12 +109,15 @@ MeshFile make_mesh_file(const std::filesystem::path& path, FileContent content) 
                ", there are only " + std::to_string(node_count));
     }
   };
+  const auto is_held = [&](const Cell& of) {
+    return content.holds_polyhedra && of.type == kPolyhedronCell;
+  };
   Cell cell;
   std::vector<std::int8_t> dimensions(static_cast<std::size_t>(cell_count));
   for (std::int64_t id = 0; id < cell_count; ++id) {
     dataset.get_cell(id, cell);
-    dimensions[static_cast<std::size_t>(id)] =
-        static_cast<std::int8_t>(dimension_of(path, dataset, cell, id_of(id)));
+    const int dimension = is_held(cell) ? 3 : dimension_of(path, dataset, cell, id_of(id));
+    dimensions[static_cast<std::size_t>(id)] = static_cast<std::int8_t>(dimension);
     check_nodes(cell, id);
   }
   const auto highest = std::max_element(dimensions.begin(), dimensions.end());
@@ -125,14 +128,26 @@ MeshFile make_mesh_file(const std::filesystem::path& path, FileContent content) 
   Mesh mesh;
   Blocks blocks;
   LowerDimensionalCells lower_dimensional(static_cast<std::size_t>(node_count));
+  const auto hold = [&](const Cell& of) {
+    ++content.held_cell_count;
+    mesh.fixed.resize(static_cast<std::size_t>(node_count), 0);
+    for (const std::int64_t node : of.nodes) {
+      if (node >= 0 && node < node_count) mesh.fixed[static_cast<std::size_t>(node)] = 1;
+    }
+  };
   for (std::int64_t id = 0; id < cell_count; ++id) {
     dataset.get_cell(id, cell);
     if (dimensions[static_cast<std::size_t>(id)] < *highest) {
       lower_dimensional.add(cell);
+    } else if (is_held(cell)) {
+      hold(cell);
     } else {
       const CellKind* kind = find_vtk_cell(cell.type, cell.nodes.size());
       blocks.add(*kind->element, cell, id);
     }
+  }
+  if (content.held_cell_count == cell_count) {
+    fail("MESH_EMPTY", path, "there are only polyhedra in it, which cannot be smoothed");
   }
   mesh.positions = dataset.positions();
   blocks.store(mesh, content);

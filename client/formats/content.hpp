@@ -31,6 +31,12 @@ struct CellGroup {
   std::vector<int> values;
 };
 
+/// Nodes that a file names: a node set, a boundary patch, a marker.
+struct NodeSet {
+  std::string name;
+  std::vector<NodeId> nodes;  // in any order, repeated or not
+};
+
 /// All that a file carries. Every reader fills the data set, which is what the
 /// formats exchange when one is converted to another; readers of text formats
 /// also keep the text, to write the same format by changing only the
@@ -42,12 +48,15 @@ class FileContent {
   std::vector<std::int64_t> node_ids;      // empty: they count from 0
   std::vector<std::int64_t> cell_ids;      // empty: they count from 0
   std::vector<CellGroup> groups;
+  std::vector<NodeSet> node_sets;
   // By cell, which groups it is in: 0 in none, else a number for each set of groups; or empty.
   std::vector<std::int32_t> group_sets;
+  bool holds_polyhedra = false;  // they fix their nodes and are no elements; false: an error
   std::vector<std::int64_t> element_cells;  // the cells of the mesh's elements
   std::vector<NodeId> nodes_by_id;          // nodes in ascending order of their ids; or empty
   std::vector<NodeId> lower_dimensional_nodes;
   std::int64_t lower_dimensional_cell_count = 0;
+  std::int64_t held_cell_count = 0;
   std::string text;            // the file, or empty
   CoordinateFields fields;     // in the text; one per node
   std::string companion_text;  // of the .ele file beside a .node file

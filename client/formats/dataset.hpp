@@ -24,6 +24,7 @@ inline constexpr int kTetrahedronCell = 10;
 inline constexpr int kHexahedronCell = 12;
 inline constexpr int kWedgeCell = 13;
 inline constexpr int kPyramidCell = 14;
+inline constexpr int kPolyhedronCell = 42;  // its nodes, each once: none here needs its faces
 
 struct Cell {
   int type = 0;

@@ -110,6 +110,8 @@ std::int64_t MeshFile::lower_dimensional_cell_count() const {
   return content_ ? content_->lower_dimensional_cell_count : 0;
 }
 
+std::int64_t MeshFile::held_cell_count() const { return content_ ? content_->held_cell_count : 0; }
+
 std::string readable_extensions() {
   return extensions([](const Format& format) { return format.read != nullptr; });
 }

@@ -51,6 +51,8 @@ class MeshFile {
   /// The nodes of all lower-dimensional cells, each once, ascending.
   [[nodiscard]] const std::vector<NodeId>& lower_dimensional_nodes() const;
   [[nodiscard]] std::int64_t lower_dimensional_cell_count() const;
+  /// Polyhedra, whose nodes `mesh.fixed` holds in place.
+  [[nodiscard]] std::int64_t held_cell_count() const;
 
   /// For the writers; null for a mesh that comes from no file.
   [[nodiscard]] const std::shared_ptr<const FileContent>& content() const { return content_; }

@@ -26,14 +26,17 @@ void mark_nodes(const Dataset& dataset, const CellGroup& group, std::vector<std:
   }
 }
 
-[[noreturn]] void fail_unknown_set(const Dataset& dataset, const std::vector<CellGroup>& groups,
+[[noreturn]] void fail_unknown_set(const Dataset& dataset, const FileContent* content,
                                    const std::string& name) {
   std::vector<std::string> names;
-  for (const CellGroup& group : groups) names.push_back(group.name);
+  if (content != nullptr) {
+    for (const CellGroup& group : content->groups) names.push_back(group.name);
+    for (const NodeSet& set : content->node_sets) names.push_back(set.name);
+  }
   for (const Column& column : dataset.node_columns()) {
     if (column.name != kNodeIdArray) names.push_back(column.name);
   }
-  fail_unknown_name("no physical group and no point array of one number a node is called", name,
+  fail_unknown_name("no group, no set and no point array of one number a node is called", name,
                     names);
 }
 
@@ -41,13 +44,20 @@ void mark_nodes(const Dataset& dataset, const CellGroup& group, std::vector<std:
 
 std::vector<NodeId> find_node_set(const MeshFile& file, const std::string& name) {
   const std::shared_ptr<const Dataset> dataset = dataset_of(file);
-  const auto groups = file.content() ? file.content()->groups : std::vector<CellGroup>();
+  const FileContent* content = file.content().get();
   std::vector<std::uint8_t> marks(file.mesh.node_count(), 0);
   bool found = false;
-  for (const CellGroup& group : groups) {
-    if (group.name != name) continue;
-    found = true;
-    mark_nodes(*dataset, group, marks);
+  if (content != nullptr) {
+    for (const CellGroup& group : content->groups) {
+      if (group.name != name) continue;
+      found = true;
+      mark_nodes(*dataset, group, marks);
+    }
+    for (const NodeSet& set : content->node_sets) {
+      if (set.name != name) continue;
+      found = true;
+      for (const NodeId node : set.nodes) marks[static_cast<std::size_t>(node)] = 1;
+    }
   }
   if (const auto column = dataset->node_column(name)) {
     found = true;
@@ -56,7 +66,7 @@ std::vector<NodeId> find_node_set(const MeshFile& file, const std::string& name)
       if (value != 0 && !std::isnan(value)) marks[node] = 1;  // Gmsh's data may leave nodes out
     }
   }
-  if (!found) fail_unknown_set(*dataset, groups, name);
+  if (!found) fail_unknown_set(*dataset, content, name);
   std::vector<NodeId> nodes;
   for (std::size_t node = 0; node < marks.size(); ++node) {
     if (marks[node] != 0) nodes.push_back(static_cast<NodeId>(node));

@@ -8,7 +8,8 @@
 namespace meshsmooth::formats {
 
 /// The nodes that the file gives this name, each once, ascending: those of the cells of the
-/// physical groups (of any dimension) called so, and those where the point array called so
+/// physical groups (of any dimension) called so, those of the sets, patches and markers called so,
+/// and those where the point array called so
 /// has one number, which is not 0. A group without a name is called by its number. Throws
 /// `InvalidOption` (NAME_UNKNOWN), which lists the names that there are. O(nodes + cells).
 [[nodiscard]] std::vector<NodeId> find_node_set(const MeshFile& file, const std::string& name);
