@@ -4,6 +4,7 @@
 #include <array>
 #include <limits>
 #include <numeric>
+#include <span>
 
 #include "cells.hpp"
 
@@ -162,6 +163,29 @@ MeshFile make_mesh_file(const std::filesystem::path& path, FileContent content) 
     });
   }
   return {std::move(mesh), std::make_shared<const FileContent>(std::move(content))};
+}
+
+TextSegment whole_file(std::string text, CoordinateFields fields) {
+  std::vector<NodeId> nodes(fields.positions.size());
+  std::iota(nodes.begin(), nodes.end(), 0);
+  return {0, false, std::move(text), std::move(fields), std::move(nodes)};
+}
+
+std::string replace_coordinates(const TextSegment& segment, const Mesh& mesh) {
+  std::vector<Vec3d> positions = segment.fields.positions;
+  const auto move = [](double& from, double to) {
+    if (from != to) from = to;
+  };
+  const auto gather = [&](const auto& all) {
+    for (std::size_t index = 0; index < positions.size(); ++index) {
+      const auto to = vec3_cast<double>(all[static_cast<std::size_t>(segment.nodes[index])]);
+      move(positions[index].x, to.x);
+      move(positions[index].y, to.y);
+      move(positions[index].z, to.z);
+    }
+  };
+  std::visit(gather, mesh.positions);
+  return replace_coordinates(segment.text, segment.fields, std::span<const Vec3d>(positions));
 }
 
 std::shared_ptr<const Dataset> dataset_of(const MeshFile& file) {

@@ -20,6 +20,10 @@ inline constexpr const char* kReferenceArray = "medit:ref";
 inline constexpr const char* kPhysicalNamesArray = "gmsh:physical_names";  // "DIM TAG NAME"
 inline constexpr const char* kNodeIdArray = "node_id";
 inline constexpr const char* kElementIdArray = "element_id";
+inline constexpr const char* kMaterialArray = "abaqus:material";
+inline constexpr const char* kCellZoneArray = "foam:cell_zone";
+inline constexpr const char* kPatchArray = "foam:patch";
+inline constexpr const char* kSu2MarkerArray = "su2:marker";
 inline constexpr const char* kMarkerArray = "tetgen:marker";
 inline constexpr const char* kAttributeArray = "tetgen:attribute_";  // and its number, from 0
 
@@ -35,6 +39,15 @@ struct CellGroup {
 struct NodeSet {
   std::string name;
   std::vector<NodeId> nodes;  // in any order, repeated or not
+};
+
+/// A part of the text of a deck or case that may be spread over several files.
+struct TextSegment {
+  std::size_t file;  // in `FileContent::files`
+  bool directive;    // only tells that another file belongs here
+  std::string text;
+  CoordinateFields fields;
+  std::vector<NodeId> nodes;  // of the mesh, one for each of `fields`
 };
 
 /// All that a file carries. Every reader fills the data set, which is what the
@@ -60,6 +73,9 @@ class FileContent {
   std::string text;            // the file, or empty
   CoordinateFields fields;     // in the text; one per node
   std::string companion_text;  // of the .ele file beside a .node file
+  // Where the text may be spread: its files, the main one first, and its parts as they are read.
+  std::vector<std::filesystem::path> files;
+  std::vector<TextSegment> segments;
 };
 
 /// Sorts the cells of `content.dataset` into mesh and lower-dimensional cells. Throws
@@ -69,6 +85,13 @@ class FileContent {
 /// Throws `InvalidMesh` (ARRAY_SIZE_MISMATCH) unless the mesh still has as many
 /// nodes as its file.
 void check_node_count(const MeshFile& file);
+
+/// A segment that is a whole file, whose nodes are all of the mesh in their order.
+[[nodiscard]] TextSegment whole_file(std::string text, CoordinateFields fields);
+
+/// The segment's text with the mesh's positions put in place; a zero keeps the sign that it had.
+/// O(text).
+[[nodiscard]] std::string replace_coordinates(const TextSegment& segment, const Mesh& mesh);
 
 /// The data set of the mesh's file; of the mesh alone where it has no file. Its
 /// positions are those that were read.

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <utility>
 
 namespace meshsmooth::formats {
 namespace {
@@ -47,7 +48,9 @@ double parse_coordinate(std::string_view word, NumberStyle style, const Scanner&
         text.begin(), text.end(), [](char c) { return c == 'D' || c == 'd'; }, 'E');
     return scanner.parse<double>(text);
   }
-  if (style == NumberStyle::nastran) return parse_nastran(word, scanner);
+  if (style == NumberStyle::nastran || style == NumberStyle::deck) {
+    return parse_nastran(word, scanner);
+  }
   return scanner.parse<double>(word);
 }
 
@@ -73,7 +76,38 @@ std::string format_nastran(double value, std::size_t columns) {
   return std::string(columns, '*');  // cannot be: "-1.E-308" has 8 columns
 }
 
-std::string format_coordinate(double value, NumberStyle style, std::size_t width) {
+/// "1.E-5" of "1E-05", in capitals.
+std::string with_point(std::string number) {
+  std::ranges::replace(number, 'e', 'E');
+  const std::size_t exponent = std::min(number.find('E'), number.size());
+  if (number.find('.') == std::string::npos) number.insert(exponent, 1, '.');
+  for (const char* zero : {"E-0", "E+0"}) {
+    if (const auto at = number.find(zero); at != std::string::npos) number.erase(at + 2, 1);
+  }
+  return number;
+}
+
+/// With all digits, unless they are more than Abaqus and CalculiX read.
+std::string format_deck(double value, std::string_view before) {
+  constexpr std::size_t kMost = 20;
+  std::array<char, 64> text{};
+  const auto [end, error] = std::to_chars(text.data(), text.data() + text.size(), value);
+  std::string number = with_point({text.data(), end});
+  for (int digits = 17; number.size() > kMost; --digits) {
+    std::snprintf(text.data(), text.size(), "%.*E", digits - 1, value);
+    number = with_point(text.data());
+  }
+  if (before.find_first_of("Dd") != std::string_view::npos) {
+    if (number.find('E') == std::string::npos && number.size() + 2 <= kMost) number += "E0";
+    std::ranges::replace(number, 'E', 'D');
+  }
+  const bool blank = before.starts_with(' ') || before.starts_with('\t');
+  const std::size_t width = std::max(before.size(), number.size() + (blank ? 1 : 0));
+  return std::string(width - number.size(), ' ') + number;
+}
+
+std::string format_coordinate(double value, NumberStyle style, std::string_view before) {
+  const std::size_t width = before.size();
   std::array<char, 64> text{};
   if (is_binary(style)) {
     const auto single = static_cast<float>(value);
@@ -89,6 +123,7 @@ std::string format_coordinate(double value, NumberStyle style, std::size_t width
     return std::string(std::max(width, number.size()) - number.size(), ' ') + number;
   }
   if (style == NumberStyle::nastran) return format_nastran(value, width);
+  if (style == NumberStyle::deck) return format_deck(value, before);
   const auto [end, error] = std::to_chars(text.data(), text.data() + text.size(), value);
   return {text.data(), end};
 }
@@ -124,11 +159,15 @@ std::string replace_coordinates(std::string_view bytes, const CoordinateFields& 
           const Vec3d before = fields.positions[node];
           const std::array<double, 3> now = {place.x, place.y, place.z};
           const std::array<double, 3> then = {before.x, before.y, before.z};
+          std::size_t commas = 0;  // that come before the first missing field
           for (std::size_t axis = 0; axis < 3; ++axis) {
-            if (same_bits(now[axis], then[axis])) continue;
             const auto& field = fields.fields[node][axis];
+            commas += field.missing ? 1 : 0;
+            if (same_bits(now[axis], then[axis])) continue;
             result += bytes.substr(copied, field.begin - copied);
-            result += format_coordinate(now[axis], fields.style, field.length);
+            result.append(std::exchange(commas, 0), ',');
+            result +=
+                format_coordinate(now[axis], fields.style, bytes.substr(field.begin, field.length));
             copied = field.begin + field.length;
           }
         }

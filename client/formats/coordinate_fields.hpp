@@ -16,6 +16,7 @@ namespace meshsmooth::formats {
 enum class NumberStyle {
   shortest,        // as few digits as give the same bits back
   fortran,         // 1.0000000000000000D+00, right-aligned in its field
+  deck,            // Abaqus: at most 20 characters, right-aligned, with a D where there was one
   nastran,         // with a decimal point, in 8 or 16 columns or between commas
   binary,          // IEEE, four or eight bytes, little-endian
   binary_swapped,  // the same, big-endian
@@ -28,6 +29,7 @@ struct CoordinateFields {
   struct Field {
     std::size_t begin;
     std::size_t length;
+    bool missing = false;  // the line ends before it: a comma comes first
   };
 
   NumberStyle style = NumberStyle::shortest;

@@ -29,10 +29,11 @@ std::string extensions(Has has) {
 }
 
 const Format* find_format(const path& file) {
-  const std::string wanted = extension_of(file);
-  const auto* found = std::find_if(kFormats.begin(), kFormats.end(), [&](const Format& format) {
-    return format.extension == wanted;
-  });
+  const auto known = [](const std::string& extension) {
+    return std::ranges::find(kFormats, std::string_view(extension), &Format::extension);
+  };
+  const auto* found = known(extension_of(file));
+  if (found == kFormats.end() && !poly_mesh_folder(file).empty()) found = known(".foam");
   return found == kFormats.end() ? nullptr : found;
 }
 
@@ -48,20 +49,42 @@ const Format* find_format(const path& file) {
 
 const Format& writable_format(const path& file) {
   const Format* format = find_format(file);
-  if (format == nullptr || format->write == nullptr) {
+  if (format == nullptr || !format->is_written()) {
     fail_unknown(file, format, "write", writable_extensions());
   }
   return *format;
 }
 
-/// Beside the target, so that renaming it stays inside one file system; the
-/// extension stays because libraries choose the format by it.
-path partial_path(const path& target) {
-  path name = ".";
-  name += target.stem();
-  name += ".partial-" + std::to_string(::getpid());
-  name += target.extension();
-  return target.parent_path() / name;
+/// Throws unless the file can be replaced, or made where there is none.
+void check_replaceable(const path& file) {
+  std::error_code error;
+  const auto status = std::filesystem::status(file, error);
+  if (!std::filesystem::exists(status)) return;
+  if (!std::filesystem::is_regular_file(status)) {
+    fail("FILE_NOT_WRITABLE", file, "this is no ordinary file");
+  }
+  if (::access(file.c_str(), W_OK) != 0) fail("FILE_NOT_WRITABLE", file, std::strerror(errno));
+}
+
+void check_folder(const path& file, const path& folder) {
+  if (::access(folder.c_str(), W_OK | X_OK) != 0) {
+    fail("FILE_NOT_WRITABLE", file, "folder " + folder.string() + ": " + std::strerror(errno));
+  }
+}
+
+/// Folders of a case are made where they miss.
+void check_case_writable(const path& file) {
+  path folder = poly_mesh_folder(file);
+  check_replaceable(folder / "points");
+  if (extension_of(file) == ".foam") check_replaceable(file);
+  std::error_code error;
+  while (!std::filesystem::exists(folder, error) && folder.has_relative_path()) {
+    folder = folder.has_parent_path() ? folder.parent_path() : path(".");
+  }
+  if (!std::filesystem::is_directory(folder, error)) {
+    fail("FILE_NOT_WRITABLE", file, folder.string() + " is no folder");
+  }
+  check_folder(file, folder);
 }
 
 }  // namespace
@@ -117,7 +140,7 @@ std::string readable_extensions() {
 }
 
 std::string writable_extensions() {
-  return extensions([](const Format& format) { return format.write != nullptr; });
+  return extensions([](const Format& format) { return format.is_written(); });
 }
 
 std::string array_extensions() {
@@ -127,35 +150,33 @@ std::string array_extensions() {
 MeshFile read_mesh_file(const path& file) {
   std::error_code error;
   if (!std::filesystem::exists(file, error)) fail("FILE_NOT_FOUND", file, "there is no such file");
-  if (std::filesystem::is_directory(file, error))
-    fail("FILE_NOT_READABLE", file, "this is a folder");
   const Format* format = find_format(file);
+  const bool is_case = format != nullptr && format->read == read_foam;
+  if (std::filesystem::is_directory(file, error) && !is_case) {
+    fail("FILE_NOT_READABLE", file, "this is a folder");
+  }
   if (format == nullptr || format->read == nullptr) {
     fail_unknown(file, format, "read", readable_extensions());
   }
   if (::access(file.c_str(), R_OK) != 0) fail("FILE_NOT_READABLE", file, std::strerror(errno));
-  if (std::filesystem::file_size(file, error) == 0)
+  if (!is_case && std::filesystem::file_size(file, error) == 0) {
     fail("FILE_TRUNCATED", file, "the file is empty");
+  }
   return format->read(file);
 }
 
 void check_writable(const path& file) {
-  (void)writable_format(file);
+  if (writable_format(file).write_all == write_foam) {
+    check_case_writable(file);
+    return;
+  }
+  check_replaceable(file);
   const path folder = file.has_parent_path() ? file.parent_path() : path(".");
   std::error_code error;
-  const auto status = std::filesystem::status(file, error);
-  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
-    fail("FILE_NOT_WRITABLE", file, "this is no ordinary file");
-  }
-  if (std::filesystem::exists(status) && ::access(file.c_str(), W_OK) != 0) {
-    fail("FILE_NOT_WRITABLE", file, std::strerror(errno));
-  }
   if (!std::filesystem::is_directory(folder, error)) {
     fail("FILE_NOT_WRITABLE", file, "there is no folder " + folder.string());
   }
-  if (::access(folder.c_str(), W_OK | X_OK) != 0) {
-    fail("FILE_NOT_WRITABLE", file, "folder " + folder.string() + ": " + std::strerror(errno));
-  }
+  check_folder(file, folder);
 }
 
 void check_writable_with_arrays(const path& file) {
@@ -174,27 +195,19 @@ void write_mesh_file(const path& file, const MeshFile& content) {
     check_writable_with_arrays(file);
   }
   check_node_count(content);
-  const path partial = partial_path(file);
-  std::error_code error;
-  const auto clean_up = [&] {
-    for (const auto& [from, to] : written_files(partial, file)) {
-      std::filesystem::remove(from, error);
-    }
-  };
+  const Format& format = writable_format(file);
+  OutputFiles files;
   try {
-    writable_format(file).write(partial, content);
-    for (const auto& [from, to] : written_files(partial, file)) {
-      std::filesystem::rename(from, to, error);
-      if (error) fail("FILE_NOT_WRITABLE", to, error.message());
+    if (format.write_all != nullptr) {
+      format.write_all(file, content, files);
+    } else {
+      format.write(files.add(file), content);
     }
+    files.commit();
   } catch (const Error& failure) {  // say the caller's name of the file
-    clean_up();
-    std::string text = failure.what();
-    if (text.starts_with(partial.string())) text.erase(0, partial.string().size() + 2);
+    std::string text = files.without_partial_name(failure.what());
+    if (text.starts_with(file.string() + ": ")) text.erase(0, file.string().size() + 2);
     fail(failure.reason(), file, text);
-  } catch (...) {
-    clean_up();
-    throw;
   }
 }
 

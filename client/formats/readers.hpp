@@ -4,10 +4,9 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
-#include <utility>
-#include <vector>
 
 #include "mesh_file.hpp"
+#include "output_files.hpp"
 
 namespace meshsmooth::formats {
 
@@ -32,16 +31,44 @@ void write_gmsh(const std::filesystem::path& path, const MeshFile& file);
 [[nodiscard]] MeshFile read_tetgen(const std::filesystem::path& path);
 void write_tetgen(const std::filesystem::path& path, const MeshFile& file);
 
+// These write `target` and what belongs to it under the names that `files` gives.
+
+void write_tetgen_pair(const std::filesystem::path& target, const MeshFile& file,
+                       OutputFiles& files);
+
+[[nodiscard]] MeshFile read_abaqus(const std::filesystem::path& path);
+void write_abaqus(const std::filesystem::path& target, const MeshFile& file, OutputFiles& files);
+
+[[nodiscard]] MeshFile read_su2(const std::filesystem::path& path);
+void write_su2(const std::filesystem::path& path, const MeshFile& file);
+
+/// `path` names a case: its folder, its polyMesh folder or a .foam file in it.
+[[nodiscard]] MeshFile read_foam(const std::filesystem::path& path);
+void write_foam(const std::filesystem::path& target, const MeshFile& file, OutputFiles& files);
+/// The polyMesh folder of the case that a path names, be it there or not; empty: it names none.
+[[nodiscard]] std::filesystem::path poly_mesh_folder(const std::filesystem::path& path);
+
 /// A format: how it is read and written; a null pointer: not at all. `library`
 /// is what this build would need to know it, where it does not. `cell_arrays`: the
-/// writer writes `MeshFile::element_quality`.
+/// writer writes `MeshFile::element_quality`. `write_all`, where one file does not hold all,
+/// takes the place of `write`.
 struct Format {
   std::string_view extension;
   MeshFile (*read)(const std::filesystem::path&);
   void (*write)(const std::filesystem::path&, const MeshFile&);
   std::string_view library = {};
   bool cell_arrays = false;
+  void (*write_all)(const std::filesystem::path&, const MeshFile&, OutputFiles&) = nullptr;
+
+  [[nodiscard]] constexpr bool is_written() const {
+    return write != nullptr || write_all != nullptr;
+  }
 };
+
+constexpr Format several_files(std::string_view extension, decltype(Format::read) read,
+                               decltype(Format::write_all) write) {
+  return {extension, read, nullptr, {}, false, write};
+}
 
 #if defined(MESHSMOOTH_WITH_VTK)
 constexpr Format vtk_format(std::string_view extension) {
@@ -57,12 +84,10 @@ constexpr Format vtk_format(std::string_view extension) {
 constexpr Format gmsh_format(std::string_view extension) {
   return {extension, read_gmsh, write_gmsh};
 }
-inline constexpr Format kAbaqus = {".inp", nullptr, write_gmsh};
 #else
 constexpr Format gmsh_format(std::string_view extension) {
   return {extension, nullptr, nullptr, "Gmsh"};
 }
-inline constexpr Format kAbaqus = gmsh_format(".inp");
 #endif
 
 /// All formats; a new one is one more row.
@@ -78,26 +103,28 @@ inline constexpr Format kAbaqus = gmsh_format(".inp");
 ///   .mesh        Gmsh     f64        all other bytes; no wedges, no pyramids
 ///   .unv         Gmsh     f64        all other bytes; no pyramids
 ///   .bdf .nas    Gmsh     columns    all other bytes; digits as the columns allow
-///   .inp         Gmsh     f64        written only: ids, element sets; no pyramids
+///   .inp         own      f64        all other bytes, also of included files; another format
+///                                    becomes one by Gmsh: ids, element sets; no pyramids
+///   .su2         own      f64        all other bytes; written only from .su2
+///   .foam        own      f32, f64   all other bytes; written only from OpenFOAM; also the
+///                                    case's folder or its polyMesh folder
 ///   .node .ele   own      f64        all other bytes; tetrahedra only
-inline constexpr auto kFormats = std::to_array<Format>({vtk_format(".vtu"),
-                                                        vtk_format(".vtk"),
-                                                        vtk_format(".vtp"),
-                                                        {".ply", read_ply, write_ply},
-                                                        vtk_format(".stl"),
-                                                        {".obj", read_obj, write_obj},
-                                                        gmsh_format(".msh"),
-                                                        gmsh_format(".mesh"),
-                                                        gmsh_format(".unv"),
-                                                        gmsh_format(".bdf"),
-                                                        gmsh_format(".nas"),
-                                                        kAbaqus,
-                                                        {".node", read_tetgen, write_tetgen},
-                                                        {".ele", read_tetgen, write_tetgen}});
-
-/// The files that a writer makes for `partial`, each with the name it gets in
-/// the end: one, but for TetGen's pair.
-[[nodiscard]] std::vector<std::pair<std::filesystem::path, std::filesystem::path>> written_files(
-    const std::filesystem::path& partial, const std::filesystem::path& target);
+inline constexpr auto kFormats =
+    std::to_array<Format>({vtk_format(".vtu"),
+                           vtk_format(".vtk"),
+                           vtk_format(".vtp"),
+                           {".ply", read_ply, write_ply},
+                           vtk_format(".stl"),
+                           {".obj", read_obj, write_obj},
+                           gmsh_format(".msh"),
+                           gmsh_format(".mesh"),
+                           gmsh_format(".unv"),
+                           gmsh_format(".bdf"),
+                           gmsh_format(".nas"),
+                           several_files(".inp", read_abaqus, write_abaqus),
+                           {".su2", read_su2, write_su2},
+                           several_files(".foam", read_foam, write_foam),
+                           several_files(".node", read_tetgen, write_tetgen_pair),
+                           several_files(".ele", read_tetgen, write_tetgen_pair)});
 
 }  // namespace meshsmooth::formats

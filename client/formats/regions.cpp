@@ -62,8 +62,9 @@ Regions number_regions(const MeshFile& file, const Column& column) {
 Regions find_regions(const MeshFile& file) {
   if (!file.content()) return {};
   const std::string attribute = std::string(kAttributeArray) + "0";
-  for (const std::string& array : {std::string(kPhysicalArray), std::string(kReferenceArray),
-                                   attribute, std::string(kEntityArray)}) {
+  for (const std::string& array :
+       {std::string(kPhysicalArray), std::string(kReferenceArray), attribute,
+        std::string(kEntityArray), std::string(kMaterialArray), std::string(kCellZoneArray)}) {
     const auto column = element_column(*file.content(), array);
     if (!column) continue;
     const auto tells = [](double value) { return value != 0; };

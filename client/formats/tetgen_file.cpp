@@ -155,13 +155,6 @@ std::string make_element_text(const Dataset& dataset) {
 
 }  // namespace
 
-std::vector<std::pair<path, path>> written_files(const path& partial, const path& target) {
-  const std::string extension = extension_of(target);
-  if (extension != ".node" && extension != ".ele") return {{partial, target}};
-  return {{with_extension(partial, ".node"), with_extension(target, ".node")},
-          {with_extension(partial, ".ele"), with_extension(target, ".ele")}};
-}
-
 MeshFile read_tetgen(const path& file) {
   FileContent content;
   content.extension = ".node";
@@ -191,6 +184,12 @@ void write_tetgen(const path& file, const MeshFile& mesh_file) {
   const std::shared_ptr<const Dataset> dataset = dataset_of(mesh_file);
   write_bytes(node_file, make_node_text(*dataset, mesh_file.mesh));
   write_bytes(element_file, make_element_text(*dataset));
+}
+
+void write_tetgen_pair(const path& target, const MeshFile& file, OutputFiles& files) {
+  const path node_file = files.add(with_extension(target, ".node"));
+  (void)files.add(with_extension(target, ".ele"));
+  write_tetgen(node_file, file);
 }
 
 }  // namespace meshsmooth::formats

@@ -42,6 +42,12 @@ void write_bytes(const std::filesystem::path& path, std::string_view bytes) {
   if (!stream) fail("FILE_NOT_WRITABLE", path, std::strerror(errno));
 }
 
+std::string_view trimmed(std::string_view text) {
+  const std::size_t first = text.find_first_not_of(" \t\r");
+  if (first == std::string_view::npos) return text.substr(0, 0);
+  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
+}
+
 void Scanner::skip_space(bool over_lines) {
   while (position_ < text_.size()) {
     const char next = text_[position_];
@@ -76,12 +82,16 @@ std::string_view Scanner::token_on_line() {
   return text_.substr(begin, position_ - begin);
 }
 
-std::string_view Scanner::line() {
-  const std::size_t begin = position_;
-  const std::size_t end = std::min(text_.find('\n', begin), text_.size());
-  position_ = std::min(end + 1, text_.size());
-  std::string_view found = text_.substr(begin, end - begin);
+std::string_view Scanner::peek_line() const {
+  const std::size_t end = std::min(text_.find('\n', position_), text_.size());
+  std::string_view found = text_.substr(position_, end - position_);
   if (found.ends_with('\r')) found.remove_suffix(1);
+  return found;
+}
+
+std::string_view Scanner::line() {
+  const std::string_view found = peek_line();
+  position_ = std::min(std::min(text_.find('\n', position_), text_.size()) + 1, text_.size());
   return found;
 }
 

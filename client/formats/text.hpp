@@ -17,6 +17,9 @@ namespace meshsmooth::formats {
 /// Throws FILE_NOT_WRITABLE.
 void write_bytes(const std::filesystem::path& path, std::string_view bytes);
 
+/// Without blanks before and behind.
+[[nodiscard]] std::string_view trimmed(std::string_view text);
+
 /// Throws `Error`: "PATH: what".
 [[noreturn]] void fail(const std::string& reason, const std::filesystem::path& path,
                        const std::string& what);
@@ -40,6 +43,8 @@ class Scanner {
   std::string_view token_on_line();
   /// The rest of this line without its end; moves to the next line.
   std::string_view line();
+  /// The same, without moving.
+  [[nodiscard]] std::string_view peek_line() const;
   /// Bytes of a binary section.
   std::string_view bytes(std::size_t count);
 

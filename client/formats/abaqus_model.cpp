@@ -1,0 +1,278 @@
+#include "abaqus_model.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+namespace meshsmooth::formats {
+namespace {
+
+template <class Map>
+auto* find_in(Map& map, const std::string& name) {
+  const auto found = map.find(name);
+  return found == map.end() ? nullptr : &found->second;
+}
+
+const char* what(AbaqusModel::Kind kind) {
+  return kind == AbaqusModel::Kind::nodes ? "node" : "element";
+}
+
+bool are_unique(std::vector<std::int64_t> labels) {
+  std::ranges::sort(labels);
+  return std::ranges::adjacent_find(labels) == labels.end();
+}
+
+Column to_column(const char* name, const std::vector<std::int64_t>& values) {
+  return {name, true, {values.begin(), values.end()}};
+}
+
+}  // namespace
+
+// --- reading -------------------------------------------------------------------
+
+AbaqusModel::ScopeId AbaqusModel::add_scope(const std::string& name) {
+  scopes_.emplace_back().name = name;
+  parts_.emplace(in_capitals(name), scopes_.size() - 1);
+  return scopes_.size() - 1;
+}
+
+const AbaqusModel::ScopeId* AbaqusModel::find_part(const std::string& name) const {
+  return find_in(parts_, in_capitals(name));
+}
+
+void AbaqusModel::add_instance(const std::string& name, ScopeId scope) {
+  instances_[in_capitals(name)] = scope;
+  instance_names_.emplace_back(name, scope);
+}
+
+const AbaqusModel::ScopeId* AbaqusModel::find_instance(std::string_view name) const {
+  return find_in(instances_, in_capitals(name));
+}
+
+bool AbaqusModel::add_node(ScopeId scope, std::int64_t label, const std::string& set_name) {
+  const std::int64_t node = node_count();
+  if (!scopes_[scope].nodes.emplace(label, node).second) return false;
+  node_labels_.push_back(label);
+  if (!set_name.empty()) set(scope, Kind::nodes, set_name).members.push_back(node);
+  return true;
+}
+
+bool AbaqusModel::add_element(ScopeId scope, std::int64_t label, const AbaqusElement& type,
+                              const std::vector<std::int64_t>& nodes, const std::string& set_name,
+                              DeckPlace place) {
+  const auto element = static_cast<std::int64_t>(elements_.size());
+  if (!scopes_[scope].elements.emplace(label, element).second) return false;
+  elements_.push_back({scope, label, type, corners_.size(), place});
+  corners_.insert(corners_.end(), nodes.begin(), nodes.end());
+  if (!set_name.empty()) set(scope, Kind::elements, set_name).members.push_back(element);
+  return true;
+}
+
+AbaqusModel::Sets& AbaqusModel::sets(ScopeId scope, Kind kind) {
+  return kind == Kind::nodes ? scopes_[scope].node_sets : scopes_[scope].element_sets;
+}
+
+AbaqusModel::Set& AbaqusModel::set(ScopeId scope, Kind kind, const std::string& name) {
+  Set& found = sets(scope, kind)[in_capitals(name)];
+  if (found.name.empty()) found.name = name;
+  return found;
+}
+
+void AbaqusModel::add_set(ScopeId scope, Kind kind, const std::string& name) {
+  (void)set(scope, kind, name);
+}
+
+void AbaqusModel::add_to_set(ScopeId scope, Kind kind, const std::string& name, Entry entry) {
+  set(scope, kind, name).entries.push_back(std::move(entry));
+}
+
+void AbaqusModel::add_section(ScopeId scope, const std::string& element_set,
+                              const std::string& material, DeckPlace place) {
+  const auto next = static_cast<std::int32_t>(materials_.size() + 1);
+  const std::int32_t number = materials_.emplace(in_capitals(material), next).first->second;
+  scopes_[scope].sections.push_back({element_set, number, place});
+}
+
+// --- what the names and labels mean --------------------------------------------
+
+std::size_t AbaqusModel::end_of(std::size_t element) const {
+  return element + 1 < elements_.size() ? elements_[element + 1].first : corners_.size();
+}
+
+void AbaqusModel::resolve_corners(const DeckReader& reader) {
+  for (std::size_t index = 0; index < elements_.size(); ++index) {
+    const Element& element = elements_[index];
+    const auto& nodes = scopes_[element.scope].nodes;
+    for (std::size_t corner = element.first; corner < end_of(index); ++corner) {
+      const auto found = nodes.find(corners_[corner]);
+      if (found == nodes.end()) {
+        reader.fail_at(element.place, "element " + std::to_string(element.label) + " uses node " +
+                                          std::to_string(corners_[corner]) +
+                                          ", which is not there");
+      }
+      corners_[corner] = found->second;
+    }
+  }
+}
+
+void AbaqusModel::append_nodes_of(const std::vector<std::int64_t>& elements,
+                                  std::vector<std::int64_t>& nodes) const {
+  for (const std::int64_t element : elements) {
+    const auto index = static_cast<std::size_t>(element);
+    for (std::size_t corner = elements_[index].first; corner < end_of(index); ++corner) {
+      nodes.push_back(corners_[corner]);
+    }
+  }
+  std::ranges::sort(nodes);
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+}
+
+std::vector<std::string> AbaqusModel::names_of(ScopeId scope) const {
+  std::vector<std::string> names;
+  for (const auto& [alias, of] : instance_names_) {
+    if (of == scope) names.push_back(alias);
+  }
+  if (names.empty() && scope != 0) names.push_back(scopes_[scope].name);
+  return names;
+}
+
+void AbaqusModel::add_labels(const DeckReader& reader, const Entry& entry,
+                             std::vector<std::int64_t>& members) const {
+  const Scope& scope = scopes_[entry.scope];
+  const auto& labels = entry.kind == Kind::nodes ? scope.nodes : scope.elements;
+  const auto& [first, last, step] = entry.range;
+  if (!entry.generated) {
+    const auto found = labels.find(first);
+    if (found == labels.end()) {
+      reader.fail_at(entry.place, std::string("there is no ") + what(entry.kind) + " " +
+                                      std::to_string(first) + " for this set");
+    }
+    members.push_back(found->second);
+  } else if (static_cast<std::uint64_t>(last - first) / static_cast<std::uint64_t>(step) >
+             labels.size()) {
+    std::vector<std::int64_t> found;
+    for (const auto& [label, index] : labels) {
+      if (label >= first && label <= last && (label - first) % step == 0) found.push_back(index);
+    }
+    std::ranges::sort(found);
+    members.insert(members.end(), found.begin(), found.end());
+  } else {
+    for (std::int64_t label = first; label <= last; label += step) {
+      const auto found = labels.find(label);
+      if (found != labels.end()) members.push_back(found->second);
+      if (last - label < step) break;  // the next may be no number
+    }
+  }
+}
+
+void AbaqusModel::resolve(const DeckReader& reader, Kind kind, const Entry& entry,
+                          std::vector<std::int64_t>& members) {
+  std::vector<std::int64_t> found;
+  if (entry.name.empty()) {
+    add_labels(reader, entry, found);
+  } else {
+    found = resolved(reader, entry.scope, entry.kind, entry.name, entry.place).members;
+  }
+  if (kind != entry.kind) {
+    std::vector<std::int64_t> nodes;
+    append_nodes_of(found, nodes);
+    found = std::move(nodes);
+  }
+  members.insert(members.end(), found.begin(), found.end());
+}
+
+AbaqusModel::Set& AbaqusModel::resolved(const DeckReader& reader, ScopeId scope, Kind kind,
+                                        const std::string& name, DeckPlace place) {
+  Set* found = find_in(sets(scope, kind), in_capitals(name));
+  if (found == nullptr || found->resolving) {
+    reader.fail_at(place, std::string(found == nullptr ? "there is no" : "in itself is the") +
+                              " set of " + what(kind) + "s \"" + name + "\"");
+  }
+  if (found->entries.empty()) return *found;
+  constexpr int kMostNested = 1000;
+  if (++nested_ > kMostNested) reader.fail_at(place, "expected fewer sets in sets");
+  found->resolving = true;
+  for (const Entry& entry : std::exchange(found->entries, {})) {
+    resolve(reader, kind, entry, found->members);
+  }
+  found->resolving = false;
+  --nested_;
+  auto& members = found->members;
+  std::ranges::sort(members);
+  members.erase(std::unique(members.begin(), members.end()), members.end());
+  return *found;
+}
+
+// --- the content ---------------------------------------------------------------
+
+void AbaqusModel::store_cells(FileContent& content, PlainDataset& dataset) const {
+  std::vector<std::int64_t> nodes;
+  for (std::size_t index = 0; index < elements_.size(); ++index) {
+    const Element& element = elements_[index];
+    nodes.assign(corners_.begin() + static_cast<std::ptrdiff_t>(element.first),
+                 corners_.begin() + static_cast<std::ptrdiff_t>(end_of(index)));
+    if (element.type.other_turn) {
+      std::swap(nodes[1], nodes[2]);
+      std::swap(nodes[4], nodes[5]);
+    }
+    dataset.add_cell(element.type.vtk_type, nodes);
+  }
+  std::vector<std::int64_t> labels;
+  labels.reserve(elements_.size());
+  for (const Element& element : elements_) labels.push_back(element.label);
+  if (are_unique(node_labels_)) {
+    dataset.add_node_column(to_column(kNodeIdArray, node_labels_));
+    content.node_ids = node_labels_;
+  }
+  if (are_unique(labels)) {
+    dataset.add_cell_column(to_column(kElementIdArray, labels));
+    content.cell_ids = std::move(labels);
+  }
+}
+
+void AbaqusModel::store_sets(const DeckReader& reader, FileContent& content) {
+  for (ScopeId scope = 0; scope < scopes_.size(); ++scope) {
+    const std::vector<std::string> aliases = names_of(scope);
+    for (const Kind kind : {Kind::nodes, Kind::elements}) {
+      for (auto& [key, set] : sets(scope, kind)) {
+        const Set& known = resolved(reader, scope, kind, set.name, {});
+        std::vector<std::int64_t> members = known.members;
+        if (kind == Kind::elements) {
+          std::vector<std::int64_t> nodes;
+          append_nodes_of(members, nodes);
+          members = std::move(nodes);
+        }
+        NodeSet named{known.name, {members.begin(), members.end()}};
+        for (const std::string& alias : aliases) {
+          content.node_sets.push_back({alias + "." + known.name, named.nodes});
+        }
+        content.node_sets.push_back(std::move(named));
+      }
+    }
+  }
+}
+
+void AbaqusModel::store_materials(const DeckReader& reader, PlainDataset& dataset) {
+  if (materials_.empty()) return;
+  Column column{kMaterialArray, true, std::vector<double>(elements_.size(), 0)};
+  for (ScopeId scope = 0; scope < scopes_.size(); ++scope) {
+    for (const Section& section : scopes_[scope].sections) {
+      const Set& set = resolved(reader, scope, Kind::elements, section.element_set, section.place);
+      for (const std::int64_t element : set.members) {
+        column.values[static_cast<std::size_t>(element)] = section.material;
+      }
+    }
+  }
+  dataset.add_cell_column(std::move(column));
+}
+
+std::shared_ptr<PlainDataset> AbaqusModel::store(const DeckReader& reader, FileContent& content) {
+  const auto dataset = std::make_shared<PlainDataset>();
+  resolve_corners(reader);
+  store_cells(content, *dataset);
+  store_sets(reader, content);
+  store_materials(reader, *dataset);
+  return dataset;
+}
+
+}  // namespace meshsmooth::formats

@@ -1,0 +1,119 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include "abaqus_elements.hpp"
+#include "content.hpp"
+#include "deck_reader.hpp"
+
+namespace meshsmooth::formats {
+
+/// The nodes, elements, sets and sections of a deck while it is read. What one line says of others
+/// is looked up when all are known, so their order does not matter.
+class AbaqusModel {
+ public:
+  enum class Kind { nodes, elements };
+  using ScopeId = std::size_t;  // a part, or 0: what stands in none
+
+  AbaqusModel() : scopes_(1) {}
+
+  // --- where labels and names count
+  ScopeId add_scope(const std::string& name);
+  [[nodiscard]] bool has_nodes(ScopeId scope) const { return !scopes_[scope].nodes.empty(); }
+  [[nodiscard]] const ScopeId* find_part(const std::string& name) const;
+  void add_instance(const std::string& name, ScopeId scope);
+  [[nodiscard]] const ScopeId* find_instance(std::string_view name) const;
+
+  // --- data lines
+  /// False: the label is taken.
+  [[nodiscard]] bool add_node(ScopeId scope, std::int64_t label, const std::string& set);
+  [[nodiscard]] NodeId node_count() const { return static_cast<NodeId>(node_labels_.size()); }
+  [[nodiscard]] bool add_element(ScopeId scope, std::int64_t label, const AbaqusElement& type,
+                                 const std::vector<std::int64_t>& nodes, const std::string& set,
+                                 DeckPlace place);
+  struct Range {
+    std::int64_t first;
+    std::int64_t last;
+    std::int64_t step;
+  };
+  struct Entry {
+    Kind kind;         // of what the range or name stands for
+    ScopeId scope;     // where it counts
+    bool generated;    // labels that do not exist are left out
+    Range range;       // of labels, unless there is a name
+    std::string name;  // of another set
+    DeckPlace place;
+  };
+  void add_set(ScopeId scope, Kind kind, const std::string& name);
+  void add_to_set(ScopeId scope, Kind kind, const std::string& name, Entry entry);
+  void add_section(ScopeId scope, const std::string& element_set, const std::string& material,
+                   DeckPlace place);
+
+  /// Fills all but the text and the positions. Throws FORMAT_ERROR where something is named that
+  /// is not there.
+  [[nodiscard]] std::shared_ptr<PlainDataset> store(const DeckReader& reader, FileContent& content);
+
+ private:
+  struct Set {
+    std::string name;
+    std::vector<std::int64_t> members;  // nodes or elements
+    std::vector<Entry> entries;         // to be resolved
+    bool resolving = false;
+  };
+  using Sets = std::map<std::string, Set>;  // by the name in capitals
+  struct Section {
+    std::string element_set;
+    std::int32_t material;
+    DeckPlace place;
+  };
+  struct Scope {
+    std::string name;
+    std::unordered_map<std::int64_t, std::int64_t> nodes;     // by label
+    std::unordered_map<std::int64_t, std::int64_t> elements;  // by label
+    Sets node_sets;
+    Sets element_sets;
+    std::vector<Section> sections;
+  };
+  struct Element {
+    ScopeId scope;
+    std::int64_t label;
+    AbaqusElement type;
+    std::size_t first;  // of `corners_`
+    DeckPlace place;
+  };
+
+  Sets& sets(ScopeId scope, Kind kind);
+  Set& set(ScopeId scope, Kind kind, const std::string& name);
+  Set& resolved(const DeckReader& reader, ScopeId scope, Kind kind, const std::string& name,
+                DeckPlace place);
+  void resolve(const DeckReader& reader, Kind kind, const Entry& entry,
+               std::vector<std::int64_t>& members);
+  void add_labels(const DeckReader& reader, const Entry& entry,
+                  std::vector<std::int64_t>& members) const;
+  void append_nodes_of(const std::vector<std::int64_t>& elements,
+                       std::vector<std::int64_t>& nodes) const;
+  [[nodiscard]] std::size_t end_of(std::size_t element) const;
+  void resolve_corners(const DeckReader& reader);
+  void store_cells(FileContent& content, PlainDataset& dataset) const;
+  void store_sets(const DeckReader& reader, FileContent& content);
+  void store_materials(const DeckReader& reader, PlainDataset& dataset);
+  [[nodiscard]] std::vector<std::string> names_of(ScopeId scope) const;
+
+  std::vector<Scope> scopes_;
+  std::map<std::string, ScopeId> parts_;      // by the name in capitals
+  std::map<std::string, ScopeId> instances_;  // by the name in capitals
+  std::vector<std::pair<std::string, ScopeId>> instance_names_;
+  std::vector<std::int64_t> node_labels_;
+  std::vector<Element> elements_;
+  std::vector<std::int64_t> corners_;  // labels, then nodes
+  std::map<std::string, std::int32_t> materials_;
+  int nested_ = 0;  // sets that are being resolved
+};
+
+}  // namespace meshsmooth::formats

@@ -1,0 +1,252 @@
+#include "deck_reader.hpp"
+
+#include <algorithm>
+#include <cctype>
+
+namespace meshsmooth::formats {
+namespace {
+
+using std::filesystem::path;
+
+constexpr std::string_view kBlanks = " \t\r";
+constexpr std::size_t kMostNested = 32;
+constexpr std::size_t kMostIncluded = 10'000;
+
+std::string without_blanks(std::string_view text) {
+  std::string result;
+  for (const char c : text) {
+    if (kBlanks.find(c) == std::string_view::npos) result += c;
+  }
+  return result;
+}
+
+bool is_comment(std::string_view line) { return line.starts_with("**") || trimmed(line).empty(); }
+
+}  // namespace
+
+std::string in_capitals(std::string_view text) {
+  std::string result(text);
+  std::ranges::transform(result, result.begin(), [](unsigned char letter) {
+    return static_cast<char>(std::toupper(letter));
+  });
+  return result;
+}
+
+void split_data(std::string_view line, std::vector<std::string_view>& parts) {
+  parts.clear();
+  std::size_t begin = 0;
+  while (begin <= line.size()) {
+    const std::size_t comma = std::min(line.find(',', begin), line.size());
+    const std::string_view part = line.substr(begin, comma - begin);
+    parts.push_back(part.substr(0, part.find_last_not_of(kBlanks) + 1));
+    begin = comma + 1;
+  }
+  if (parts.back().empty()) parts.pop_back();  // after a comma at the end
+}
+
+const DeckKeyword::Parameter* DeckKeyword::find(std::string_view wanted) const {
+  const auto found = std::ranges::find(parameters, wanted, &Parameter::name);
+  return found == parameters.end() ? nullptr : &*found;
+}
+
+std::string DeckKeyword::value(std::string_view wanted) const {
+  const Parameter* found = find(wanted);
+  return found == nullptr ? std::string() : found->value;
+}
+
+DeckReader::DeckReader(const path& path) { open(path); }
+
+void DeckReader::open(const path& path) {
+  std::error_code error;
+  const auto is_open = [&](const Source& source) {
+    return std::filesystem::equivalent(files_[source.file], path, error);
+  };
+  if (std::ranges::any_of(sources_, is_open)) refuse("a file that does not include itself", "");
+  if (sources_.size() == kMostNested || segments_.size() > kMostIncluded) {
+    refuse("fewer included files", "");
+  }
+  texts_.push_back(read_bytes(path));
+  if (texts_.back().find('\0') != std::string::npos) {
+    fail("FORMAT_ERROR", path, "this is no text");
+  }
+  const auto known = std::ranges::find_if(
+      files_, [&](const auto& file) { return std::filesystem::equivalent(file, path, error); });
+  const auto file = static_cast<std::size_t>(known - files_.begin());
+  if (known == files_.end()) {
+    files_.push_back(path);
+    node_readings_.push_back(0);
+  }
+  sources_.push_back({file, texts_.size(), Scanner(path, texts_.back()), texts_.back()});
+  sources_.back().fields.style = NumberStyle::deck;
+}
+
+void DeckReader::close_segment(Source& source, std::size_t end, bool directive) {
+  CoordinateFields fields = std::exchange(source.fields, {});
+  source.fields.style = NumberStyle::deck;
+  for (auto& node : fields.fields) {
+    for (CoordinateFields::Field& field : node) field.begin -= source.segment_begin;
+  }
+  const std::string_view text =
+      source.text.substr(source.segment_begin, end - source.segment_begin);
+  segments_.push_back({source.file, directive, std::string(text), std::move(fields),
+                       std::exchange(source.nodes, {})});
+  source.segment_begin = end;
+}
+
+void DeckReader::consume(Source& source) {
+  source.scanner.line();
+  ++source.line;
+  source.started = false;
+}
+
+bool DeckReader::next() {
+  if (pending_) {
+    const DeckKeyword::Parameter input = *std::exchange(pending_, std::nullopt);
+    Source& source = sources_.back();
+    consume(source);
+    close_segment(source, input.begin, false);
+    close_segment(source, input.end, true);
+    close_segment(source, source.scanner.position(), false);
+    open(find_included(input.value));
+  }
+  while (!sources_.empty()) {
+    Source& source = sources_.back();
+    if (source.started) consume(source);
+    if (source.scanner.position() == source.text.size()) {
+      close_segment(source, source.text.size(), false);
+      sources_.pop_back();
+      continue;
+    }
+    line_ = source.scanner.peek_line();
+    source.started = true;
+    if (is_comment(line_)) continue;
+    if (!at_keyword() || !in_capitals(without_blanks(line_)).starts_with("*INCLUDE")) return true;
+    const std::size_t begin = source.scanner.position();
+    const DeckKeyword found = keyword();
+    if (found.name != "INCLUDE") refuse("*INCLUDE", line_);
+    consume(source);
+    close_segment(source, begin, false);
+    close_segment(source, source.scanner.position(), true);
+    open(find_included(found.value("INPUT")));
+  }
+  return false;
+}
+
+path DeckReader::find_included(const std::string& name) const {
+  if (name.empty()) refuse("INPUT=, the name of a file", line_);
+  std::error_code error;
+  const path beside = files_[sources_.back().file].parent_path() / name;
+  const path main = files_.front().parent_path() / name;
+  for (const path& candidate : {beside, main}) {
+    if (std::filesystem::is_regular_file(candidate, error)) return candidate;
+  }
+  fail_at(place(), "there is no file \"" + beside.string() + "\" to include", "FILE_NOT_FOUND");
+}
+
+DeckKeyword DeckReader::keyword() {
+  DeckKeyword keyword;
+  keyword.place = place();
+  Source& source = sources_.back();
+  bool continued = true;
+  for (bool first = true; continued; first = false) {
+    if (!first) {
+      do {
+        consume(source);
+        if (source.scanner.position() == source.text.size()) {
+          fail_at(keyword.place, "the file ends inside of this keyword", "FILE_TRUNCATED");
+        }
+        line_ = source.scanner.peek_line();
+      } while (is_comment(line_));
+      source.started = true;
+    }
+    std::vector<std::string_view> parts;
+    split_data(line_, parts);
+    continued = trimmed(line_).ends_with(',');
+    for (const std::string_view part : parts) {
+      if (first && part.data() == line_.data()) {
+        keyword.name = in_capitals(without_blanks(part.substr(1)));
+        continue;
+      }
+      const std::size_t equals = std::min(part.find('='), part.size());
+      std::string_view value = trimmed(part.substr(std::min(equals + 1, part.size())));
+      if (value.size() > 1 && value.front() == '"' && value.back() == '"') {
+        value = value.substr(1, value.size() - 2);
+      }
+      const std::size_t begin = source.scanner.offset_of(part);
+      keyword.parameters.push_back({in_capitals(without_blanks(part.substr(0, equals))),
+                                    std::string(value), begin - (part.data() > line_.data()),
+                                    begin + part.size()});
+    }
+  }
+  return keyword;
+}
+
+void DeckReader::read_input_of(const DeckKeyword& keyword) {
+  const auto* input = keyword.find("INPUT");
+  if (input == nullptr) return;
+  if (sources_.back().text[input->begin] != ',') {
+    fail_at(keyword.place, "expected INPUT in the first line of the keyword");
+  }
+  pending_ = *input;
+}
+
+void DeckReader::add_node(NodeId node, std::int64_t label, std::array<std::string_view, 3> words) {
+  Source& source = sources_.back();
+  std::size_t& reading = node_readings_[source.file];
+  if (reading == 0) reading = source.reading;
+  if (reading != source.reading) {
+    refuse("no nodes in a file that is included twice: their coordinates stand in it once", "");
+  }
+  std::array<bool, 3> missing{};
+  bool comma_at_end = trimmed(line_).ends_with(',');
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (words[axis].data() != nullptr) continue;
+    missing[axis] = !std::exchange(comma_at_end, false);
+    words[axis] = line_.substr(line_.find_last_not_of(kBlanks) + 1, 0);
+  }
+  source.fields.add(label, words, source.scanner);
+  source.nodes.push_back(node);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    source.fields.fields.back()[axis].missing = missing[axis];
+  }
+}
+
+DeckPlace DeckReader::place() const {
+  if (sources_.empty()) return {0, 0};
+  return {sources_.back().file, sources_.back().line};
+}
+
+void DeckReader::fail_at(const DeckPlace& place, const std::string& what,
+                         const std::string& reason) const {
+  fail(reason, files_[place.file],
+       (place.line == 0 ? "" : "line " + std::to_string(place.line) + ": ") + what);
+}
+
+void DeckReader::refuse(std::string_view expected, std::string_view found) const {
+  std::string shown(found.substr(0, 40));
+  std::ranges::replace_if(
+      shown, [](char c) { return c < ' ' || c > '~'; }, '?');
+  fail_at(place(),
+          "expected " + std::string(expected) + (shown.empty() ? "" : ", found \"" + shown + "\""));
+}
+
+void DeckReader::truncated(const std::string& what) const {
+  fail("FILE_TRUNCATED", files_.front(), "the deck ends " + what);
+}
+
+std::int64_t DeckReader::label(std::string_view word) const {
+  const std::string_view digits = trimmed(word);
+  std::int64_t value = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+  if (error != std::errc() || end != digits.data() + digits.size() || value < 1) {
+    refuse("a number above 0", word);
+  }
+  return value;
+}
+
+void DeckReader::store(FileContent& content) {
+  content.files = std::move(files_);
+  content.segments = std::move(segments_);
+}
+
+}  // namespace meshsmooth::formats
