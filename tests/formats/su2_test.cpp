@@ -1,0 +1,142 @@
+// Meshes of SU2.
+
+#include <gmock/gmock.h>
+
+#include "content.hpp"
+#include "mesh_file.hpp"
+#include "named_sets.hpp"
+
+namespace meshsmooth::formats {
+namespace {
+
+using test::bytes_of;
+using test::changed_lines;
+using test::error_of;
+using test::fixture;
+using test::positions_of;
+using test::put_bytes;
+using test::Scratch;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+class Su2 : public ::testing::Test {
+ protected:
+  [[nodiscard]] MeshFile read(const std::string& text) const {
+    put_bytes(scratch_.path("in.su2"), text);
+    return read_mesh_file(scratch_.path("in.su2"));
+  }
+  [[nodiscard]] std::pair<std::string, std::string> error(const std::string& text) const {
+    return error_of([&] { static_cast<void>(read(text)); });
+  }
+  [[nodiscard]] std::string written(const MeshFile& file) const {
+    write_mesh_file(scratch_.path("out.su2"), file);
+    return bytes_of(scratch_.path("out.su2"));
+  }
+
+  const Scratch scratch_;
+};
+
+const std::string kPlane =
+    "NDIME=2\nNPOIN=4\n0 0\n1.5 0 1\n1 1\n0 1 3\n"
+    "NELEM=2\n5 0 1 2\n5 0 2 3 1\n";
+const std::string kMarker = "NMARK=1\nMARKER_TAG=wall\nMARKER_ELEMS=1\n3 0 1\n";
+
+TEST_F(Su2, ReadsElementsPointsAndMarkers) {
+  const MeshFile file = read_mesh_file(fixture("mixed.su2"));
+
+  EXPECT_EQ(file.mesh.node_count(), 12U);
+  ASSERT_EQ(file.mesh.blocks.size(), 4U);
+  EXPECT_EQ(file.mesh.blocks[2].type, ElementType::wedge);
+  EXPECT_THAT(file.mesh.blocks[2].nodes, ElementsAre(1, 9, 5, 2, 10, 6));
+  EXPECT_EQ(file.lower_dimensional_cell_count(), 3);
+  EXPECT_THAT(find_node_set(file, "lower"), ElementsAre(0, 1, 2, 3, 9, 10));
+  EXPECT_THAT(find_node_set(file, "upper"), ElementsAre(4, 5, 8)) << "the name ends at a blank";
+  EXPECT_THAT(file.content()->dataset->cell_column("su2:marker")->values,
+              ElementsAre(0, 0, 0, 0, 1, 1, 2));
+}
+
+TEST_F(Su2, KeepsEveryByteWhereNothingMoved) {
+  EXPECT_EQ(written(read_mesh_file(fixture("mixed.su2"))), bytes_of(fixture("mixed.su2")));
+}
+
+TEST_F(Su2, ChangesCoordinatesAlone) {
+  MeshFile file = read_mesh_file(fixture("mixed.su2"));
+  positions_of(file)[1] = {1, 1.0 / 3, -0.0};
+  positions_of(file)[11].z = 1e-30;
+
+  EXPECT_THAT(changed_lines(bytes_of(fixture("mixed.su2")), written(file)),
+              ElementsAre("1.0\t0.3333333333333333\t0 1", "2 0 1e-30 11"));
+  MeshFile after = read_mesh_file(scratch_.path("out.su2"));
+  EXPECT_EQ(positions_of(after)[1].y, 1.0 / 3);
+}
+
+TEST_F(Su2, KeepsAPlaneMeshInItsPlane) {
+  MeshFile file = read(kPlane + kMarker);
+  EXPECT_THAT(find_node_set(file, "wall"), ElementsAre(0, 1));
+  positions_of(file)[1] = {1.25, 0.5, -0.0};
+  EXPECT_THAT(changed_lines(kPlane + kMarker, written(file)), ElementsAre("1.25 0.5 1"));
+
+  positions_of(file)[2].z = 0.125;
+  const auto [reason, text] = error_of([&] { static_cast<void>(written(file)); });
+  EXPECT_EQ(reason, "FORMAT_ERROR");
+  EXPECT_THAT(text, HasSubstr("node 2 has left the plane z = 0"));
+}
+
+TEST_F(Su2, SkipsWhatIsNotTheMesh) {
+  const std::string text = "NZONE= 1\nIZONE= 1\n" + kPlane +
+                           "NMARK= 2\nMARKER_TAG= SEND_RECEIVE\nMARKER_ELEMS= 1\nSEND_TO= 1\n"
+                           "1 0 0\nMARKER_TAG= wall\nMARKER_ELEMS= 0\n"
+                           "NPERIODIC= 1\nPERIODIC_INDEX= 0\n0 0 0\n1 1 1\n2 2 2\n";
+  const MeshFile file = read(text);
+  EXPECT_EQ(file.lower_dimensional_cell_count(), 0);
+  EXPECT_EQ(written(file), text);
+}
+
+TEST_F(Su2, SaysWhatIsWrongWithAFileAndWhere) {
+  const struct {
+    std::string text;
+    std::string reason;
+    std::string what;
+  } files[] = {
+      {"0 0\n", "FORMAT_ERROR", "line 1: expected a keyword like NDIME="},
+      {"NDIME= 4\n", "FORMAT_ERROR", "line 1: expected 2 or 3 dimensions, found \"4\""},
+      {"NZONE= 2\n", "FORMAT_ERROR", "line 1: expected one zone, in a file of its own"},
+      {"NDIME= 2\n", "FILE_TRUNCATED", "there is no NELEM="},
+      {"NDIME= 2\nNELEM= 0\n", "FILE_TRUNCATED", "there is no NPOIN="},
+      {"NELEM= 1\n", "FORMAT_ERROR", "NDIME= first"},
+      {kPlane + "NELEM= 1\n5 0 1 2\n", "FORMAT_ERROR", "line 10: expected NELEM once"},
+      {"NDIME= 2\nNPOIN= 9\n0 0\n", "FILE_TRUNCATED", "ends too early"},
+      {"NDIME= 2\nNPOIN= 2\n0 0\nNELEM= 0\n", "FORMAT_ERROR", "line 4: expected a number"},
+      {"NDIME= 3\nNPOIN= 2\n0 0\n1 1 1\n", "FORMAT_ERROR", "more numbers in the line before"},
+      {"NDIME= 2\nNPOIN= 1\n0 x\n", "FORMAT_ERROR", "line 3: expected a number, found \"x\""},
+      {"NDIME= 2\nNPOIN= -1\n", "FORMAT_ERROR", "line 2: expected a number, found \"-1\""},
+      {"NDIME= 2\nNELEM= 1\n22 0 1 2 3 4 5\n", "ELEMENT_NOT_SUPPORTED",
+       "element 0 is of the type VTK cell type 22; only linear"},
+      {"NDIME= 2\nNELEM= 1\n5 0 1 2\nNPOIN= 2\n0 0\n1 0\n", "FORMAT_ERROR",
+       "element 0 uses node 2, there are only 2"},
+      {kPlane + "NMARK= 1\nMARKER_ELEMS= 1\n3 0 1\n", "FORMAT_ERROR", "MARKER_TAG= before"},
+      {kPlane + "NMARK= 1\nMARKER_TAG= a\nMARKER_ELEMS= 1\n3 0 -1\n", "FORMAT_ERROR",
+       "expected the number of a node, found \"-1\""},
+      {kPlane + "NMARK= 1\nMARKER_TAG= a\nMARKER_ELEMS= 1\n3 0 4\n", "FORMAT_ERROR",
+       "element of a marker 0 uses node 4"},
+      {kPlane + "NMARK= 2\nMARKER_TAG= a\nMARKER_ELEMS= 0\n", "FILE_TRUNCATED",
+       "NMARK announces 2 markers, there are 1"},
+      {"NDIME= 2\nNELEM= 0\nNPOIN= 0\n", "MESH_EMPTY", "no nodes"},
+  };
+  for (const auto& [text, reason, what] : files) {
+    const auto [found, message] = error(text);
+    EXPECT_EQ(found, reason) << text;
+    EXPECT_THAT(message, HasSubstr(what)) << text;
+    EXPECT_THAT(message, HasSubstr("in.su2: ")) << text;
+  }
+}
+
+TEST_F(Su2, IsWrittenFromItsOwnFilesOnly) {
+  const auto [reason, text] =
+      error_of([&] { static_cast<void>(written(read_mesh_file(fixture("tetgen.node")))); });
+  EXPECT_EQ(reason, "FORMAT_UNKNOWN");
+  EXPECT_THAT(text, HasSubstr("only a mesh that was read from a .su2 file"));
+}
+
+}  // namespace
+}  // namespace meshsmooth::formats
