@@ -166,8 +166,9 @@ void add_job_flags(CLI::App& command, JobFlags& flags, const std::string& input_
                      "File of nodes to fix: a node index (from 0) per line, # comments");
   command
       .add_option("--fixed-set", flags.fixed_sets,
-                  "Nodes to fix, by name: a physical group of any dimension, or a point array of "
-                  "the file (not 0: fixed); may be repeated")
+                  "Nodes to fix, by name: a physical group of any dimension, a node or element set "
+                  "(Abaqus), a marker (SU2), a patch or zone (OpenFOAM), or a point array of the "
+                  "file (not 0: fixed); may be repeated")
       ->allow_extra_args(false);
   std::vector<std::string> types;
   for (const ElementType type : kElementTypes) types.emplace_back(element_shape(type).name);
@@ -177,11 +178,12 @@ void add_job_flags(CLI::App& command, JobFlags& flags, const std::string& input_
       ->delimiter(',')
       ->check(CLI::IsMember(types));
   command
-      .add_option("--regions", flags.regions,
-                  "Regions of elements, by a cell array of whole numbers: facets between elements "
-                  "of different numbers are kept as the boundary is. auto: physical groups, "
-                  "Medit's references, TetGen's first attribute or Gmsh's entities, whichever the "
-                  "file has; none: no regions")
+      .add_option(
+          "--regions", flags.regions,
+          "Regions of elements, by a cell array of whole numbers: facets between elements "
+          "of different numbers are kept as the boundary is. auto: physical groups, "
+          "Medit's references, TetGen's first attribute, Gmsh's entities, Abaqus's materials "
+          "or OpenFOAM's cell zones, whichever the file has; none: no regions")
       ->capture_default_str();
   std::vector<std::string> metrics;
   for (const QualityMetric metric : kQualityMetrics) metrics.emplace_back(metric_name(metric));

@@ -69,7 +69,7 @@ constexpr auto kFamilies = std::to_array<Family>({
     {"DCAX4", kQuad},
     {"DCCAX4", kQuad},
     {"EMC2D4", kQuad},
-    // shells, membranes, surfaces, rigid bodies
+    // shells, membranes, surfaces, rigid surfaces
     {"S3", kTriangle},
     {"STRI3", kTriangle},
     {"DS3", kTriangle},

@@ -109,7 +109,9 @@ TEST(BuildWithoutVtk, SaysSoWhenOneOfItsFormatsIsAskedFor) {
        {test::error_of([&] { static_cast<void>(read_mesh_file(scratch.path("a.vtu"))); }),
         test::error_of([&] { check_writable(scratch.path("a.stl")); })}) {
     EXPECT_EQ(reason, "FORMAT_UNKNOWN");
-    EXPECT_THAT(text, HasSubstr("this build is without VTK; known are .ply .obj .inp .su2 .foam .node .ele"));
+    EXPECT_THAT(
+        text,
+        HasSubstr("this build is without VTK; known are .ply .obj .inp .su2 .foam .node .ele"));
   }
   EXPECT_EQ(readable_extensions(), ".ply .obj .inp .su2 .foam .node .ele");
 }

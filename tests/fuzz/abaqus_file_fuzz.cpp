@@ -1,4 +1,5 @@
-// The reader and writer of Abaqus decks: the deck, a line "---", a file "part.inp" for it to include.
+// The reader and writer of Abaqus decks: the deck, a line "---", a file "part.inp" for it to
+// include.
 #include "fuzz/mesh_file.hpp"
 #include "fuzz/scratch_file.hpp"
 
