@@ -83,7 +83,16 @@ void AbaqusModel::add_set(ScopeId scope, Kind kind, const std::string& name) {
 }
 
 void AbaqusModel::add_to_set(ScopeId scope, Kind kind, const std::string& name, Entry entry) {
-  set(scope, kind, name).entries.push_back(std::move(entry));
+  Set& to = set(scope, kind, name);
+  if (kind == entry.kind && entry.name.empty() && !entry.generated) {  // most need no more memory
+    const Scope& from = scopes_[entry.scope];
+    const auto& labels = kind == Kind::nodes ? from.nodes : from.elements;
+    if (const auto found = labels.find(entry.range.first); found != labels.end()) {
+      to.members.push_back(found->second);
+      return;
+    }
+  }
+  to.entries.push_back(std::move(entry));
 }
 
 void AbaqusModel::add_section(ScopeId scope, const std::string& element_set,
@@ -215,7 +224,10 @@ void AbaqusModel::store_cells(FileContent& content, PlainDataset& dataset) const
       std::swap(nodes[1], nodes[2]);
       std::swap(nodes[4], nodes[5]);
     }
-    dataset.add_cell(element.type.vtk_type, nodes);
+    int type = element.type.vtk_type;
+    if (type == kPolyVertexCell && nodes.size() == 1) type = kVertexCell;
+    if (type == kPolyVertexCell && nodes.size() == 2) type = kLineCell;
+    dataset.add_cell(type, nodes);
   }
   std::vector<std::int64_t> labels;
   labels.reserve(elements_.size());

@@ -81,8 +81,11 @@ std::string with_point(std::string number) {
   std::ranges::replace(number, 'e', 'E');
   const std::size_t exponent = std::min(number.find('E'), number.size());
   if (number.find('.') == std::string::npos) number.insert(exponent, 1, '.');
-  for (const char* zero : {"E-0", "E+0"}) {
-    if (const auto at = number.find(zero); at != std::string::npos) number.erase(at + 2, 1);
+  if (const auto plus = number.find("E+"); plus != std::string::npos) number.erase(plus + 1, 1);
+  for (const char* zero : {"E-0", "E0"}) {
+    if (const auto at = number.find(zero); at != std::string::npos) {
+      number.erase(at + std::strlen(zero) - 1, 1);
+    }
   }
   return number;
 }

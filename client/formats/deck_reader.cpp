@@ -20,7 +20,10 @@ std::string without_blanks(std::string_view text) {
   return result;
 }
 
-bool is_comment(std::string_view line) { return line.starts_with("**") || trimmed(line).empty(); }
+bool is_comment(std::string_view line) {
+  const std::string_view text = trimmed(line);
+  return text.empty() || text.starts_with("**");
+}
 
 }  // namespace
 
@@ -58,13 +61,6 @@ DeckReader::DeckReader(const path& path) { open(path); }
 
 void DeckReader::open(const path& path) {
   std::error_code error;
-  const auto is_open = [&](const Source& source) {
-    return std::filesystem::equivalent(files_[source.file], path, error);
-  };
-  if (std::ranges::any_of(sources_, is_open)) refuse("a file that does not include itself", "");
-  if (sources_.size() == kMostNested || segments_.size() > kMostIncluded) {
-    refuse("fewer included files", "");
-  }
   texts_.push_back(read_bytes(path));
   if (texts_.back().find('\0') != std::string::npos) {
     fail("FORMAT_ERROR", path, "this is no text");
@@ -102,12 +98,13 @@ void DeckReader::consume(Source& source) {
 bool DeckReader::next() {
   if (pending_) {
     const DeckKeyword::Parameter input = *std::exchange(pending_, std::nullopt);
+    const path file = find_included(input.value);
     Source& source = sources_.back();
     consume(source);
     close_segment(source, input.begin, false);
     close_segment(source, input.end, true);
     close_segment(source, source.scanner.position(), false);
-    open(find_included(input.value));
+    open(file);
   }
   while (!sources_.empty()) {
     Source& source = sources_.back();
@@ -124,10 +121,11 @@ bool DeckReader::next() {
     const std::size_t begin = source.scanner.position();
     const DeckKeyword found = keyword();
     if (found.name != "INCLUDE") refuse("*INCLUDE", line_);
+    const path file = find_included(found.value("INPUT"));
     consume(source);
     close_segment(source, begin, false);
     close_segment(source, source.scanner.position(), true);
-    open(find_included(found.value("INPUT")));
+    open(file);
   }
   return false;
 }
@@ -138,7 +136,15 @@ path DeckReader::find_included(const std::string& name) const {
   const path beside = files_[sources_.back().file].parent_path() / name;
   const path main = files_.front().parent_path() / name;
   for (const path& candidate : {beside, main}) {
-    if (std::filesystem::is_regular_file(candidate, error)) return candidate;
+    if (!std::filesystem::is_regular_file(candidate, error)) continue;
+    const auto is_open = [&](const Source& source) {
+      return std::filesystem::equivalent(files_[source.file], candidate, error);
+    };
+    if (std::ranges::any_of(sources_, is_open)) refuse("a file that does not include itself", "");
+    if (sources_.size() == kMostNested || segments_.size() > kMostIncluded) {
+      refuse("fewer included files", "");
+    }
+    return candidate;
   }
   fail_at(place(), "there is no file \"" + beside.string() + "\" to include", "FILE_NOT_FOUND");
 }
@@ -164,7 +170,7 @@ DeckKeyword DeckReader::keyword() {
     continued = trimmed(line_).ends_with(',');
     for (const std::string_view part : parts) {
       if (first && part.data() == line_.data()) {
-        keyword.name = in_capitals(without_blanks(part.substr(1)));
+        keyword.name = in_capitals(without_blanks(part)).substr(1);  // without the star
         continue;
       }
       const std::size_t equals = std::min(part.find('='), part.size());

@@ -48,7 +48,7 @@ class DeckReader {
   /// Moves to the next line; false at the end of the deck.
   bool next();
   [[nodiscard]] std::string_view line() const { return line_; }
-  [[nodiscard]] bool at_keyword() const { return line_.starts_with('*'); }
+  [[nodiscard]] bool at_keyword() const { return trimmed(line_).starts_with('*'); }
   /// The keyword that starts at this line; moves to its last line.
   [[nodiscard]] DeckKeyword keyword();
   /// Data lines of the keyword just read come from its parameter INPUT, where there is one.

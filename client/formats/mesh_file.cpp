@@ -87,6 +87,15 @@ void check_case_writable(const path& file) {
   check_folder(file, folder);
 }
 
+/// Only VTK's data sets and the format read keep the faces of polyhedra.
+void check_polyhedra(const path& file, const Format& format, const MeshFile& content) {
+  if (content.held_cell_count() == 0 || content.content()->extension == format.extension) return;
+  if (dynamic_cast<const PlainDataset*>(content.content()->dataset.get()) == nullptr) return;
+  fail("ELEMENT_NOT_SUPPORTED", file,
+       "\"" + std::string(format.extension) + "\" files cannot carry the " +
+           std::to_string(content.held_cell_count()) + " polyhedra of the mesh");
+}
+
 }  // namespace
 
 std::string extension_of(const path& file) {
@@ -196,6 +205,7 @@ void write_mesh_file(const path& file, const MeshFile& content) {
   }
   check_node_count(content);
   const Format& format = writable_format(file);
+  check_polyhedra(file, format, content);
   OutputFiles files;
   try {
     if (format.write_all != nullptr) {

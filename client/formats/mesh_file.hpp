@@ -61,8 +61,7 @@ class MeshFile {
   std::shared_ptr<const FileContent> content_;
 };
 
-/// The format follows from the extension, in any letter case: `kFormats` (readers.hpp). A folder is
-/// an OpenFOAM case.
+/// The format follows from the extension, in any letter case (`kFormats`); a folder is OpenFOAM's.
 ///
 /// Written to the format it was read from, a file changes in its coordinates alone. Writing to
 /// another format converts what that format can carry: data arrays, ids, physical groups (VTK and
@@ -78,9 +77,9 @@ class MeshFile {
 /// O(file size).
 [[nodiscard]] MeshFile read_mesh_file(const std::filesystem::path& path);
 
-/// Replaces `path`, and the files that belong to it, when all has been written, never before.
-/// Errors: FORMAT_UNKNOWN, FILE_NOT_WRITABLE, ELEMENT_NOT_SUPPORTED, ARRAYS_NOT_SUPPORTED;
-/// `InvalidMesh` (ARRAY_SIZE_MISMATCH) when the mesh has not the nodes of its file.
+/// Replaces `path` when all has been written, never before. Errors:
+/// FORMAT_UNKNOWN, FILE_NOT_WRITABLE, ELEMENT_NOT_SUPPORTED, ARRAYS_NOT_SUPPORTED; `InvalidMesh`
+/// (ARRAY_SIZE_MISMATCH) when the mesh has not the nodes of its file.
 void write_mesh_file(const std::filesystem::path& path, const MeshFile& file);
 
 /// Throws what `write_mesh_file` would throw for this path as far as it can be

@@ -69,7 +69,7 @@ TEST_F(Abaqus, ReadsAWholeDeck) {
 
 TEST_F(Abaqus, ReadsEveryFormOfACoordinate) {
   const MeshFile file = read(
-      "*node\n 1, -1.5D+1,2.5d0 , .5\n2,, 1\n3, 1e2,\n4,+1.,-2.E-1, 3.\r\n"
+      " *node\n 1, -1.5D+1,2.5d0 , .5\n2,, 1\n3, 1e2,\n4,+1.,-2.E-1, 3.\r\n"
       "*element, type=c3d4\n1,1,2,3,4\n");
 
   const auto& nodes = std::get<std::vector<Vec3d>>(file.mesh.positions);
@@ -191,7 +191,7 @@ TEST_F(Abaqus, RefusesIncludesThatCannotBe) {
   EXPECT_THAT(error("*INCLUDE, INPUT=in.inp\n").second, HasSubstr("does not include itself"));
   put_bytes(scratch_.path("bad.inp"), "*NODE\n1, zero\n");
   EXPECT_THAT(error("*HEADING\n*INCLUDE, INPUT=bad.inp\n").second,
-              HasSubstr("bad.inp: line 2: expected a number, found \" zero\""));
+              HasSubstr("bad.inp: line 2: expected a number"));
   put_bytes(scratch_.path("twice.inp"), "1, 0., 0., 0.\n");
   EXPECT_THAT(error("*PART, NAME=A\n*NODE, INPUT=twice.inp\n*END PART\n"
                     "*PART, NAME=B\n*NODE, INPUT=twice.inp\n*END PART\n")
@@ -245,7 +245,7 @@ TEST_F(Abaqus, SaysWhatIsWrongWithADeckAndWhere) {
       {"1 0 0 0\n", "FORMAT_ERROR", "line 1: expected a keyword"},
       {"*HEADING\n", "MESH_EMPTY", "no nodes"},
       {"*NODE\n1, 0, 0, 0\n", "MESH_EMPTY", "no surface or volume elements"},
-      {"*NODE\n1, a, 0, 0\n", "FORMAT_ERROR", "line 2: expected a number, found \" a\""},
+      {"*NODE\n1, a, 0, 0\n", "FORMAT_ERROR", "line 2: expected a number, found \"a\""},
       {"*NODE\n\n**\n1, <x>, 0, 0\n", "FORMAT_ERROR", "line 4: expected a number"},
       {"*NODE\nx, 0, 0, 0\n", "FORMAT_ERROR", "line 2: expected a number above 0, found \"x\""},
       {"*NODE\n0, 0, 0, 0\n", "FORMAT_ERROR", "expected a number above 0"},

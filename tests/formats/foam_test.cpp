@@ -159,6 +159,15 @@ TEST_F(Foam, WritesACaseElsewhere) {
   EXPECT_EQ(bytes_of(mesh_file("points")), bytes_of(fixture("foam/constant/polyMesh/points")));
 }
 
+#if defined(MESHSMOOTH_WITH_VTK)
+TEST_F(Foam, BecomesAVtkFileUnlessThereArePolyhedra) {
+  const auto [reason, text] =
+      error_of([&] { write_mesh_file(scratch_.path("a.vtu"), read_mesh_file(case_)); });
+  EXPECT_EQ(reason, "ELEMENT_NOT_SUPPORTED");
+  EXPECT_THAT(text, HasSubstr("\".vtu\" files cannot carry the 1 polyhedra of the mesh"));
+}
+#endif
+
 TEST_F(Foam, IsWrittenFromOpenFoamOnly) {
   const auto [reason, text] =
       error_of([&] { write_mesh_file(case_, read_mesh_file(fixture("tetgen.node"))); });
@@ -278,8 +287,8 @@ TEST_F(Foam, SaysWhatIsWrongWithACaseAndWhere) {
   } changes[] = {
       {"points", "FoamFile", "Foam", "FORMAT_ERROR", "line 1: expected FoamFile, found \"Foam\""},
       {"points", "ascii", "other", "FORMAT_ERROR", "line 4: expected ascii or binary"},
-      {"points", "(1 1 0)", "(1 1)", "FORMAT_ERROR", "line 16: expected a number, found \")\""},
-      {"points", "(1 1 0)", "(1 x 0)", "FORMAT_ERROR", "line 16: expected a number, found \"x\""},
+      {"points", "(1 1 0)", "(1 1)", "FORMAT_ERROR", "line 16: expected ), found \"(\""},
+      {"points", "(1 1 0)", "(1 x 0)", "FORMAT_ERROR", "line 15: expected a number, found \"x\""},
       {"points", "16\n", "17\n", "FORMAT_ERROR", "expected (, found \")\""},
       {"points", "16\n", "16000\n", "FILE_TRUNCATED", "too short for the 16000 things"},
       {"points", ")\n\n// ***\n", "", "FILE_TRUNCATED", "ends too early"},
