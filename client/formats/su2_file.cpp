@@ -88,7 +88,7 @@ class Su2Parser {
       read_points(count(value));
       return true;
     } else if (name == "NMARK") {
-      marker_count_ = count(value);
+      marker_count_ = scanner_.parse<std::size_t>(value);
     } else if (name == "MARKER_TAG") {
       marker_ = value;
       if (marker_.empty()) scanner_.refuse("the name of a marker", value);
