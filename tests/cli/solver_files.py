@@ -76,7 +76,9 @@ def write_case(folder, write_format="ascii"):
         foam_header("dictionary", "controlDict") +
         "application none; startFrom startTime; startTime 0; stopAt endTime; endTime 1; deltaT 1;\n"
         f"writeControl timeStep; writeInterval 1; writeFormat {write_format}; writePrecision 16;\n")
-    (system / "fvSchemes").write_text(foam_header("dictionary", "fvSchemes"))
+    schemes = ("ddt", "grad", "div", "laplacian", "interpolation", "snGrad")
+    (system / "fvSchemes").write_text(
+        foam_header("dictionary", "fvSchemes") + "".join(f"{name}Schemes {{}}\n" for name in schemes))
     (system / "fvSolution").write_text(foam_header("dictionary", "fvSolution"))
     s = SIDE
     (system / "blockMeshDict").write_text(
