@@ -1,32 +1,23 @@
 // Our quality measures against VTK's Verdict.
 
 #include <gtest/gtest.h>
-#include <vtkCellType.h>
-#include <vtkIdList.h>
 #include <vtkMeshQuality.h>
-#include <vtkNew.h>
-#include <vtkPoints.h>
-#include <vtkUnstructuredGrid.h>
-#include <vtkVersion.h>
 
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <random>
 
+#include "formats/verdict.hpp"
 #include "meshsmooth/quality.hpp"
-#include "support/meshes.hpp"
 
 // In VTK 9.1 no class offers these; later ones export them under other names.
 #if VTK_VERSION_NUMBER < VTK_VERSION_CHECK(9, 2, 0)
-using VerdictNodes = double (*)[3];
 extern "C" {
 double vtkverdict__v_pyramid_volume(int node_count, VerdictNodes nodes);
 double vtkverdict__v_wedge_volume(int node_count, VerdictNodes nodes);
 double vtkverdict__wedge_scaled_jacobian(int node_count, VerdictNodes nodes);
 }
 #else
-using VerdictNodes = const double (*)[3];
 namespace vtkverdict {
 double pyramid_volume(int node_count, VerdictNodes nodes);
 double wedge_volume(int node_count, VerdictNodes nodes);
@@ -36,6 +27,8 @@ double wedge_scaled_jacobian(int node_count, VerdictNodes nodes);
 
 namespace meshsmooth {
 namespace {
+
+using namespace test;
 
 #if VTK_VERSION_NUMBER < VTK_VERSION_CHECK(9, 2, 0)
 constexpr auto kPyramidVolume = vtkverdict__v_pyramid_volume;
@@ -47,80 +40,11 @@ constexpr auto kWedgeVolume = vtkverdict::wedge_volume;
 constexpr auto kWedgeScaledJacobian = vtkverdict::wedge_scaled_jacobian;
 #endif
 
-using Nodes = std::vector<Vec3d>;
-
 constexpr int kElementsPerTest = 2000;
 constexpr double kTolerance = 1e-10;
 
-/// Ideal elements with every node thrown about: most are valid, some very flat
-/// or inverted. Surface elements stay plane.
-class RandomElements {
- public:
-  explicit RandomElements(ElementType type)
-      : type_(type),
-        is_surface_(element_shape(type).dimension == 2),
-        noise_(is_surface_ ? -0.6 : -0.35, is_surface_ ? 0.6 : 0.35) {}
-  Nodes next() {
-    Nodes nodes = test::ideal_points(type_);
-    for (Vec3d& node : nodes) {
-      node += next_vector();
-      if (is_surface_) node.z = 0;
-      node = 3.7 * node;
-    }
-    return nodes;
-  }
-  /// The ideal element stretched and sheared: its quads stay plane.
-  Nodes next_affine() {
-    const Vec3d x = Vec3d{1, 0, 0} + next_vector();
-    const Vec3d y = Vec3d{0, 1, 0} + next_vector();
-    const Vec3d z = Vec3d{0, 0, 1} + next_vector();
-    Nodes nodes = test::ideal_points(type_);
-    for (Vec3d& node : nodes) node = node.x * x + node.y * y + node.z * z;
-    return nodes;
-  }
-
- private:
-  Vec3d next_vector() {
-    const double x = noise_(random_);
-    const double y = noise_(random_);
-    return {x, y, noise_(random_)};
-  }
-
-  ElementType type_;
-  bool is_surface_;
-  std::mt19937_64 random_{7};
-  std::uniform_real_distribution<double> noise_;
-};
-
 ElementMeasure measure(ElementType type, const Nodes& nodes) {
   return measure_element(type, nodes.data(), {0, 0, 1});
-}
-
-/// One of vtkMeshQuality's functions on one cell.
-double verdict(double (*metric)(vtkCell*), int cell_type, const Nodes& nodes) {
-  const vtkNew<vtkPoints> points;
-  points->SetDataTypeToDouble();
-  const vtkNew<vtkIdList> cell;
-  for (const Vec3d& node : nodes)
-    cell->InsertNextId(points->InsertNextPoint(node.x, node.y, node.z));
-  const vtkNew<vtkUnstructuredGrid> grid;
-  grid->SetPoints(points);
-  grid->InsertNextCell(cell_type, cell);
-  return metric(grid->GetCell(0));
-}
-
-/// A function of Verdict itself, nodes in the given order.
-template <std::size_t count>
-double verdict(double (*metric)(int, VerdictNodes), const std::array<std::size_t, count>& order,
-               const Nodes& nodes) {
-  std::array<double[3], count> places;
-  for (std::size_t node = 0; node < count; ++node) {
-    const Vec3d place = nodes[order[node]];
-    places[node][0] = place.x;
-    places[node][1] = place.y;
-    places[node][2] = place.z;
-  }
-  return metric(static_cast<int>(count), places.data());
 }
 
 bool near(double a, double b) { return std::abs(a - b) <= kTolerance * std::max(1.0, std::abs(b)); }
@@ -192,8 +116,6 @@ TEST(Verdict, AgreesOnHexahedra) {
   });
 }
 
-// Verdict's first triangle of a wedge looks inward.
-constexpr std::array<std::size_t, 6> kWedgeOrder = {0, 2, 1, 3, 5, 4};
 constexpr std::array<std::size_t, 5> kPyramidOrder = {0, 1, 2, 3, 4};
 
 // Not compared: Verdict's wedge shape, a mean over the corners where ours is the
