@@ -15,6 +15,7 @@ using Action = std::function<ExitCode()>;
 void add_smooth_command(CLI::App& app, Action& action);
 void add_move_command(CLI::App& app, Action& action);
 void add_quality_command(CLI::App& app, Action& action);
+void add_compare_command(CLI::App& app, Action& action);
 void add_generate_command(CLI::App& app, Action& action);
 void add_info_command(CLI::App& app, Action& action);
 void add_jobs_command(CLI::App& app, Action& action);

@@ -22,13 +22,16 @@ int main(int argc, char** argv) {
   CLI::App app(
       "Smooths finite-element meshes: nodes move, nothing else changes, valid stays valid.\n"
       "Exit codes: 0 done, 1 failed, 2 usage, 3 bad mesh, 4 refused or unavailable, 5 deadline or "
-      "cancelled.");
+      "cancelled, 6 short of what was asked: a motion reached in part, a requirement not met, "
+      "files "
+      "that differ in more than coordinates.");
   app.set_version_flag("--version", "meshsmooth " MESHSMOOTH_VERSION);
   app.require_subcommand(1);
   Action action;
   add_smooth_command(app, action);
   add_move_command(app, action);
   add_quality_command(app, action);
+  add_compare_command(app, action);
   add_generate_command(app, action);
   add_info_command(app, action);
   add_jobs_command(app, action);

@@ -2,9 +2,12 @@
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <ostream>
+#include <variant>
 #include <vector>
 
 #include "commands.hpp"
+#include "element_table.hpp"
 #include "input_mesh.hpp"
 #include "mesh_file.hpp"
 #include "meshsmooth/quality.hpp"
@@ -18,6 +21,7 @@ struct QualityCommand {
   std::filesystem::path input;
   std::optional<std::filesystem::path> output;
   bool json = false;
+  ElementTableFlags table;
 };
 
 void check(const formats::MeshFile& file) {
@@ -27,6 +31,33 @@ void check(const formats::MeshFile& file) {
     throw InvalidMesh(error.reason(), error.what() + place_in_file(error.details(), file),
                       error.details());
   }
+}
+
+/// The metrics that the mesh has beside those of reports, as cell arrays.
+void add_arrays(formats::MeshFile& file, const ElementTable& table) {
+  for (std::size_t m = 0; m < table.metrics.size(); ++m) {
+    if (!std::holds_alternative<ShapeMetric>(table.metrics[m])) continue;
+    file.element_arrays.push_back({std::string(element_metric_name(table.metrics[m])),
+                                   {table.columns[m].begin(), table.columns[m].end()}});
+  }
+}
+
+/// Evaluates the requirements and reports them: exit code 6 unless all are met.
+ExitCode report_requirements(const std::vector<Requirement>& requirements,
+                             const ElementTable& table, const formats::MeshFile& file,
+                             std::ostream& to) {
+  std::string text;
+  std::size_t not_met = 0;
+  for (const Requirement& requirement : requirements) {
+    const RequirementResult result = evaluate(requirement, table);
+    text += describe_requirement(requirement, result, file);
+    if (!result.met) ++not_met;
+  }
+  to << text << std::flush;
+  if (not_met == 0) return ExitCode::done;
+  std::cerr << "meshsmooth: " << not_met << " of " << requirements.size() << " requirements not met"
+            << std::endl;
+  return ExitCode::incomplete;
 }
 
 /// All that some element of the mesh has.
@@ -41,26 +72,37 @@ std::vector<QualityMetric> metrics_of(const Mesh& mesh) {
 
 ExitCode run(const QualityCommand& command) {
   if (command.output) formats::check_writable_with_arrays(*command.output);
+  const std::vector<Requirement> requirements = check_element_table(command.table);
   formats::MeshFile file = formats::read_mesh_file(command.input);
   check(file);
+  ElementTable table;
+  if (command.table.any()) {
+    table = measure_table(file.mesh, table_metrics(command.table, requirements, file.mesh));
+  }
   if (command.output) {
     const MeshTopology topology(file.mesh);
     const PositionsView positions = file.mesh.positions_view();
     file.element_quality =
         measure_elements(topology.view(), positions, SurfaceOrientation(topology.view(), positions),
                          metrics_of(file.mesh));
+    add_arrays(file, table);
     formats::write_mesh_file(*command.output, file);
   }
+  write_element_table(command.table, file, table);
   const QualityStats stats = measure_quality(file.mesh);
   if (command.json) {
     SmoothSummary summary;
     summary.quality_before = stats;
-    std::cout << wire::to_json(wire::encode_summary(summary).quality_before()) << std::endl;
+    std::string json = wire::to_json(wire::encode_summary(summary).quality_before());
+    if (!command.table.metrics.empty()) {
+      json.insert(json.rfind('}'), "," + table_json(table));
+    }
+    std::cout << json << std::endl;
   } else {
     std::cout << describe_quality(stats, [&](std::int64_t id) { return file.file_element_id(id); })
-              << std::flush;
+              << describe_table(table) << (requirements.empty() ? "" : "\n") << std::flush;
   }
-  return ExitCode::done;
+  return report_requirements(requirements, table, file, command.json ? std::cerr : std::cout);
 }
 
 }  // namespace
@@ -72,7 +114,10 @@ void add_quality_command(CLI::App& app, Action& action) {
   sub->add_option(
       "-o,--output", command->output,
       "Output file: the mesh with a cell array for each metric: " + formats::array_extensions());
-  sub->add_flag("--json", command->json, "Output as meshsmooth.v1.QualityStats in proto3 JSON");
+  sub->add_flag("--json", command->json,
+                "Output as meshsmooth.v1.QualityStats in proto3 JSON, with --metrics also "
+                "shape_metrics and faces; requirements are reported on the error output");
+  add_element_table_flags(*sub, command->table);
   sub->callback([&action, command] { action = [command] { return run(*command); }; });
 }
 

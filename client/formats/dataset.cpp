@@ -12,7 +12,24 @@ std::optional<Column> find(const std::vector<Column>& columns, const std::string
   return found == columns.end() ? std::nullopt : std::optional(*found);
 }
 
+void add_columns(std::vector<StoredArray>& arrays, const std::string& place,
+                 const std::vector<Column>& columns) {
+  for (const Column& column : columns) {
+    arrays.push_back({place + " " + column.name,
+                      column.whole ? "integer" : "float64",
+                      {reinterpret_cast<const char*>(column.values.data()),
+                       column.values.size() * sizeof(double)}});
+  }
+}
+
 }  // namespace
+
+std::vector<StoredArray> Dataset::stored_arrays() const {
+  std::vector<StoredArray> arrays;
+  add_columns(arrays, "point array", node_columns());
+  add_columns(arrays, "cell array", cell_columns());
+  return arrays;
+}
 
 PlainDataset::PlainDataset(const Mesh& mesh) : positions_(mesh.positions) {
   for (const ElementBlock& block : mesh.blocks) {

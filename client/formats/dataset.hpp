@@ -38,6 +38,13 @@ struct Column {
   std::vector<double> values;
 };
 
+/// Any array of a file, for comparisons.
+struct StoredArray {
+  std::string name;   // with its place: "point array pressure"
+  std::string type;   // "float64 x 3", "string"; equal names and types have comparable contents
+  std::string bytes;  // its contents
+};
+
 using Positions = decltype(Mesh::positions);
 
 /// All nodes and cells of a file in its own order, with what hangs on them, in
@@ -59,6 +66,9 @@ class Dataset {
   [[nodiscard]] virtual std::optional<std::vector<Vec3d>> node_vectors(const std::string&) const {
     return std::nullopt;
   }
+  /// All that hangs on the nodes, the cells and the whole, but positions and cells; by default the
+  /// columns.
+  [[nodiscard]] virtual std::vector<StoredArray> stored_arrays() const;
   /// "quadratic tetrahedron (VTK cell type 24)".
   [[nodiscard]] virtual std::string cell_name(int type) const = 0;
 };

@@ -198,7 +198,7 @@ void check_writable_with_arrays(const path& file) {
 }
 
 void write_mesh_file(const path& file, const MeshFile& content) {
-  if (content.element_quality.metrics.empty()) {
+  if (content.element_quality.metrics.empty() && content.element_arrays.empty()) {
     check_writable(file);
   } else {
     check_writable_with_arrays(file);

@@ -15,6 +15,12 @@ namespace meshsmooth::formats {
 
 class FileContent;
 
+/// A number for each element, to be written as a cell array.
+struct ElementArray {
+  std::string name;
+  std::vector<float> values;  // by element; NaN: it has none
+};
+
 /// A mesh file in memory: the mesh to smooth, and whatever else the file
 /// carries, kept so that writing gives back the caller's own file with only
 /// the coordinates changed.
@@ -39,6 +45,8 @@ class MeshFile {
   /// Written as one cell array of float32 per metric, by the metric's name, instead of an array
   /// that the file may have of that name; NaN in lower-dimensional cells.
   ElementQualityArrays element_quality;
+  /// Written in the same way.
+  std::vector<ElementArray> element_arrays;
 
   /// What the file calls a mesh element: its tag (Gmsh), its number (TetGen)
   /// or its 0-based position among all elements (VTK). O(1).
@@ -87,7 +95,8 @@ void write_mesh_file(const std::filesystem::path& path, const MeshFile& file);
 /// file behind.
 void check_writable(const std::filesystem::path& path);
 
-/// The same for files with `MeshFile::element_quality`; also ARRAYS_NOT_SUPPORTED.
+/// The same for files with `MeshFile::element_quality` or `element_arrays`; also
+/// ARRAYS_NOT_SUPPORTED.
 void check_writable_with_arrays(const std::filesystem::path& path);
 
 /// ".vtu .vtk …": what can be read and written here, and written with cell arrays, for messages and

@@ -9,6 +9,7 @@
 #include <vtkIntArray.h>
 #include <vtkPointData.h>
 #include <vtkStringArray.h>
+#include <vtkVariant.h>
 
 #include <array>
 #include <cctype>
@@ -101,20 +102,54 @@ vtkSmartPointer<vtkUnstructuredGrid> grid_of(const Dataset& dataset) {
   return grid;
 }
 
-void add_element_quality(vtkPointSet& data, const MeshFile& file) {
+void add_cell_array(vtkPointSet& data, const MeshFile& file, std::string_view name,
+                    std::span<const float> values) {
+  const vtkNew<vtkFloatArray> array;
+  array->SetName(std::string(name).c_str());
+  array->SetNumberOfValues(data.GetNumberOfCells());
+  array->FillValue(std::numeric_limits<float>::quiet_NaN());
+  for (std::size_t e = 0; e < values.size(); ++e) {
+    const auto cell =
+        file.content() ? file.content()->element_cells.at(e) : static_cast<std::int64_t>(e);
+    array->SetValue(cell, values[e]);
+  }
+  data.GetCellData()->AddArray(array);
+}
+
+void add_element_arrays(vtkPointSet& data, const MeshFile& file) {
   const ElementQualityArrays& quality = file.element_quality;
   for (std::size_t m = 0; m < quality.metrics.size(); ++m) {
-    const vtkNew<vtkFloatArray> array;
-    array->SetName(std::string(metric_name(quality.metrics[m])).c_str());
-    array->SetNumberOfValues(data.GetNumberOfCells());
-    array->FillValue(std::numeric_limits<float>::quiet_NaN());
-    const std::span<const float> values = quality.of(m);
-    for (std::size_t e = 0; e < values.size(); ++e) {
-      const auto cell =
-          file.content() ? file.content()->element_cells.at(e) : static_cast<std::int64_t>(e);
-      array->SetValue(cell, values[e]);
+    add_cell_array(data, file, metric_name(quality.metrics[m]), quality.of(m));
+  }
+  for (const ElementArray& array : file.element_arrays) {
+    add_cell_array(data, file, array.name, array.values);
+  }
+}
+
+/// Of any array: numbers as they are in memory, all else as text, each value with its length.
+StoredArray stored(const std::string& place, vtkAbstractArray* array) {
+  StoredArray result;
+  result.name = place + " " + (array->GetName() == nullptr ? "" : array->GetName());
+  result.type = std::string(array->GetDataTypeAsString()) + " x " +
+                std::to_string(array->GetNumberOfComponents());
+  const vtkIdType count = array->GetNumberOfValues();
+  if (auto* numbers = vtkDataArray::SafeDownCast(array); numbers != nullptr) {
+    if (numbers->GetDataType() != VTK_BIT && numbers->HasStandardMemoryLayout()) {
+      result.bytes.assign(static_cast<const char*>(numbers->GetVoidPointer(0)),
+                          static_cast<std::size_t>(count * numbers->GetDataTypeSize()));
+      return result;
     }
-    data.GetCellData()->AddArray(array);
+  }
+  for (vtkIdType index = 0; index < count; ++index) {
+    const std::string value = array->GetVariantValue(index).ToString();
+    result.bytes += std::to_string(value.size()) + ':' + value;
+  }
+  return result;
+}
+
+void add_stored(std::vector<StoredArray>& arrays, const std::string& place, vtkFieldData* data) {
+  for (int index = 0; index < data->GetNumberOfArrays(); ++index) {
+    arrays.push_back(stored(place, data->GetAbstractArray(index)));
   }
 }
 
@@ -163,6 +198,25 @@ std::optional<std::vector<Vec3d>> VtkDataset::node_vectors(const std::string& na
 
 std::optional<Column> VtkDataset::cell_column(const std::string& name) const {
   return column_of(data_->GetCellData()->GetArray(name.c_str()));
+}
+
+std::vector<StoredArray> VtkDataset::stored_arrays() const {
+  std::vector<StoredArray> arrays;
+  add_stored(arrays, "point array", data_->GetPointData());
+  add_stored(arrays, "cell array", data_->GetCellData());
+  add_stored(arrays, "field array", data_->GetFieldData());
+  if (auto* grid = vtkUnstructuredGrid::SafeDownCast(data_)) {
+    StoredArray faces{"faces of polyhedra", "ids", {}};
+    const vtkNew<vtkIdList> stream;
+    for (vtkIdType cell = 0; cell < grid->GetNumberOfCells(); ++cell) {
+      if (grid->GetCellType(cell) != kPolyhedronCell) continue;
+      grid->GetFaceStream(cell, stream);
+      faces.bytes.append(reinterpret_cast<const char*>(stream->GetPointer(0)),
+                         static_cast<std::size_t>(stream->GetNumberOfIds()) * sizeof(vtkIdType));
+    }
+    if (!faces.bytes.empty()) arrays.push_back(std::move(faces));
+  }
+  return arrays;
 }
 
 std::string VtkDataset::vtk_cell_name(int type) {
@@ -223,7 +277,7 @@ vtkSmartPointer<vtkPointSet> moved_dataset(const MeshFile& file) {
   auto dataset = vtkSmartPointer<vtkPointSet>::Take(own->data()->NewInstance());
   dataset->ShallowCopy(own->data());
   dataset->SetPoints(make_points(file.mesh.positions_view()));
-  add_element_quality(*dataset, file);
+  add_element_arrays(*dataset, file);
   return dataset;
 }
 
@@ -231,7 +285,7 @@ vtkSmartPointer<vtkUnstructuredGrid> moved_grid(const MeshFile& file) {
   vtkSmartPointer<vtkUnstructuredGrid> grid;
   if (vtk_dataset_of(file) == nullptr) {
     grid = grid_of(*dataset_of(file));
-    add_element_quality(*grid, file);
+    add_element_arrays(*grid, file);
   } else {
     const auto dataset = moved_dataset(file);
     grid = vtkUnstructuredGrid::SafeDownCast(dataset);

@@ -28,6 +28,8 @@ class VtkDataset final : public Dataset {
   [[nodiscard]] std::optional<std::vector<Vec3d>> node_vectors(
       const std::string& name) const override;
   [[nodiscard]] std::optional<Column> cell_column(const std::string& name) const override;
+  /// Also arrays of several numbers or texts, field data and the faces of polyhedra.
+  [[nodiscard]] std::vector<StoredArray> stored_arrays() const override;
   [[nodiscard]] std::string cell_name(int type) const override { return vtk_cell_name(type); }
 
   /// "quadratic tetrahedron (VTK cell type 24)".

@@ -119,6 +119,8 @@ constexpr ErrorReason kReasons[] = {
      "a certificate, key or token that cannot be used"},
     {"NAME_UNKNOWN", client, invalid_argument, usage, "",
      "the file has no set or array of this name"},
+    {"METRIC_UNDEFINED", client, invalid_argument, usage, "",
+     "a requirement on a metric that no element of the mesh has"},
     {"ARRAY_NOT_WHOLE", client, invalid_argument, usage, "",
      "an array of regions that are not whole numbers"},
     {"ELEMENT_NOT_SUPPORTED", client, invalid_argument, bad_mesh, "",

@@ -1,0 +1,183 @@
+#include "compare.hpp"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "cells.hpp"
+#include "content.hpp"
+
+namespace meshsmooth::formats {
+namespace {
+
+using Differences = std::vector<std::string>;
+
+std::string both(std::size_t a, std::size_t b) {
+  return std::to_string(a) + " and " + std::to_string(b);
+}
+
+void compare_meshes(const MeshFile& a, const MeshFile& b, Differences& differences) {
+  if (a.mesh.node_count() != b.mesh.node_count()) {
+    differences.push_back("nodes: " + both(a.mesh.node_count(), b.mesh.node_count()));
+  }
+  if (a.mesh.element_count() != b.mesh.element_count()) {
+    differences.push_back("elements: " + both(a.mesh.element_count(), b.mesh.element_count()));
+    return;
+  }
+  std::int64_t element = 0;
+  const auto element_differs = [&](const std::string& what) {
+    differences.push_back("elements: " + std::to_string(a.file_element_id(element)) + what);
+  };
+  for (std::size_t n = 0; n < std::min(a.mesh.blocks.size(), b.mesh.blocks.size()); ++n) {
+    const ElementBlock& own = a.mesh.blocks[n];
+    const ElementBlock& other = b.mesh.blocks[n];
+    const ElementShape& shape = element_shape(own.type);
+    if (own.type != other.type) {
+      element_differs(" is a " + std::string(shape.name) + " and a " +
+                      std::string(element_shape(other.type).name));
+      return;
+    }
+    const auto [at, there] = std::ranges::mismatch(own.nodes, other.nodes);
+    element += (at - own.nodes.begin()) / shape.node_count;
+    if (at != own.nodes.end() && there != other.nodes.end()) {
+      element_differs(" (" + std::string(shape.name) + ") has other nodes");
+      return;
+    }
+    if (own.nodes.size() != other.nodes.size()) {
+      differences.push_back("elements: other numbers of " + std::string(shape.name) + " elements");
+      return;
+    }
+  }
+}
+
+/// The text outside the coordinates, piece by piece.
+class Pieces {
+ public:
+  explicit Pieces(const FileContent& content) : text_(content.text) {
+    for (const auto& node : content.fields.fields)
+      fields_.insert(fields_.end(), node.begin(), node.end());
+    std::ranges::sort(fields_, {}, &CoordinateFields::Field::begin);
+  }
+  [[nodiscard]] std::size_t count() const { return fields_.size() + 1; }
+  [[nodiscard]] std::size_t begin(std::size_t piece) const {
+    return piece == 0 ? 0 : fields_[piece - 1].begin + fields_[piece - 1].length;
+  }
+  [[nodiscard]] std::string_view operator[](std::size_t piece) const {
+    const std::size_t end = piece < fields_.size() ? fields_[piece].begin : text_.size();
+    return text_.substr(begin(piece), end - begin(piece));
+  }
+  [[nodiscard]] std::string place(std::size_t offset) const {
+    const auto lines = std::ranges::count(text_.substr(0, offset), '\n');
+    return "line " + std::to_string(lines + 1) + ", byte " + std::to_string(offset);
+  }
+
+ private:
+  std::string_view text_;
+  std::vector<CoordinateFields::Field> fields_;
+};
+
+void compare_texts(const FileContent& a, const FileContent& b, Differences& differences) {
+  const Pieces own(a), other(b);
+  for (std::size_t piece = 0; piece < std::min(own.count(), other.count()); ++piece) {
+    if (own[piece] == other[piece]) continue;
+    const auto same = std::ranges::mismatch(own[piece], other[piece]).in1 - own[piece].begin();
+    differences.push_back("text: from " +
+                          own.place(own.begin(piece) + static_cast<std::size_t>(same)));
+    return;
+  }
+  if (own.count() != other.count()) {
+    differences.push_back("text: " + both(own.count() / 3, other.count() / 3) + " nodes in it");
+  }
+  if (a.companion_text != b.companion_text) differences.emplace_back("text: of the .ele file");
+}
+
+void compare_cells(const Dataset& a, const Dataset& b, Differences& differences) {
+  if (a.cell_count() != b.cell_count()) {
+    differences.push_back("cells: " + both(static_cast<std::size_t>(a.cell_count()),
+                                           static_cast<std::size_t>(b.cell_count())));
+    return;
+  }
+  Cell own, other;
+  for (std::int64_t id = 0; id < a.cell_count(); ++id) {
+    a.get_cell(id, own);
+    b.get_cell(id, other);
+    if (own.type == other.type && own.nodes == other.nodes) continue;
+    differences.push_back("cells: number " + std::to_string(id) +
+                          (own.type == other.type ? " has other nodes" : " has another type"));
+    return;
+  }
+}
+
+void compare_arrays(const Dataset& a, const Dataset& b, Differences& differences) {
+  std::map<std::string, StoredArray> others;
+  for (StoredArray& array : b.stored_arrays()) others.emplace(array.name, std::move(array));
+  for (const StoredArray& own : a.stored_arrays()) {
+    const auto found = others.extract(own.name);
+    if (found.empty()) {
+      differences.push_back(own.name + ": only in the first file");
+    } else if (found.mapped().type != own.type) {
+      differences.push_back(own.name + ": " + own.type + " and " + found.mapped().type);
+    } else if (found.mapped().bytes != own.bytes) {
+      differences.push_back(own.name + ": other values");
+    }
+  }
+  for (const auto& [name, array] : others)
+    differences.push_back(name + ": only in the second file");
+}
+
+/// Names what two lists of named things do not have in common.
+template <class Things, class IsSame>
+void compare_named(const std::string& kind, const Things& a, const Things& b, const IsSame& is_same,
+                   Differences& differences) {
+  for (std::size_t n = 0; n < std::max(a.size(), b.size()); ++n) {
+    if (n < a.size() && n < b.size() && a[n].name == b[n].name && is_same(a[n], b[n])) continue;
+    differences.push_back(kind + ": " + (n < a.size() ? a[n].name : b[n].name));
+    return;
+  }
+}
+
+void compare_contents(const FileContent& a, const FileContent& b, Differences& differences) {
+  compare_cells(*a.dataset, *b.dataset, differences);
+  compare_arrays(*a.dataset, *b.dataset, differences);
+  if (a.node_ids != b.node_ids) differences.emplace_back("node ids");
+  if (a.cell_ids != b.cell_ids) differences.emplace_back("element ids");
+  compare_named(
+      "group", a.groups, b.groups,
+      [](const CellGroup& x, const CellGroup& y) {
+        return x.dimension == y.dimension && std::string_view(x.array) == y.array &&
+               x.values == y.values;
+      },
+      differences);
+  if (a.group_sets != b.group_sets) differences.emplace_back("elements of groups");
+  compare_named(
+      "node set", a.node_sets, b.node_sets,
+      [](const NodeSet& x, const NodeSet& y) { return x.nodes == y.nodes; }, differences);
+}
+
+}  // namespace
+
+std::string_view compared_by_name(ComparedBy compared_by) {
+  constexpr std::array<std::string_view, 3> kNames = {"bytes", "arrays", "meshes"};
+  return kNames[static_cast<std::size_t>(compared_by)];
+}
+
+FileDifference compare_files(const MeshFile& a, const MeshFile& b) {
+  FileDifference result;
+  compare_meshes(a, b, result.differences);
+  result.same_topology = result.differences.empty();
+  const FileContent* const own = a.content().get();
+  const FileContent* const other = b.content().get();
+  if (own == nullptr || other == nullptr || own->extension != other->extension) return result;
+  const bool texts = !own->text.empty() && !other->text.empty();
+  result.compared_by = texts ? ComparedBy::bytes : ComparedBy::arrays;
+  if (texts) {
+    compare_texts(*own, *other, result.differences);
+  } else {
+    compare_contents(*own, *other, result.differences);
+  }
+  return result;
+}
+
+}  // namespace meshsmooth::formats
