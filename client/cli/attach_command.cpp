@@ -29,12 +29,13 @@ ExitCode run(const AttachCommand& command) {
   set_precision(command.output, file.mesh);
   interrupt.check();
 
+  const JobInput input = keep_input(command.output, command.input, file.mesh);
   client::Client client = command.server.connect();
   const client::SmoothReport report =
       run_call(command.output, file, {}, interrupt, {}, [&](const client::RequestOptions& request) {
         return client.attach(full_job_name(command.job), file.mesh, request);
       });
-  write_result(command.output, file, report, wire::decode_options(report.message->options()),
+  write_result(command.output, input, file, report, wire::decode_options(report.message->options()),
                start);
   return ExitCode::done;
 }

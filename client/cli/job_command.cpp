@@ -146,8 +146,9 @@ client::SmoothReport run_job(
   const formats::Regions regions = set_regions(file, flags, options.boundary);
   interrupt.check();
 
+  const JobInput input = keep_input(flags.output, flags.input, file.mesh);
   const client::SmoothReport report = call_server(file, flags, options, interrupt);
-  write_result(flags.output, file, report, options, start);
+  write_result(flags.output, input, file, report, options, start);
   if (!flags.output.quiet && regions.count > 1) {
     std::cout << counted(static_cast<std::int64_t>(regions.count), "region") << " by "
               << regions.array << ", " << counted(report.summary.nodes.between_regions, "node")

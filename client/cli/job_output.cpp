@@ -40,6 +40,8 @@ void add_output_flags(CLI::App& command, JobOutput& job) {
                   "Precision of coordinates in transfer, computation and output [the file's]")
       ->check(CLI::IsMember({"f32", "f64"}));
   command.add_option("--report", job.report, "Output file of the whole summary, as JSON");
+  command.add_option("--html", job.html,
+                     "Output file of a report to look at, as one page of HTML with a drawing");
   command
       .add_option("--timeout", job.timeout_seconds,
                   "Timeout of the whole call, in seconds [by the size of the mesh]")
@@ -49,12 +51,23 @@ void add_output_flags(CLI::App& command, JobOutput& job) {
 
 void check_outputs(const JobOutput& job) {
   formats::check_writable(job.output);
-  if (!job.report) return;
-  if (fs::absolute(*job.report).lexically_normal() == fs::absolute(job.output).lexically_normal()) {
-    throw InvalidOption("OPTION_MISPLACED", "--report and --output name the same file",
-                        {{"field", "--report"}});
+  std::vector<std::pair<std::string, fs::path>> files = {{"--output", job.output}};
+  if (job.report) files.emplace_back("--report", *job.report);
+  if (job.html) files.emplace_back("--html", *job.html);
+  const auto full = [](const fs::path& path) { return fs::absolute(path).lexically_normal(); };
+  for (std::size_t n = 1; n < files.size(); ++n) {
+    for (std::size_t m = 0; m < n; ++m) {
+      if (full(files[n].second) != full(files[m].second)) continue;
+      throw InvalidOption("OPTION_MISPLACED",
+                          files[n].first + " and " + files[m].first + " name the same file",
+                          {{"field", files[n].first}});
+    }
+    check_text_file_writable(files[n].second);
   }
-  check_text_file_writable(*job.report);
+}
+
+JobInput keep_input(const JobOutput& job, const fs::path& path, const Mesh& mesh) {
+  return job.html ? JobInput{path, mesh.positions} : JobInput{};
 }
 
 void set_precision(const JobOutput& job, Mesh& mesh) {
@@ -84,14 +97,18 @@ client::SmoothReport run_call(
   }
 }
 
-void write_result(const JobOutput& job, formats::MeshFile& file, const client::SmoothReport& report,
-                  const SmoothOptions& options, std::chrono::steady_clock::time_point start) {
+void write_result(const JobOutput& job, const JobInput& input, formats::MeshFile& file,
+                  const client::SmoothReport& report, const SmoothOptions& options,
+                  std::chrono::steady_clock::time_point start) {
   const std::string json = job.report ? report.to_json() : "";  // first, should it have none
   file.element_quality = report.summary.element_quality;
   formats::write_mesh_file(job.output, file);
   if (job.report) write_text_file(*job.report, json);
-  if (job.quiet) return;
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+  if (job.html) {
+    write_text_file(*job.html, job_html(input, job.output, file, report, options, elapsed.count()));
+  }
+  if (job.quiet) return;
   std::cout << describe_summary(report, options, elapsed.count(), [&](std::int64_t id) {
     return file.file_element_id(id);
   }) << std::flush;

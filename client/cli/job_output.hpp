@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "html_report.hpp"
 #include "interrupt.hpp"
 #include "mesh_file.hpp"
 #include "meshsmooth/client.hpp"
@@ -19,6 +20,7 @@ struct JobOutput {
   std::filesystem::path output;
   std::optional<std::string> precision;
   std::optional<std::filesystem::path> report;
+  std::optional<std::filesystem::path> html;
   std::optional<double> timeout_seconds;
   bool quiet = false;
 };
@@ -33,6 +35,10 @@ void check_outputs(const JobOutput& job);
 /// Converts the positions to the precision that was asked for; they travel and are computed in it.
 void set_precision(const JobOutput& job, Mesh& mesh);
 
+/// What the HTML report needs of the input; empty where none is to be written.
+[[nodiscard]] JobInput keep_input(const JobOutput& job, const std::filesystem::path& path,
+                                  const Mesh& mesh);
+
 /// Runs `call` with timeout, progress and cancellation of this command in its request. Errors name
 /// elements and nodes as the file does.
 [[nodiscard]] client::SmoothReport run_call(
@@ -40,8 +46,9 @@ void set_precision(const JobOutput& job, Mesh& mesh);
     const Interrupt& interrupt, client::RequestOptions request,
     const std::function<client::SmoothReport(const client::RequestOptions&)>& call);
 
-/// Writes mesh and report, then prints the summary unless quiet. `start`: of the command.
-void write_result(const JobOutput& job, formats::MeshFile& file, const client::SmoothReport& report,
-                  const SmoothOptions& options, std::chrono::steady_clock::time_point start);
+/// Writes mesh and reports, then prints the summary unless quiet. `start`: of the command.
+void write_result(const JobOutput& job, const JobInput& input, formats::MeshFile& file,
+                  const client::SmoothReport& report, const SmoothOptions& options,
+                  std::chrono::steady_clock::time_point start);
 
 }  // namespace meshsmooth::cli

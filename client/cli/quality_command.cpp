@@ -8,10 +8,12 @@
 
 #include "commands.hpp"
 #include "element_table.hpp"
+#include "html_report.hpp"
 #include "input_mesh.hpp"
 #include "mesh_file.hpp"
 #include "meshsmooth/quality.hpp"
 #include "quality_report.hpp"
+#include "text_file.hpp"
 #include "wire/codec.hpp"
 
 namespace meshsmooth::cli {
@@ -20,6 +22,7 @@ namespace {
 struct QualityCommand {
   std::filesystem::path input;
   std::optional<std::filesystem::path> output;
+  std::optional<std::filesystem::path> html;
   bool json = false;
   ElementTableFlags table;
 };
@@ -73,6 +76,7 @@ std::vector<QualityMetric> metrics_of(const Mesh& mesh) {
 ExitCode run(const QualityCommand& command) {
   if (command.output) formats::check_writable_with_arrays(*command.output);
   const std::vector<Requirement> requirements = check_element_table(command.table);
+  if (command.html) check_text_file_writable(*command.html);
   formats::MeshFile file = formats::read_mesh_file(command.input);
   check(file);
   ElementTable table;
@@ -90,6 +94,7 @@ ExitCode run(const QualityCommand& command) {
   }
   write_element_table(command.table, file, table);
   const QualityStats stats = measure_quality(file.mesh);
+  if (command.html) write_text_file(*command.html, quality_html(command.input, file, stats));
   if (command.json) {
     SmoothSummary summary;
     summary.quality_before = stats;
@@ -117,6 +122,8 @@ void add_quality_command(CLI::App& app, Action& action) {
   sub->add_flag("--json", command->json,
                 "Output as meshsmooth.v1.QualityStats in proto3 JSON, with --metrics also "
                 "shape_metrics and faces; requirements are reported on the error output");
+  sub->add_option("--html", command->html,
+                  "Output file of a report to look at, as one page of HTML with a drawing");
   add_element_table_flags(*sub, command->table);
   sub->callback([&action, command] { action = [command] { return run(*command); }; });
 }

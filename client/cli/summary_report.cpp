@@ -112,15 +112,6 @@ std::string histograms(const SmoothSummary& summary) {
   return text;
 }
 
-/// Elements that overlap fill more than the boundary encloses.
-std::string volume_sentence(const QualityStats& stats) {
-  if (stats.enclosed_volume == 0) return {};
-  return fmt::format(
-      "volume: the elements fill {:.6g}, the boundary encloses {:.6g} ({:.1e} more)\n",
-      stats.sum_absolute_volume, stats.enclosed_volume,
-      stats.sum_absolute_volume - stats.enclosed_volume);
-}
-
 std::string locked_sentence(const LockedStats& locked,
                             const std::function<std::int64_t(std::int64_t)>& file_element_id) {
   if (locked.element_count == 0) return {};
@@ -233,6 +224,22 @@ std::string times_sentence(const client::SmoothReport& report, double total_seco
   return text + ")\n";
 }
 
+/// What the mesh is like now, and what it took.
+std::string state_sentences(const client::SmoothReport& report, const SmoothOptions& options,
+                            double total_seconds,
+                            const std::function<std::int64_t(std::int64_t)>& file_element_id) {
+  const SmoothSummary& summary = report.summary;
+  std::string text = describe_inverted(summary, options) + "\n";
+  if (const std::int64_t degenerate = summary.quality_after.degenerate_count; degenerate > 0) {
+    text += fmt::format("{} {} degenerate (no volume that double precision can tell from 0)\n",
+                        counted(degenerate, "element"), degenerate == 1 ? "is" : "are");
+  }
+  return text + describe_volume(summary.quality_after) +
+         locked_sentence(summary.locked, file_element_id) + poor_sentence(summary.poor) +
+         nodes_sentence(summary, options) + deviation_sentence(summary) +
+         times_sentence(report, total_seconds);
+}
+
 std::string cause_of_inversion(const SmoothOptions& options) {
   if (options.guard) return {};
   std::string method(method_name(options.method));
@@ -242,6 +249,14 @@ std::string cause_of_inversion(const SmoothOptions& options) {
 }
 
 }  // namespace
+
+std::string describe_volume(const QualityStats& stats) {
+  if (stats.enclosed_volume == 0) return {};
+  return fmt::format(
+      "volume: the elements fill {:.6g}, the boundary encloses {:.6g} ({:.1e} more)\n",
+      stats.sum_absolute_volume, stats.enclosed_volume,
+      stats.sum_absolute_volume - stats.enclosed_volume);
+}
 
 std::string describe_inverted(const SmoothSummary& summary, const SmoothOptions& options) {
   const std::int64_t total = summary.quality_after.element_count;
@@ -270,16 +285,17 @@ std::string describe_summary(const client::SmoothReport& report, const SmoothOpt
                              double total_seconds,
                              const std::function<std::int64_t(std::int64_t)>& file_element_id) {
   const SmoothSummary& summary = report.summary;
-  std::string text = stop_sentence(summary, options) + "\n" + quality_table(summary) +
-                     histograms(summary) + describe_inverted(summary, options) + "\n";
-  if (const std::int64_t degenerate = summary.quality_after.degenerate_count; degenerate > 0) {
-    text += fmt::format("{} {} degenerate (no volume that double precision can tell from 0)\n",
-                        counted(degenerate, "element"), degenerate == 1 ? "is" : "are");
-  }
-  return motion_sentence(summary.motion, file_element_id) + text +
-         volume_sentence(summary.quality_after) + locked_sentence(summary.locked, file_element_id) +
-         poor_sentence(summary.poor) + nodes_sentence(summary, options) +
-         deviation_sentence(summary) + times_sentence(report, total_seconds);
+  return motion_sentence(summary.motion, file_element_id) + stop_sentence(summary, options) + "\n" +
+         quality_table(summary) + histograms(summary) +
+         state_sentences(report, options, total_seconds, file_element_id);
+}
+
+std::string describe_findings(const client::SmoothReport& report, const SmoothOptions& options,
+                              double total_seconds,
+                              const std::function<std::int64_t(std::int64_t)>& file_element_id) {
+  const SmoothSummary& summary = report.summary;
+  return motion_sentence(summary.motion, file_element_id) + stop_sentence(summary, options) + "\n" +
+         state_sentences(report, options, total_seconds, file_element_id);
 }
 
 }  // namespace meshsmooth::cli

@@ -14,6 +14,14 @@ namespace meshsmooth::cli {
     const client::SmoothReport& report, const SmoothOptions& options, double total_seconds,
     const std::function<std::int64_t(std::int64_t)>& file_element_id);
 
+/// The same without the table and the histograms: a sentence a line.
+[[nodiscard]] std::string describe_findings(
+    const client::SmoothReport& report, const SmoothOptions& options, double total_seconds,
+    const std::function<std::int64_t(std::int64_t)>& file_element_id);
+
+/// The volume of the elements against the enclosed one, for elements that overlap; "" for surfaces.
+[[nodiscard]] std::string describe_volume(const QualityStats& stats);
+
 /// One sentence about inverted elements after and before.
 [[nodiscard]] std::string describe_inverted(const SmoothSummary& summary,
                                             const SmoothOptions& options);
