@@ -41,7 +41,7 @@ struct Outcome {
   std::string text;
 };
 
-Outcome outcome_of(const QualityStats& stats) {
+Outcome outcome_of(const QualityStats* before, const QualityStats& stats) {
   const auto are = [](std::int64_t count) { return count == 1 ? "is" : "are"; };
   if (stats.inverted_count > 0) {
     return {"bad", fmt::format("Not valid: {} of {} {} inverted", with_commas(stats.inverted_count),
@@ -51,6 +51,11 @@ Outcome outcome_of(const QualityStats& stats) {
     return {"warn",
             fmt::format("No element is inverted, but {} {} degenerate (no volume)",
                         counted(stats.degenerate_count, "element"), are(stats.degenerate_count))};
+  }
+  if (before != nullptr && before->inverted_count > 0) {
+    return {"good", fmt::format("Valid: no element is inverted any more, {} {} before",
+                                with_commas(before->inverted_count),
+                                before->inverted_count == 1 ? "was" : "were")};
   }
   return {"good", "Valid: no element is inverted or degenerate"};
 }
@@ -90,7 +95,8 @@ std::string make_page(const Content& content, const DrawnMesh& mesh,
                                   [&](std::int64_t id) { return file.file_node_id(id); }});
   const bool two = mesh.before.has_value();
   const bool volume = element_shape(mesh.topology.blocks.front().type).dimension == 3;
-  const Outcome outcome = content.outcome ? *content.outcome : outcome_of(content.after);
+  const Outcome outcome =
+      content.outcome ? *content.outcome : outcome_of(content.before, content.after);
   return fill(page::html,
               {{"title", escape_html(std::string("meshsmooth: ") + content.heading)},
                {"css", std::string(page::css)},

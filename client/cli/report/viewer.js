@@ -78,7 +78,7 @@ class Viewer {
     this.canvas = canvas;
     this.camera = camera;
     // Kept, so that the page prints with it.
-    const gl = canvas.getContext("webgl2", {antialias: true, preserveDrawingBuffer: true});
+    const gl = canvas.getContext("webgl2", {alpha: false, antialias: true, preserveDrawingBuffer: true});
     if (!gl) throw new Error("no WebGL 2");
     this.gl = gl;
     this.program = this.link();
