@@ -26,15 +26,8 @@ fs::path temporary_beside(const fs::path& path) {
   return path.parent_path() / fmt::format(".{}.{}.part", path.filename().string(), ::getpid());
 }
 
-}  // namespace
-
-void check_text_file_writable(const fs::path& path) {
-  if (fs::is_directory(path)) fail(path, "it is a folder");
-  write_text_file(temporary_beside(path), "");
-  fs::remove(temporary_beside(path));
-}
-
-void write_text_file(const fs::path& path, std::string_view text) {
+/// Writes all of it beside `path`. Errors name `path`.
+fs::path write_temporary(const fs::path& path, std::string_view text) {
   const fs::path temporary = temporary_beside(path);
   errno = 0;
   std::ofstream stream(temporary, std::ios::binary);
@@ -46,7 +39,19 @@ void write_text_file(const fs::path& path, std::string_view text) {
     fs::remove(temporary, ignored);
     fail(path, cause != 0 ? std::strerror(cause) : "unknown cause");
   }
-  std::error_code error;
+  return temporary;
+}
+
+}  // namespace
+
+void check_text_file_writable(const fs::path& path) {
+  if (fs::is_directory(path)) fail(path, "it is a folder");
+  fs::remove(write_temporary(path, ""));
+}
+
+void write_text_file(const fs::path& path, std::string_view text) {
+  const fs::path temporary = write_temporary(path, text);
+  std::error_code error, ignored;
   fs::rename(temporary, path, error);
   if (error) {
     fs::remove(temporary, ignored);

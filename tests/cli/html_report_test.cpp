@@ -316,8 +316,8 @@ TEST(HtmlReportScene, StaysSmall) {
     check(pair.drawn, 12);
   }
   // Triangles that share no node, all of which moved: the most bytes for each.
-  Pair soup{Mesh{std::vector<Vec3d>(300'000), {{ElementType::triangle, {}}}, {}}};
-  for (NodeId n = 0; n < 300'000; ++n) soup.after.blocks[0].nodes.push_back(n);
+  Pair soup{Mesh{std::vector<Vec3d>(150'000), {{ElementType::triangle, {}}}, {}}};
+  for (NodeId n = 0; n < 150'000; ++n) soup.after.blocks[0].nodes.push_back(n);
   const MeshTopology topology(soup.after);
   soup.drawn.topology = topology.view();
   soup.drawn.orientation = SurfaceOrientation(topology.view(), soup.after.positions_view());

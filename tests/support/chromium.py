@@ -3,11 +3,13 @@
 import base64
 import json
 import os
+import select
 import shutil
 import subprocess
 import tempfile
 
 PROGRAM = shutil.which("chromium")
+TIMEOUT = 120  # of an answer, in seconds
 
 # WebGL in software; no name resolves and no address is reached.
 FLAGS = ["--headless=new", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader",
@@ -57,6 +59,8 @@ class Chromium:
 
     def _receive(self):
         while b"\0" not in self._buffer:
+            if not select.select([self._in], [], [], TIMEOUT)[0]:
+                raise AssertionError(f"Chromium is silent for {TIMEOUT} s")
             data = os.read(self._in, 1 << 20)
             if not data:
                 raise AssertionError("Chromium ended")

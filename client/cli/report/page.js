@@ -172,7 +172,7 @@ class Page {
     byId("inverted-colour").style.background = rgb(INVERTED);
     byId("ramp").style.background = `linear-gradient(to right, ${RAMP.map(rgb)})`;
     byId("count").max = report.elements.length;
-    byId("count").value = Math.min(report.elements.length, 500);
+    byId("count").value = Math.max(20, Math.min(500, report.elements.length / 10));
     byId("opacity").value = dimension === 2 ? 100 : 16;
     byId("by-quality").checked = dimension === 2;
     byId("edges").checked = dimension === 2;

@@ -72,8 +72,26 @@ std::string ids_json(const char* name, const std::vector<std::int64_t>& ids) {
                      json_array(std::vector<std::uint32_t>(ids.begin(), ids.end())));
 }
 
-std::uint32_t byte_count(const std::string& base64) {
-  return static_cast<std::uint32_t>(base64.size());
+/// Bytes that a surface takes in base64, at most.
+std::size_t encoded_size(const Surface& surface) {
+  constexpr std::size_t kNode = 2 * sizeof(Vec3f), kTriangle = 12 + 8 + 3;
+  return (surface.nodes.size() * kNode + surface.triangles.size() * kTriangle) * 4 / 3;
+}
+
+/// As much of the surface as a report may hold.
+Surface fit_surface(const DrawnMesh& mesh) {
+  const Surface whole = find_surface(mesh.topology);
+  const auto too_large = [](const Surface& surface) {
+    return surface.triangles.size() > kMostShownTriangles ||
+           encoded_size(surface) > 60 * surface.triangles.size() + 400'000;
+  };
+  if (!too_large(whole)) return whole;
+  std::vector<Vec3d> positions;
+  for (const NodeId node : whole.nodes) positions.push_back(position_of(mesh.positions, node));
+  for (int cells = 1024;; cells = cells * 3 / 4) {
+    Surface surface = simplify(whole, positions, cells);
+    if (!too_large(surface) || cells < 4) return surface;
+  }
 }
 
 std::string surface_json(const DrawnMesh& mesh, const Frame& frame, const Surface& surface,
@@ -172,30 +190,14 @@ Scene make_scene(const DrawnMesh& mesh, std::span<const ShownElement> elements,
   const std::vector<float> quality = mean_ratios(mesh.positions);
   const std::vector<float> before = mesh.before ? mean_ratios(*mesh.before) : std::vector<float>();
 
-  const Surface whole = find_surface(mesh.topology);
-  Surface surface = whole;
-  std::string json = surface_json(mesh, frame, surface, quality, before, ids);
-  std::vector<Vec3d> positions;
-  const auto too_large = [&] {
-    return surface.triangles.size() > kMostShownTriangles ||
-           byte_count(json) > 60 * surface.triangles.size() + 400'000;
-  };
-  for (int cells = 1024; too_large() && cells > 4; cells = cells * 3 / 4) {
-    if (positions.empty()) {
-      for (const NodeId node : whole.nodes) positions.push_back(position_of(mesh.positions, node));
-    }
-    surface = simplify(whole, positions, cells);
-    json = surface.triangles.size() > kMostShownTriangles
-               ? ""
-               : surface_json(mesh, frame, surface, quality, before, ids);
-  }
-
+  const Surface surface = fit_surface(mesh);
   Scene scene{.triangle_count = surface.triangles.size(),
               .whole_triangle_count = surface.whole_count};
   const int dimension = element_shape(mesh.topology.blocks.front().type).dimension;
   scene.json =
       fmt::format(R"({{{},"dimension":{},"hasBefore":{},"types":{},"surface":{},"elements":{}}})",
-                  frame.json(), dimension, mesh.before.has_value(), types_json(), json,
+                  frame.json(), dimension, mesh.before.has_value(), types_json(),
+                  surface_json(mesh, frame, surface, quality, before, ids),
                   elements_json(mesh, frame, elements, ids));
   return scene;
 }

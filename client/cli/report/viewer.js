@@ -203,6 +203,9 @@ class Viewer {
       gl.renderbufferStorage(gl.RENDERBUFFER, format, width, height);
       gl.framebufferRenderbuffer(gl.FRAMEBUFFER, point, gl.RENDERBUFFER, buffer);
     }
+    const column = Math.min(width - 1, Math.floor(x * width)), row = Math.min(height - 1, Math.floor((1 - y) * height));
+    gl.enable(gl.SCISSOR_TEST);
+    gl.scissor(column, row, 1, 1);
     this.prepare(true);
     if (this.look.opacity > 0) this.drawLayer("surface");
     // One sees elements through a translucent surface, and takes them through it.
@@ -214,7 +217,7 @@ class Viewer {
     gl.disable(gl.POLYGON_OFFSET_FILL);
     gl.depthFunc(gl.LESS);
     const bytes = new Uint8Array(4);
-    const column = Math.min(width - 1, Math.floor(x * width)), row = Math.min(height - 1, Math.floor((1 - y) * height));
+    gl.disable(gl.SCISSOR_TEST);
     gl.readPixels(column, row, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.deleteFramebuffer(frame);
