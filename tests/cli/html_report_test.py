@@ -88,7 +88,7 @@ class HtmlReport(CliTest):
     def test_reports_on_repair_and_on_what_is_left(self):
         mesh = self.generate("in.vtu", tangle=0.3)
         self.assertIn("no element is inverted any more", self.smooth(mesh).all_text())
-        page = self.smooth(mesh, "--iterations", 0)
+        page = self.smooth(mesh, "--iterations", "0")
         self.assertRegex(page.all_text(), r"Not valid: [\d,]+ of [\d,]+ elements are inverted")
 
     def test_reports_on_a_quality(self):

@@ -223,7 +223,7 @@ class Page {
   setState() {
     this.viewer.setLayer("surface", this.report.surfaceLayer(this.state));
     this.setElements();
-    if (this.chosen?.layer === "elements") this.choose(this.chosen);
+    this.choose(this.chosen);
   }
 
   setElements() {
@@ -241,6 +241,8 @@ class Page {
   choose(found) {
     this.chosen = found;
     this.viewer.look.chosen = found;
+    const front = found?.layer === "elements" ? [this.report.elements[found.item]] : [];
+    this.viewer.setLayer("chosen", this.report.elementLayer(front, this.state));
     if (!found) byId("chosen").replaceChildren(Object.assign(document.createElement("p"), {className: "note", textContent: "No element is chosen."}));
     else if (found.layer === "elements") describeElement(this.report, this.report.elements[found.item], this.state);
     else describeTriangle(this.report, found.item, this.state);

@@ -82,7 +82,7 @@ class Viewer {
     if (!gl) throw new Error("no WebGL 2");
     this.gl = gl;
     this.program = this.link();
-    this.layers = {surface: null, elements: null};
+    this.layers = {surface: null, elements: null, chosen: null};
     this.look = {opacity: 0.2, edgeStrength: 0, byQuality: false, plain: [0.55, 0.62, 0.7], paper: [1, 1, 1],
                  ink: [0, 0, 0], plane: [0, 0, 0, 1], chosen: null};
     this.frames = 0;
@@ -157,7 +157,7 @@ class Viewer {
   drawLayer(name) {
     const layer = this.layers[name], gl = this.gl, at = this.at, look = this.look;
     if (!layer || layer.count === 0) return;
-    const elements = name === "elements";
+    const elements = name !== "surface";
     gl.bindVertexArray(layer.array);
     // Elements are cut as a whole, by what is in the layer.
     gl.uniform4fv(at.plane, elements ? [0, 0, 0, 1] : look.plane);
@@ -167,8 +167,15 @@ class Viewer {
     gl.uniform3fv(at.plain, look.plain);
     gl.uniform3fv(at.edgeColour, elements ? [0.08, 0.08, 0.1] : look.ink);
     gl.uniform1ui(at.kind, elements ? 1 : 2);
-    gl.uniform1ui(at.chosen, look.chosen?.layer === name ? look.chosen.item : 0xffffffff);
+    gl.uniform1ui(at.chosen, look.chosen?.layer === (elements ? "elements" : name) ? look.chosen.item : 0xffffffff);
     gl.drawArrays(gl.TRIANGLES, 0, layer.count);
+  }
+
+  /** In front of all others, which may hide it. */
+  drawChosen() {
+    if (!this.layers.chosen?.count) return;
+    this.gl.clear(this.gl.DEPTH_BUFFER_BIT);
+    this.drawLayer("chosen");
   }
 
   draw() {
@@ -188,7 +195,9 @@ class Viewer {
       }
       this.drawLayer("surface");
       gl.depthMask(true);
+      gl.disable(gl.BLEND);
     }
+    this.drawChosen();
     this.frames += 1;
   }
 
@@ -216,6 +225,7 @@ class Viewer {
     this.drawLayer("elements");
     gl.disable(gl.POLYGON_OFFSET_FILL);
     gl.depthFunc(gl.LESS);
+    this.drawChosen();
     const bytes = new Uint8Array(4);
     gl.disable(gl.SCISSOR_TEST);
     gl.readPixels(column, row, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
