@@ -25,8 +25,13 @@ Points = Any  # float64 [nodes, 3]
 
 
 def expected_result(points: Points) -> Points:
-    """What the scripted server makes of positions."""
+    """What the scripted server makes of positions, or of the reference of a motion."""
     return points + 0.5
+
+
+def expected_motion(points: Points) -> Points:
+    """Where the scenarios of `move` prescribe the nodes, all of which lie on the boundary."""
+    return points + 1
 
 
 class Scenario:
@@ -45,6 +50,7 @@ class Scenario:
         nodes = np.arange(self.client.get("nodes", 5), dtype=float)
         # On a curve that leaves every plane, so that the two tetrahedra are not flat.
         self.points: Points = np.stack([nodes, nodes**2, nodes**3], axis=1)
+        self.reference: Points = self.points  # of the client's own mesh, once it was sent
         self.options: dict[str, Any] = self.client.get("options", {})
         self.token_file: pathlib.Path | None = None
         if "token" in self.client:
@@ -100,7 +106,8 @@ class _CallPlayer:
     def __init__(self, scenario: Scenario, call: Call) -> None:
         self._scenario = scenario
         self._call = call
-        self._positions = scenario.points
+        # A step of a motion sends none: those of the reference stay with the topology.
+        self._positions = scenario.reference
         self._offset = 0  # of the next result byte
         self._received_bytes = 0
 
@@ -112,9 +119,13 @@ class _CallPlayer:
         kept: bool = False,
         same_request: bool = False,
         result_ttl: float | None = None,
+        method: str | None = None,
     ) -> None:
         """The spec names or brings the topology; with `same_request`, it is the first one's."""
         spec = self._call.read_spec()
+        if method is not None:
+            _expect("method", spec.options.WhichOneof("method"), method)
+            _expect("prescribed_node_count", spec.prescribed_node_count > 0, method == "move")
         kind = "named" if spec.WhichOneof("topology") == "topology_name" else "inline"
         _expect("topology", kind, topology)
         _expect("topology_kept", spec.topology_kept, kept)
@@ -148,13 +159,27 @@ class _CallPlayer:
                 self._call.send(progress={"state": pb.STATE_RECEIVING})
         names = [mesh_pb2.ArrayId.Name(array).removeprefix("ARRAY_ID_") for array in upload]
         _expect("arrays", names, arrays)
-        sent = upload[mesh_pb2.ARRAY_ID_COORDINATES]
         if not self._scenario.own_mesh:
-            _expect("positions", sent == self._scenario.points.tobytes(), True)
-            elements = upload.get(mesh_pb2.ARRAY_ID_ELEMENTS)
-            if elements is not None:
-                _expect("elements", elements == TETRA.astype("<i4").tobytes(), True)
-        self._positions = np.frombuffer(bytes(sent)).reshape(-1, 3)
+            self._expect_content(upload)
+        reference = upload.get(mesh_pb2.ARRAY_ID_REFERENCE_COORDINATES)
+        sent = upload.get(mesh_pb2.ARRAY_ID_COORDINATES, reference)
+        if sent is not None:
+            self._positions = np.frombuffer(bytes(sent)).reshape(-1, 3)
+        if reference is not None:
+            self._scenario.reference = self._positions
+
+    def _expect_content(self, upload: dict[int, bytearray]) -> None:
+        points = self._scenario.points
+        wanted = {
+            mesh_pb2.ARRAY_ID_ELEMENTS: TETRA.astype("<i4"),
+            mesh_pb2.ARRAY_ID_COORDINATES: points,
+            mesh_pb2.ARRAY_ID_REFERENCE_COORDINATES: points,
+            mesh_pb2.ARRAY_ID_PRESCRIBED_NODES: np.arange(len(points), dtype="<i4"),
+            mesh_pb2.ARRAY_ID_PRESCRIBED_COORDINATES: expected_motion(points),
+        }
+        for array, sent in upload.items():
+            name = mesh_pb2.ArrayId.Name(array).removeprefix("ARRAY_ID_")
+            _expect(name, sent == wanted[array].tobytes(), True)
 
     def read_rest(self, incomplete: bool = False) -> None:
         """The data until the half-close; `incomplete`: the client stopped before its last byte."""
@@ -216,8 +241,9 @@ class _CallPlayer:
             self._call.send_chunk(self._offset, data[first : first + (1 << 20)], crc32c)
             self._offset += len(data[first : first + (1 << 20)])
 
-    def summary(self) -> None:
-        self._call.send_summary()
+    def summary(self, **motion: Any) -> None:
+        """The summary; with `reached` and other fields of MotionStats, that of a motion."""
+        self._call.send_summary(**({"motion": pb.MotionStats(**motion)} if motion else {}))
 
     def refuse(
         self,

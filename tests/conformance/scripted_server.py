@@ -83,8 +83,8 @@ class Call:
             chunk.crc32c = crc32c
         self.send(chunk=chunk)
 
-    def send_summary(self) -> None:
-        self.send(summary=pb.Summary(stop_reason=pb.STOP_REASON_CONVERGED))
+    def send_summary(self, **fields: Any) -> None:
+        self.send(summary=pb.Summary(stop_reason=pb.STOP_REASON_CONVERGED, **fields))
 
     def succeed(self, points: bytes) -> None:
         """Answers with these positions in float64."""
