@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-
 #include "core/smoothing.hpp"
 #include "generate.hpp"
 #include "meshsmooth/error.hpp"
@@ -144,28 +142,6 @@ TEST(Move, LetsTheEndsSlide) {
       EXPECT_EQ(points(job.mesh)[node].z, was);
     }
   }
-}
-
-/// MESHSMOOTH_RANDOM_MOTIONS: how many; the goals were measured with 1000.
-TEST(Move, IsValidWhateverTheMotion) {
-  const char* const given = std::getenv("MESHSMOOTH_RANDOM_MOTIONS");
-  const int count = given == nullptr ? 24 : std::atoi(given);
-  const Mesh meshes[] = {test::unit_lattice(ElementType::tetrahedron, 4),
-                         test::unit_lattice(ElementType::triangle, 8),
-                         test::unit_lattice(ElementType::hexahedron, 4)};
-  int whole = 0;
-  for (int seed = 0; seed < count; ++seed) {
-    const double amplitude = 0.01 + 0.3 * seed / count;
-    const Motion motion =
-        test::random_motion(meshes[seed % 3], static_cast<unsigned>(seed), amplitude);
-    SmoothOptions options = motion.options({.least_step = 0.125});
-    const Job job = moved(motion, options);
-    const MotionStats& stats = job.summary.motion.value();
-    whole += stats.reached == 1 ? 1 : 0;
-    EXPECT_EQ(stats.reached<1, stats.blocking_element_count> 0);
-  }
-  EXPECT_GT(whole, 0);
-  EXPECT_LT(whole, count);
 }
 
 TEST(Move, HasTheSameBitsWithAnyNumberOfThreads) {
