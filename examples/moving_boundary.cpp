@@ -26,7 +26,8 @@ meshsmooth::Mesh make_ring() {
       if (row == kRows) continue;
       const NodeId a = row * kAround + i, b = row * kAround + (i + 1) % kAround;
       const NodeId c = a + kAround, d = b + kAround;
-      const auto row_of = row % 2 == 0 ? std::vector{a, c, b, b, c, d} : std::vector{a, d, b, a, c, d};
+      const auto row_of =
+          row % 2 == 0 ? std::vector{a, c, b, b, c, d} : std::vector{a, d, b, a, c, d};
       triangles.insert(triangles.end(), row_of.begin(), row_of.end());
     }
   }
@@ -74,8 +75,8 @@ int main(int argc, char** argv) {
     const auto last = std::get<std::span<const Vec3d>>(session.positions());
     double farthest = 0;
     for (std::size_t node = 0; node < last.size(); ++node)
-      farthest = std::max(farthest, std::hypot(last[node].x - first[node].x,
-                                               last[node].y - first[node].y));
+      farthest = std::max(farthest,
+                          std::hypot(last[node].x - first[node].x, last[node].y - first[node].y));
     std::cout << "largest distance from the first mesh: " << farthest << '\n';
   } catch (const meshsmooth::client::ServiceError& error) {
     std::cerr << error.reason() << ": " << error.what() << '\n' << error.hint() << '\n';

@@ -31,4 +31,5 @@ with ms.default_client().session((points, {"quad": quads})) as session:
         motion, quality = result.summary.motion, result.summary.quality_after
         worst = quality.worst_elements[0].mean_ratio
         print(f"{degrees:4} degrees: reached {motion.reached:.0%}, worst mean ratio {worst:.2f}")
-        assert motion.reached == 1 and quality.inverted_element_count == 0
+        assert motion.reached == 1
+        assert quality.inverted_element_count == 0

@@ -1,7 +1,6 @@
 """Where in a round room does a warm pipe lose the least heat? In its middle.
 
-Each trial of the optimizer moves the pipe. The mesh follows from the first one, so that the same
-shape has the same mesh, bit for bit, whatever was tried before.
+Each trial moves the pipe. The same shape has the same mesh, whatever was tried before.
 
 Needs: numpy, scipy
 """
@@ -22,7 +21,8 @@ triangles = np.stack([a, a + AROUND, b, b, a + AROUND, b + AROUND], axis=1).resh
 pipe, wall, free = a[:AROUND], a[-AROUND:] + AROUND, a[AROUND:]
 
 
-def heat_loss(offset):  # from the pipe, at 1, to the wall, at 0: linear finite elements
+def heat_loss(offset):
+    """From the pipe, at 1, to the wall, at 0, by linear finite elements."""
     x, y = np.moveaxis(session.move(pipe, first[pipe] + offset)[triangles], 2, 0)
     gy, gx = np.roll(y, -1, 1) - np.roll(y, 1, 1), np.roll(x, 1, 1) - np.roll(x, -1, 1)
     local = gy[:, :, None] * gy[:, None] + gx[:, :, None] * gx[:, None]

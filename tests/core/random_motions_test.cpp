@@ -1,4 +1,5 @@
-// Move under many motions: whatever the boundary does, the result is valid and says how far it came.
+// Move under many motions: whatever the boundary does, the result is valid and says how far it
+// came.
 
 #include <gtest/gtest.h>
 
@@ -27,8 +28,9 @@ int random_motion_count() {
 }
 
 Mesh unit_stack() {
-  return test::mapped(test::noisy(test::mixed_stack(4), 0.1, 5),
-                      [](Vec3d p) { return Vec3d{0.25 * p.x, 0.25 * p.y, p.z / 3}; });
+  return test::mapped(test::noisy(test::mixed_stack(4), 0.1, 5), [](Vec3d p) {
+    return Vec3d{0.25 * p.x, 0.25 * p.y, p.z / 3};
+  });
 }
 
 /// Each element, and all volume elements in one mesh.
@@ -59,12 +61,12 @@ Job moved(const Motion& motion, const SmoothOptions& options) {
   EXPECT_GE(stats.reached, 0);
   EXPECT_LE(stats.reached, 1);
   // A motion that ends early says so.
-  EXPECT_EQ(stats.reached < 1, stats.blocking_element_count > 0);
+  EXPECT_EQ(stats.reached<1, stats.blocking_element_count> 0);
   for (std::size_t n = 0; n < motion.nodes.size(); ++n) {
     const auto node = static_cast<std::size_t>(motion.nodes[n]);
     const Vec3d from = points(motion.reference)[node];
-    const Vec3d wanted =
-        stats.reached == 1 ? motion.positions[n] : from + stats.reached * (motion.positions[n] - from);
+    const Vec3d wanted = stats.reached == 1 ? motion.positions[n]
+                                            : from + stats.reached * (motion.positions[n] - from);
     EXPECT_LE(norm(points(job.mesh)[node] - wanted), stats.reached == 1 ? 0 : 1e-12);
   }
   return job;
@@ -80,8 +82,9 @@ TEST(RandomMotions, AreValidAndReachLessTheLargerTheyAre) {
     double reached_before = 1;
     for (const double factor : kFactors) {
       SCOPED_TRACE("seed " + std::to_string(seed) + ", factor " + std::to_string(factor));
-      const Motion motion = test::random_motion(meshes[static_cast<std::size_t>(seed) % meshes.size()],
-                                                static_cast<unsigned>(seed), 0.03 * factor);
+      const Motion motion =
+          test::random_motion(meshes[static_cast<std::size_t>(seed) % meshes.size()],
+                              static_cast<unsigned>(seed), 0.03 * factor);
       const Job job = moved(motion, motion.options({.least_step = kLeastStep}));
       const double reached = job.summary.motion->reached;
       EXPECT_LE(reached, reached_before + kLeastStep);
@@ -112,7 +115,8 @@ TEST(Cycle, EndsWhereItBeganAndNeverFarFromTheOptimum) {
     descent.method = Optimize{.target = Target::reference};
     descent.reference = std::span<const Vec3d>(points(motion.reference));
     descent.tolerance = {1e-9};
-    const double optimum = test::mean_ratio(test::smooth(job.mesh, descent).summary.quality_after).min;
+    const double optimum =
+        test::mean_ratio(test::smooth(job.mesh, descent).summary.quality_after).min;
     least = std::min(least, test::mean_ratio(job.summary.quality_after).min / optimum);
   }
   EXPECT_GE(least, 0.98);
@@ -132,8 +136,8 @@ TEST(Units, DoNotMatter) {
     EXPECT_EQ(job.summary.motion->reached, 1);
     EXPECT_EQ(job.summary.motion->linear_iteration_count,
               expected.summary.motion->linear_iteration_count);
-    EXPECT_TRUE(test::same_bits(
-        test::mapped(job.mesh, [=](Vec3d p) { return (1 / unit) * p; }), expected.mesh));
+    EXPECT_TRUE(test::same_bits(test::mapped(job.mesh, [=](Vec3d p) { return (1 / unit) * p; }),
+                                expected.mesh));
   }
 }
 
@@ -156,7 +160,9 @@ TEST(Prescribed, MayLieInsideOrInNoElement) {
   motion.reference = test::with_isolated_node(motion.reference);
   const auto isolated = static_cast<NodeId>(motion.reference.node_count() - 1);
   motion.nodes = {inner, isolated};
-  const auto at = [&](NodeId node) { return points(motion.reference)[static_cast<std::size_t>(node)]; };
+  const auto at = [&](NodeId node) {
+    return points(motion.reference)[static_cast<std::size_t>(node)];
+  };
   motion.positions = {at(inner) + Vec3d{0.1, 0, 0}, {7, 8, 9}};
   const Job job = moved(motion, motion.options());
   EXPECT_EQ(job.summary.motion->reached, 1);

@@ -6,6 +6,7 @@ import importlib.util
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 from typing import Any
@@ -15,6 +16,7 @@ import pytest
 import meshsmooth
 
 FOLDER = pathlib.Path(__file__).resolve().parents[3] / "examples" / "python"
+OPENFOAM = FOLDER.parent / "openfoam"
 RECIPES = sorted(FOLDER.glob("*.py"))
 MOST_LINES = 40
 HANGS_AFTER = 300  # seconds
@@ -51,6 +53,41 @@ def test_recipe(recipe: pathlib.Path, server: str, tmp_path: pathlib.Path) -> No
     )
     assert ended.returncode == 0, ended.stderr
     assert ended.stdout.strip(), "a recipe prints what it has done"
+
+
+def test_openfoam_case(server: str, tmp_path: pathlib.Path) -> None:
+    if not os.environ.get("MESHSMOOTH_WITH_PEERS"):
+        pytest.skip("foreign programs are tested by scripts/test --with-peers only")
+    for program in ("blockMesh", "foamToVTK", "checkMesh"):
+        if shutil.which(program) is None:
+            pytest.skip(f"missing tool: {program}")
+    if importlib.util.find_spec("meshio") is None:
+        pytest.skip("missing tool: meshio")
+    case = tmp_path / "case"
+    shutil.copytree(OPENFOAM, case)
+
+    def run(*command: str) -> str:
+        ended = subprocess.run(
+            command,
+            cwd=case,
+            env=environment() | {"WM_PROJECT_DIR": "/usr/share/openfoam"},
+            capture_output=True,
+            text=True,
+            timeout=HANGS_AFTER,
+            check=False,
+        )
+        assert ended.returncode == 0, ended.stdout + ended.stderr
+        return ended.stdout
+
+    run("blockMesh")
+    run("foamToVTK", "-legacy", "-no-boundary")
+    assert "reached 100 % of the motion" in run(sys.executable, "move.py")
+    checked = run("checkMesh", "-latestTime")
+    assert "Time = 1" in checked
+    assert "Mesh OK." in checked
+    volume = re.search(r"Total volume = (\d+\.\d+)", checked)
+    assert volume
+    assert float(volume[1]) < 1.9  # of 2, before the floor swelled
 
 
 def test_notebook(server: str, tmp_path: pathlib.Path, monkeypatch: Any) -> None:

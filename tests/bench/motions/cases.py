@@ -187,8 +187,8 @@ def aerofoils(_program):
 
 def layers(program):
     rows = []
-    for kind in ("hexahedra", "wedges", "tetrahedra"):
-        reference = meshes.generated(program, "layer", "--elements", kind)
+    for kind, flag in (("hexahedra", "hex"), ("wedges", "wedge"), ("tetrahedra", "tet")):
+        reference = meshes.generated(program, "layer", "--elements", flag)
         there = reference.points.copy()
         hill = 0.1 * np.sin(np.pi * there[:, 0])
         there[:, 2] += hill

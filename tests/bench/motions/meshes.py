@@ -35,6 +35,7 @@ FACETS = {
     "triangle": [(0, 1), (1, 2), (2, 0)],
     "quad": [(0, 1), (1, 2), (2, 3), (3, 0)],
     "tetra": [(0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3)],
+    "pyramid": [(0, 1, 2, 3), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)],
     "wedge": [(0, 1, 2), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)],
     "hexahedron": [(0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6),
                    (3, 0, 4, 7)],
@@ -64,6 +65,8 @@ def generated(program, *options):
                        stdout=subprocess.DEVNULL)
         read = meshio.read(path)
     cells = {block.type: block.data for block in read.cells}
+    if "wedge" in cells:  # meshio's order is not that of the file, which is VTK's
+        cells["wedge"] = cells["wedge"][:, [0, 2, 1, 3, 5, 4]]
     return Reference(read.points, cells, boundary_nodes(cells))
 
 
@@ -179,6 +182,7 @@ def edges(cells):
     pairs = {
         "triangle": FACETS["triangle"], "quad": FACETS["quad"],
         "tetra": [(a, b) for a in range(4) for b in range(a)],
+        "pyramid": [(0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 4), (2, 4), (3, 4)],
         "wedge": [(0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)],
         "hexahedron": [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4),
                        (1, 5), (2, 6), (3, 7)],
