@@ -84,61 +84,52 @@ def measured(name, reference, there, *, compare=True, prescribed=None):
         least = result.summary.quality_after.metric("mean_ratio").min
         best = optimum(reference, there, result.points, **slides)
         row += [f"{best:.3f}", percent(least / best - 1)]
-    print(row, flush=True)
     return row
 
 
 # --- tables --------------------------------------------------------------------------------------
 
 
-def hubs(program):
-    rows = []
-    for layers in (0, 4):
-        for count in (24, 48, 96):
-            reference = meshes.generated(program, "hub", "--rows", count, "--layers", layers)
-            radius = np.hypot(*reference.points[:, :2].T)
-            cylinders = np.flatnonzero((radius < 0.4001) | (radius > 0.9999))
-            for degrees in (30, 60, 90):
-                name = f"hub of {count} rows by {degrees}°" + (", 3-D, ends slide" if layers else "")
-                there = meshes.turned_hub(reference.points, degrees)
-                rows.append(measured(name, reference, there,
-                                     prescribed=cylinders if layers else None))
-    return {"caption": "Hubs; steps tried in vain in brackets.",
-            "columns": ["Motion", "Nodes", *MOTION, "Optimum", "Against it"], "rows": rows}
+def hubs(program, layers=0):
+    for count in (24, 48, 96):
+        reference = meshes.generated(program, "hub", "--rows", count, "--layers", layers)
+        radius = np.hypot(*reference.points[:, :2].T)
+        cylinders = np.flatnonzero((radius < 0.4001) | (radius > 0.9999))
+        for degrees in (30, 60, 90):
+            there = meshes.turned_hub(reference.points, degrees)
+            yield measured(f"hub of {count} rows by {degrees}°", reference, there,
+                           prescribed=cylinders if layers else None)
+
+
+def hubs_3d(program):
+    yield from hubs(program, layers=4)
 
 
 def far(program):
-    rows = []
     reference = meshes.generated(program, "hub", "--rows", 24)
     for degrees in (120, 130, 150, 180, 270, 330, 360):
-        rows.append(measured(f"hub of 24 rows by {degrees}°", reference,
-                             meshes.turned_hub(reference.points, degrees), compare=False))
+        yield measured(f"hub of 24 rows by {degrees}°", reference,
+                       meshes.turned_hub(reference.points, degrees), compare=False)
     reference = meshes.generated(program, "hub", "--rows", 12, "--layers", 12)
     for degrees in (120, 180, 360):
-        rows.append(measured(f"hub of 12 rows, 3-D, by {degrees}°, ends shear", reference,
-                             meshes.turned_hub(reference.points, degrees), compare=False))
-    return {"caption": "Motions up to a full turn. Nodes move on straight lines: half a turn "
-                       "passes through a point, a full one ends where it began.",
-            "columns": ["Motion", "Nodes", *MOTION], "rows": rows}
+        yield measured(f"hub of 12 rows, 3-D, by {degrees}°, ends shear", reference,
+                       meshes.turned_hub(reference.points, degrees), compare=False)
 
 
 def obstacles(program):
-    rows = []
     for name, shape, flag in [("flap to {} % of the free height", "flap", "--tip"),
                               ("sphere across {} % of the gap", "box-sphere", "--move")]:
         reference = meshes.generated(program, shape)
         for share in (0.4, 0.6, 0.8):
             there = meshes.generated(program, shape, flag, share).points
-            rows.append(measured(name.format(int(100 * share)), reference, there))
+            yield measured(name.format(int(100 * share)), reference, there)
     cubes = [("tetrahedra", ["cube", "--nodes", 3000]), ("all volume elements", ["mixed", "--nodes",
                                                                               3000])]
     for name, options in cubes:
         reference = meshes.generated(program, *options)
         reference.points, _ = ms.smooth(reference.mesh)
         there = meshes.twisted_cube(reference.points, 90)
-        rows.append(measured(f"{name}, cube twisted by 90°", reference, there))
-    return {"caption": "Obstacles and cubes.",
-            "columns": ["Motion", "Nodes", *MOTION, "Optimum", "Against it"], "rows": rows}
+        yield measured(f"{name}, cube twisted by 90°", reference, there)
 
 
 def layer_heights(reference, wall, moved, degrees):
@@ -155,7 +146,6 @@ def layer_heights(reference, wall, moved, degrees):
 
 
 def aerofoils(_program):
-    rows = []
     kinds = [("quads and triangles", {}), ("triangles", {"quads": False}),
              ("hexahedra and wedges, ends slide", {"span_layers": 3})]
     for kind, options in kinds:
@@ -174,19 +164,13 @@ def aerofoils(_program):
                 result = ms.move(reference.mesh, to=there, prescribed=prescribed, full=True,
                                  **slides, **tight)
                 heights = layer_heights(reference, wall, result.points, -degrees)
-                rows.append([f"aerofoil of {kind}, pitched by {degrees}°", f"{len(points):,}",
+                yield [f"aerofoil of {kind}, pitched by {degrees}°", f"{len(points):,}",
                              "default" if tolerance is None else "10⁻⁸",
                              *motion_cells(result)[:4], f"{heights.min():.3f}",
-                             f"{heights.max():.3f}", percent((abs(heights - 1) > 0.05).mean())])
-                print(rows[-1], flush=True)
-    return {"caption": "NACA 0012 with 20 layers, the first 10⁻⁴ chords high (Gmsh), growth 1.2; the "
-                       "first layer's height against the reference.",
-            "columns": ["Motion", "Nodes", "Tolerance", *MOTION[:4], "Least height", "Largest",
-                        "Off by > 5 %"], "rows": rows}
+                             f"{heights.max():.3f}", percent((abs(heights - 1) > 0.05).mean())]
 
 
 def layers(program):
-    rows = []
     for kind, flag in (("hexahedra", "hex"), ("wedges", "wedge"), ("tetrahedra", "tet")):
         reference = meshes.generated(program, "layer", "--elements", flag)
         there = reference.points.copy()
@@ -197,15 +181,11 @@ def layers(program):
         inside = (abs(points[:, 2] - 0.001) < 1e-5) & ((points[:, :2] % 1) != 0).all(axis=1)
         moved = result.points[inside]
         heights = (moved[:, 2] - 0.1 * np.sin(np.pi * moved[:, 0])) / 0.001
-        rows.append([f"{kind}, the wall swells by 100 first layers", f"{len(points):,}",
-                     *motion_cells(result)[:4], f"{heights.min():.3f}", f"{heights.max():.3f}"])
-        print(rows[-1], flush=True)
-    return {"caption": "A layer on a plane wall, the first 0.001 high.",
-            "columns": ["Motion", "Nodes", *MOTION[:4], "Least height", "Largest"], "rows": rows}
+        yield [f"{kind}, the wall swells by 100 first layers", f"{len(points):,}",
+                     *motion_cells(result)[:4], f"{heights.min():.3f}", f"{heights.max():.3f}"]
 
 
 def cycle(program):
-    rows = []
     for count in (24, 48):
         reference = meshes.generated(program, "hub", "--rows", count)
         boundary = reference.boundary
@@ -227,16 +207,28 @@ def cycle(program):
                 found = result.summary.quality_after.metric("mean_ratio").min
                 least = min(least, found / by_angle[degrees])
         drift = np.linalg.norm(result.points - reference.points, axis=1) / size
-        rows.append([f"hub of {count} rows", "60", f"{drift.max():.1e}", percent(least - 1)])
-        print(rows[-1], flush=True)
-    return {"caption": "A cycle of ±30°.",
-            "columns": ["Mesh", "Steps", "Largest distance from the reference at the end, in local "
-                        "edge lengths", "Worst element against the optimum, at the worst step"],
-            "rows": rows}
+        yield [f"hub of {count} rows", "60", f"{drift.max():.1e}", percent(least - 1)]
 
 
-TABLES = {"hubs": hubs, "far": far, "obstacles": obstacles, "aerofoils": aerofoils,
-          "layers": layers, "cycle": cycle}
+COMPARED = ["Motion", "Nodes", *MOTION, "Optimum", "Against it"]
+HEIGHTS = [*MOTION[:4], "Least height", "Largest"]
+# By name: the rows, the caption and the columns.
+TABLES = {
+    "hubs": (hubs, "Hubs in the plane; steps tried in vain in brackets.", COMPARED),
+    "hubs_3d": (hubs_3d, "Hubs of four layers of tetrahedra whose ends slide.", COMPARED),
+    "far": (far, "Motions up to a full turn. Nodes move on straight lines: half a turn passes through "
+            "a point, more is less the other way, a full one ends where it began.",
+            ["Motion", "Nodes", *MOTION]),
+    "obstacles": (obstacles, "Obstacles and cubes.", COMPARED),
+    "aerofoils": (aerofoils, "NACA 0012 with 20 layers, the first 10⁻⁴ chords high (Gmsh), growth 1.2; "
+                  "the first layer's height as a share of the reference's.",
+                  ["Motion", "Nodes", "Tolerance", *HEIGHTS, "Off by > 5 %"]),
+    "layers": (layers, "A layer on a plane wall, the first 0.001 high; its height as a share.",
+               ["Motion", "Nodes", *HEIGHTS]),
+    "cycle": (cycle, "A cycle of ±30°.",
+              ["Mesh", "Steps", "Largest distance from the reference at the end, in local edge "
+               "lengths", "Worst element against the optimum, at the worst step"]),
+}
 
 
 def git(*arguments):
@@ -266,9 +258,14 @@ def main():
     if arguments.output.exists():
         run["tables"] = json.loads(arguments.output.read_text())["tables"]
     for name in arguments.only:
-        run["tables"][name] = TABLES[name](arguments.program)
+        find_rows, caption, columns = TABLES[name]
+        rows = []
+        run["tables"][name] = {"caption": caption, "columns": columns, "rows": rows}
         run["tables"] = {key: run["tables"][key] for key in TABLES if key in run["tables"]}
-        arguments.output.write_text(json.dumps(run, indent=2, ensure_ascii=False) + "\n")
+        for row in find_rows(arguments.program):
+            print(row, flush=True)
+            rows.append(row)
+            arguments.output.write_text(json.dumps(run, indent=2, ensure_ascii=False) + "\n")
 
 
 if __name__ == "__main__":
