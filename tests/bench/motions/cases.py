@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Measures the method `move` on the motions of docs/methods.md and writes docs/results/move-cases.json.
+"""Measures the method `move` and writes docs/results/move-cases.json.
 
     cases.py MESHSMOOTH [--only TABLE …] [-o FILE.json]
 
@@ -7,8 +7,9 @@ The optimum of a case is what a long run of `optimize` comes to, with the same t
 tolerance of 1e-9: the better one, by its worst element, of a run from the result of `move` and of a
 run that took the motion in ten steps, each from the end of the one before.
 
-Needs numpy, scipy, meshio and gmsh, MESHSMOOTH with VTK and Gmsh, and a server: $MESHSMOOTH_SERVER or
-$MESHSMOOTH_SERVER_BINARY.
+Needs numpy, scipy, meshio and gmsh, MESHSMOOTH with VTK and Gmsh, and a server:
+$MESHSMOOTH_SERVER or $MESHSMOOTH_SERVER_BINARY. Gmsh's mesh of the aerofoil differs a little from
+run to run.
 """
 
 from __future__ import annotations
@@ -216,12 +217,12 @@ HEIGHTS = [*MOTION[:4], "Least height", "Largest"]
 TABLES = {
     "hubs": (hubs, "Hubs in the plane; steps tried in vain in brackets.", COMPARED),
     "hubs_3d": (hubs_3d, "Hubs of four layers of tetrahedra whose ends slide.", COMPARED),
-    "far": (far, "Motions up to a full turn. Nodes move on straight lines: half a turn passes through "
-            "a point, more is less the other way, a full one ends where it began.",
+    "far": (far, "Motions up to a full turn. Nodes move on straight lines: half a turn passes "
+            "through a point, more is less the other way, a full one ends where it began.",
             ["Motion", "Nodes", *MOTION]),
     "obstacles": (obstacles, "Obstacles and cubes.", COMPARED),
-    "aerofoils": (aerofoils, "NACA 0012 with 20 layers, the first 10⁻⁴ chords high (Gmsh), growth 1.2; "
-                  "the first layer's height as a share of the reference's.",
+    "aerofoils": (aerofoils, "NACA 0012 with 20 layers, the first 10⁻⁴ chords high (Gmsh), growth "
+                  "1.2; the first layer's height as a share of the reference's.",
                   ["Motion", "Nodes", "Tolerance", *HEIGHTS, "Off by > 5 %"]),
     "layers": (layers, "A layer on a plane wall, the first 0.001 high; its height as a share.",
                ["Motion", "Nodes", *HEIGHTS]),

@@ -11,7 +11,8 @@ import numpy as np
 
 SYSTEM = {
     "controlDict": """application moveMesh; startFrom startTime; startTime 0; stopAt endTime;
-endTime 1; deltaT 1; writeControl timeStep; writeInterval 1; writeFormat ascii; writePrecision 17;""",
+endTime 1; deltaT 1;
+writeControl timeStep; writeInterval 1; writeFormat ascii; writePrecision 17;""",
     "fvSchemes": """ddtSchemes { default steadyState; } gradSchemes { default Gauss linear; }
 divSchemes { default Gauss linear; } laplacianSchemes { default Gauss linear corrected; }
 interpolationSchemes { default linear; } snGradSchemes { default corrected; }""",
@@ -54,7 +55,8 @@ def write_mesh(folder, points, tets):
     _write(mesh / "faces", "faceList", f"{len(chosen)}\n(\n" + "\n".join(
         "3(%d %d %d)" % tuple(face) for face in faces[chosen]) + "\n)")
     for name, labels in [("owner", owner[chosen]), ("neighbour", owner[first + 1])]:
-        _write(mesh / name, "labelList", f"{len(labels)}\n(\n" + "\n".join(map(str, labels)) + "\n)")
+        lines = "\n".join(map(str, labels))
+        _write(mesh / name, "labelList", f"{len(labels)}\n(\n{lines}\n)")
     _write(mesh / "boundary", "polyBoundaryMesh",
            "1 ( outer { type patch; nFaces %d; startFace %d; } )" % (len(outer), len(first)))
     _, at = np.unique(faces[outer].ravel(), return_index=True)

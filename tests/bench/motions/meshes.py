@@ -86,8 +86,8 @@ def turned_hub(points, degrees):
     return turned(points, degrees * (1 - np.hypot(points[:, 0], points[:, 1])) / 0.6)
 
 
-def bent_cube(points, degrees):
-    """The unit cube bent about z, by `degrees` from x = 0 to x = 1."""
+def curved_cube(points, degrees):
+    """The unit cube curved about z, by `degrees` from x = 0 to x = 1."""
     share = degrees / 120
     x, y = points[:, 0], points[:, 1]
     angle = np.radians(degrees) * x

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Moves the same tetrahedral meshes by meshsmooth and by its peers, and judges the results.
+"""Moves the same tetrahedral meshes by meshsmooth and by its peers, and evaluates the results.
 
     peers.py MESHSMOOTH [--tools NAME …] [--motions NAME …] [-o FILE.json]
 
@@ -70,10 +70,10 @@ def random_cube(program):
 MOTIONS = {
     **{f"hub 20k by {degrees}°": (hub(17), meshes.turned_hub, degrees) for degrees in (30, 60, 90)},
     **{f"good cube, {name}": (good_cube, move, degrees)
-       for name, move, degrees in [("bent by 120°", meshes.bent_cube, 120),
+       for name, move, degrees in [("curved by 120°", meshes.curved_cube, 120),
                                    ("twisted by 180°", meshes.twisted_cube, 180)]},
     **{f"random cube, {name}": (random_cube, move, degrees)
-       for name, move, degrees in [("bent by 120°", meshes.bent_cube, 120),
+       for name, move, degrees in [("curved by 120°", meshes.curved_cube, 120),
                                    ("twisted by 180°", meshes.twisted_cube, 180)]},
     "hub 200k by 30°": (hub(36), meshes.turned_hub, 30),
 }
@@ -88,7 +88,7 @@ def mean_ratios(points, tets):
     return np.sign(volume) * 12 * (3 * abs(volume)) ** (2 / 3) / squares
 
 
-# --- tools: (reference, path) -> points; path(share) is where the boundary's nodes lie -------------
+# --- tools: (reference, path) -> points; path(share): where the boundary's nodes lie -------------
 
 
 def laplace_matrix(points, tets):
@@ -315,10 +315,10 @@ def main():
         "machine": "2 cores of a server, CPU backend, beside other work",
         "command": "tests/bench/motions/peers.py MESHSMOOTH",
         "date": today, "commit": commit, "recorded": {"commit": commit, "date": today},
-        "notes": "CPU seconds, user and system, less the interpreter's start; OpenFOAM's and meshsmooth's "
-                 "are those of their programs, with their files. The machine was busy, which can "
+        "notes": "CPU seconds, user and system, less the interpreter's start; those of OpenFOAM and "
+                 "meshsmooth are those of their programs, with their files. The machine was busy, which can "
                  "raise them by a fifth. The whole boundary is prescribed.",
-        "tables": {"outcome": {"caption": "Judged by one evaluator.", "columns": columns,
+        "tables": {"outcome": {"caption": "The quality of all results by one evaluator.", "columns": columns,
                                "rows": []}},
     }
     rows = run["tables"]["outcome"]["rows"]
