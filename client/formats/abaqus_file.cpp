@@ -144,7 +144,7 @@ class DeckParser {
       for (; word < words_.size() && (count == 0 || nodes.size() < count); ++word) {
         const std::string_view number = trimmed(words_[word]);
         if (count == 0 && (number.empty() || number == "0")) continue;  // the ground
-        nodes.push_back(reader_.label(number));
+        nodes.push_back(read_corner(number));
       }
       if (count == 0 || nodes.size() == count) break;
       const std::string so_far = "element " + std::to_string(label) + " has " +
@@ -163,6 +163,17 @@ class DeckParser {
           "only the " + std::to_string(count) + " nodes of element " + std::to_string(label),
           words_[word]);
     }
+  }
+
+  /// A label, or a node of an instance: "wing-1.12".
+  std::int64_t read_corner(std::string_view word) const {
+    const std::size_t point = word.rfind('.');
+    if (point == std::string_view::npos) return reader_.label(word);
+    const auto* instance = model_.find_instance(word.substr(0, point));
+    if (instance == nullptr) return reader_.label(word);
+    const auto corner = model_.find_corner(*instance, reader_.label(word.substr(point + 1)));
+    if (!corner) reader_.refuse("a node of the instance", word);
+    return *corner;
   }
 
   // --- sets and sections

@@ -57,6 +57,12 @@ bool AbaqusModel::add_node(ScopeId scope, std::int64_t label, const std::string&
   return true;
 }
 
+std::optional<std::int64_t> AbaqusModel::find_corner(ScopeId scope, std::int64_t label) const {
+  const auto found = scopes_[scope].nodes.find(label);
+  if (found == scopes_[scope].nodes.end()) return std::nullopt;
+  return -1 - found->second;
+}
+
 bool AbaqusModel::add_element(ScopeId scope, std::int64_t label, const AbaqusElement& type,
                               const std::vector<std::int64_t>& nodes, const std::string& set_name,
                               DeckPlace place) {
@@ -113,6 +119,10 @@ void AbaqusModel::resolve_corners(const DeckReader& reader) {
     const Element& element = elements_[index];
     const auto& nodes = scopes_[element.scope].nodes;
     for (std::size_t corner = element.first; corner < end_of(index); ++corner) {
+      if (corners_[corner] < 0) {
+        corners_[corner] = -1 - corners_[corner];
+        continue;
+      }
       const auto found = nodes.find(corners_[corner]);
       if (found == nodes.end()) {
         reader.fail_at(element.place, "element " + std::to_string(element.label) + " uses node " +

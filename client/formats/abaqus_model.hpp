@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -34,6 +35,8 @@ class AbaqusModel {
   /// False: the label is taken.
   [[nodiscard]] bool add_node(ScopeId scope, std::int64_t label, const std::string& set);
   [[nodiscard]] NodeId node_count() const { return static_cast<NodeId>(node_labels_.size()); }
+  /// What `add_element` takes for a node of another scope than the element's.
+  [[nodiscard]] std::optional<std::int64_t> find_corner(ScopeId scope, std::int64_t label) const;
   [[nodiscard]] bool add_element(ScopeId scope, std::int64_t label, const AbaqusElement& type,
                                  const std::vector<std::int64_t>& nodes, const std::string& set,
                                  DeckPlace place);
@@ -111,7 +114,7 @@ class AbaqusModel {
   std::vector<std::pair<std::string, ScopeId>> instance_names_;
   std::vector<std::int64_t> node_labels_;
   std::vector<Element> elements_;
-  std::vector<std::int64_t> corners_;  // labels, then nodes
+  std::vector<std::int64_t> corners_;  // labels, or -1 - node; then nodes
   std::map<std::string, std::int32_t> materials_;
   int nested_ = 0;  // sets that are being resolved
 };

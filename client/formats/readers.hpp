@@ -105,7 +105,7 @@ constexpr Format gmsh_format(std::string_view extension) {
 ///   .bdf .nas    Gmsh     columns    all other bytes; digits as the columns allow
 ///   .inp         own      f64        all other bytes, also of included files; another format
 ///                                    becomes one by Gmsh: ids, element sets; no pyramids
-///   .su2         own      f64        all other bytes; written only from .su2
+///   .su2         own      f64        all other bytes
 ///   .foam        own      f32, f64   all other bytes; written only from OpenFOAM; also the
 ///                                    case's folder or its polyMesh folder
 ///   .node .ele   own      f64        all other bytes; tetrahedra only

@@ -6,6 +6,7 @@
 #include "cells.hpp"
 #include "content.hpp"
 #include "readers.hpp"
+#include "su2_writer.hpp"
 #include "text.hpp"
 
 namespace meshsmooth::formats {
@@ -229,19 +230,6 @@ class Su2Parser {
   std::vector<NodeSet> sets_;
 };
 
-/// A plane file has no place for z.
-void check_plane(const path& file, const Mesh& mesh) {
-  std::visit(
-      [&](const auto& positions) {
-        for (std::size_t node = 0; node < positions.size(); ++node) {
-          if (positions[node].z == 0) continue;
-          fail("FORMAT_ERROR", file,
-               "node " + std::to_string(node) + " has left the plane z = 0 of the file");
-        }
-      },
-      mesh.positions);
-}
-
 }  // namespace
 
 MeshFile read_su2(const path& file) {
@@ -260,8 +248,8 @@ MeshFile read_su2(const path& file) {
 void write_su2(const path& file, const MeshFile& mesh_file) {
   const auto& content = mesh_file.content();
   if (!content || content->extension != ".su2") {
-    fail("FORMAT_UNKNOWN", file,
-         "only a mesh that was read from a .su2 file can be written as one");
+    write_bytes(file, make_su2(file, mesh_file));
+    return;
   }
   const TextSegment& segment = content->segments.front();
   if (segment.fields.fields.front()[2].length == 0) check_plane(file, mesh_file.mesh);

@@ -213,6 +213,8 @@ TEST_F(Abaqus, ReadsEachPartOnce) {
   EXPECT_THAT(find_node_set(file, "Lid-1.base"), ElementsAre(4, 5, 6));
   EXPECT_THAT(find_node_set(file, "tips"), ElementsAre(3, 4, 5, 6, 7));
   EXPECT_THAT(find_node_set(file, "lid"), ElementsAre(4, 5, 6, 7));
+  EXPECT_THAT(find_node_set(file, "wire"), ElementsAre(3, 4)) << "of two instances";
+  EXPECT_THAT(find_node_set(file, "weight"), ElementsAre(8)) << "the assembly's own node";
   EXPECT_EQ(find_regions(file).count, 2U);
 
   positions_of(file)[7].z = 5;
@@ -281,6 +283,10 @@ TEST_F(Abaqus, SaysWhatIsWrongWithADeckAndWhere) {
       {"*PART, NAME=A\n*PART, NAME=B\n", "FORMAT_ERROR", "line 2: expected *END PART"},
       {"*PART, NAME=A\n*END PART\n*PART, NAME=a\n", "FORMAT_ERROR", "each part once"},
       {"*INSTANCE, NAME=i, PART=p\n", "FORMAT_ERROR", "there is no part \"p\""},
+      {"*PART, NAME=P\n" + kTetrahedron +
+           "*END PART\n*INSTANCE, NAME=I, PART=P\n*END INSTANCE\n"
+           "*ELEMENT, TYPE=SPRINGA\n1, I.1, I.5\n",
+       "FORMAT_ERROR", "line 12: expected a node of the instance, found \"I.5\""},
       {"*NODE,\n", "FILE_TRUNCATED", "line 1: the file ends inside of this keyword"},
       {std::string("*NODE\n1, 0\n\0", 12), "FORMAT_ERROR", "this is no text"},
   };

@@ -79,7 +79,7 @@ TEST_F(Su2, KeepsAPlaneMeshInItsPlane) {
   positions_of(file)[2].z = 0.125;
   const auto [reason, text] = error_of([&] { static_cast<void>(written(file)); });
   EXPECT_EQ(reason, "FORMAT_ERROR");
-  EXPECT_THAT(text, HasSubstr("node 2 has left the plane z = 0"));
+  EXPECT_THAT(text, HasSubstr("node 2 is not in the plane z = 0"));
 }
 
 TEST_F(Su2, SkipsWhatIsNotTheMesh) {
@@ -131,11 +131,56 @@ TEST_F(Su2, SaysWhatIsWrongWithAFileAndWhere) {
   }
 }
 
-TEST_F(Su2, IsWrittenFromItsOwnFilesOnly) {
-  const auto [reason, text] =
-      error_of([&] { static_cast<void>(written(read_mesh_file(fixture("tetgen.node")))); });
-  EXPECT_EQ(reason, "FORMAT_UNKNOWN");
-  EXPECT_THAT(text, HasSubstr("only a mesh that was read from a .su2 file"));
+TEST_F(Su2, CarriesTheMeshOfAnotherFormat) {
+  const MeshFile file = read_mesh_file(fixture("tetgen.node"));
+
+  EXPECT_THAT(written(file), HasSubstr("NMARK= 0\n"));
+
+  const MeshFile after = read_mesh_file(scratch_.path("out.su2"));
+  EXPECT_TRUE(after.mesh.positions == file.mesh.positions);
+  test::expect_same_connectivity(after.mesh, file.mesh);
+}
+
+#if defined(MESHSMOOTH_WITH_VTK)
+TEST_F(Su2, BecomesAVtkFileAndBack) {
+  const MeshFile file = read_mesh_file(fixture("mixed.su2"));
+  write_mesh_file(scratch_.path("a.vtu"), file);
+  (void)written(read_mesh_file(scratch_.path("a.vtu")));
+
+  const MeshFile after = read_mesh_file(scratch_.path("out.su2"));
+  EXPECT_TRUE(after.mesh.positions == file.mesh.positions);
+  test::expect_same_connectivity(after.mesh, file.mesh);
+  EXPECT_EQ(find_node_set(after, "marker_1"), find_node_set(file, "lower"));
+  EXPECT_EQ(find_node_set(after, "marker_2"), find_node_set(file, "upper"));
+}
+#endif
+
+#if defined(MESHSMOOTH_WITH_GMSH)
+TEST_F(Su2, NamesMarkersByPhysicalGroups) {
+  const MeshFile file = read_mesh_file(fixture("groups.msh"));
+  const std::string text = written(file);
+  const MeshFile after = read_mesh_file(scratch_.path("out.su2"));
+  std::size_t named = 0;
+  for (const CellGroup& group : file.content()->groups) {
+    if (group.dimension != 2) continue;
+    ++named;
+    EXPECT_EQ(find_node_set(after, group.name), find_node_set(file, group.name));
+  }
+  EXPECT_GT(named, 0U) << text;
+}
+#endif
+
+TEST_F(Su2, CarriesASurfaceInItsPlaneOnly) {
+  put_bytes(scratch_.path("a.obj"),
+            "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 4 3\nl 1 2\n");
+  MeshFile file = read_mesh_file(scratch_.path("a.obj"));
+  EXPECT_EQ(written(file),
+            "NDIME= 2\nNELEM= 2\n5 0 1 2\n5 1 3 2\nNPOIN= 4\n0 0\n1 0\n0 1\n1 1\nNMARK= 1\n"
+            "MARKER_TAG= unnamed\nMARKER_ELEMS= 1\n3 0 1\n");
+
+  positions_of(file)[3].z = 1;
+  EXPECT_THAT(error_of([&] { static_cast<void>(written(file)); }).second,
+              HasSubstr("node 3 is not in the plane z = 0"));
 }
 
 }  // namespace
