@@ -40,7 +40,7 @@ TEST(ShapeMetrics, AreIdealForIdealElements) {
           !has_element_metric(type, metric)) {
         EXPECT_TRUE(std::isnan(value));
       } else {
-        EXPECT_NEAR(value, metric == ShapeMetric::equiangle_skew ? 0 : 1, 1e-14)
+        EXPECT_NEAR(value, metric == ShapeMetric::equiangle_skew ? 0 : 1, 1e-13)
             << element_shape(type).name << ' ' << element_metric_name(metric);
       }
     }

@@ -18,8 +18,9 @@ enum class ShapeMetric {
   aspect_ratio,
   /// Longest edge over the shortest, at least 1. All types.
   edge_ratio,
-  /// Deviation of the angles of the faces from 60 or 90 degrees: 0 = ideal, 1 = flat, above 1
-  /// with an angle of more than 180 degrees. All types.
+  /// Deviation of the angles of the faces from 60 or 90 degrees, in tetrahedra also of those
+  /// between the faces from acos(1/3): 0 = ideal, 1 = flat, above 1 with an angle of more than 180
+  /// degrees. All types.
   equiangle_skew,
   /// Of the Jacobian matrix, worst corner, 1 = ideal. All types but pyramids.
   condition_number,

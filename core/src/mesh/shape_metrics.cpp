@@ -90,8 +90,27 @@ std::array<double, 4> corner_areas(const std::array<Vec3d, 4>& p) {
   return areas;
 }
 
-/// max((max - ideal) / (180 - ideal), (ideal - min) / ideal) of the angles of one face; in a
-/// folded quad the largest counts as 360 degrees minus it.
+/// Of angles in degrees.
+double skew(double least, double largest, double ideal) {
+  return std::max((largest - ideal) / (180 - ideal), (ideal - least) / ideal);
+}
+
+/// Of the angles between the faces of a tetrahedron.
+double dihedral_skew(const Vec3d* p) {
+  const Vec3d a = p[1] - p[0], b = p[2] - p[0], c = p[3] - p[0];
+  const std::array<Vec3d, 4> normals = {cross(c - a, b - a), cross(b, c), cross(c, a), cross(a, b)};
+  double least = 180, largest = 0;
+  for (std::size_t n = 0; n < 4; ++n) {
+    for (std::size_t m = 0; m < n; ++m) {
+      const double angle = 180 - angle_between(normals[n], normals[m]);
+      least = std::min(least, angle);
+      largest = std::max(largest, angle);
+    }
+  }
+  return skew(least, largest, std::acos(1.0 / 3) * (180 / 3.14159265358979323846));
+}
+
+/// Of the angles of one face; in a folded quad the largest counts as 360 degrees minus it.
 double face_skew(const std::array<Vec3d, 4>& p, std::size_t count) {
   double least = 360, largest = 0;
   for (std::size_t n = 0; n < count; ++n) {
@@ -103,8 +122,7 @@ double face_skew(const std::array<Vec3d, 4>& p, std::size_t count) {
   if (count == 4 && std::ranges::any_of(corner_areas(p), [](double area) { return area < 0; })) {
     largest = 360 - largest;
   }
-  const double ideal = count == 3 ? 60 : 90;
-  return std::max((largest - ideal) / (180 - ideal), (ideal - least) / ideal);
+  return skew(least, largest, count == 3 ? 60 : 90);
 }
 
 double equiangle_skew(const ElementShape& shape, const Vec3d* p) {
@@ -113,7 +131,7 @@ double equiangle_skew(const ElementShape& shape, const Vec3d* p) {
     std::copy_n(p, shape.node_count, own.begin());
     return face_skew(own, static_cast<std::size_t>(shape.node_count));
   }
-  double worst = 0;
+  double worst = shape.node_count == 4 ? dihedral_skew(p) : 0;
   for (int f = 0; f < shape.facet_count; ++f) {
     const FacetShape& facet = shape.facets[f];
     std::array<Vec3d, 4> own{};
