@@ -1,8 +1,8 @@
 #include "report/encoding.hpp"
 
 #include <fmt/format.h>
-#include <openssl/evp.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
@@ -89,11 +89,20 @@ std::string json_number(double value) {
 std::string file_name(const std::filesystem::path& path) { return path.filename().string(); }
 
 std::string base64(std::span<const std::byte> bytes) {
-  std::string text(4 * ((bytes.size() + 2) / 3) + 1, '\0');  // it ends with a 0
-  ::EVP_EncodeBlock(reinterpret_cast<unsigned char*>(text.data()),
-                    reinterpret_cast<const unsigned char*>(bytes.data()),
-                    static_cast<int>(bytes.size()));
-  text.pop_back();
+  static constexpr std::string_view kDigits =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve(4 * ((bytes.size() + 2) / 3));
+  for (std::size_t first = 0; first < bytes.size(); first += 3) {
+    const std::size_t count = std::min<std::size_t>(3, bytes.size() - first);
+    std::uint32_t bits = 0;
+    for (std::size_t n = 0; n < 3; ++n) {
+      bits = bits << 8 | (n < count ? std::to_integer<std::uint32_t>(bytes[first + n]) : 0);
+    }
+    for (std::size_t n = 0; n < 4; ++n) {
+      text += n <= count ? kDigits[bits >> (18 - 6 * n) & 63] : '=';
+    }
+  }
   return text;
 }
 
