@@ -315,11 +315,11 @@ def main():
         "machine": "2 cores of a server, CPU backend, beside other work",
         "command": "tests/bench/motions/peers.py MESHSMOOTH",
         "date": today, "commit": commit, "recorded": {"commit": commit, "date": today},
-        "notes": "CPU seconds, user and system, less the interpreter's start; those of OpenFOAM and "
-                 "meshsmooth are those of their programs, with their files. The machine was busy, which can "
-                 "raise them by a fifth. The whole boundary is prescribed.",
-        "tables": {"outcome": {"caption": "The quality of all results by one evaluator.", "columns": columns,
-                               "rows": []}},
+        "notes": "CPU seconds, user and system, less the interpreter's start; those of OpenFOAM "
+                 "and meshsmooth are of their programs, with their files. The machine was busy, "
+                 "which can raise them by a fifth. The whole boundary is prescribed.",
+        "tables": {"outcome": {"caption": "The quality of all results by one evaluator.",
+                               "columns": columns, "rows": []}},
     }
     rows = run["tables"]["outcome"]["rows"]
     if arguments.output.exists():
