@@ -76,7 +76,9 @@ ExitCode run(const MoveCommand& command) {
                 }
                 options.prescribed = {nodes, std::span<const Vec3d>(positions)};
               });
-  return report.summary.motion->reached < 1 ? ExitCode::incomplete : ExitCode::done;
+  const std::optional<MotionStats>& motion = report.summary.motion;
+  // A server that does not say how far it came has not promised the whole of it.
+  return motion && motion->reached == 1 ? ExitCode::done : ExitCode::incomplete;
 }
 
 }  // namespace
