@@ -32,6 +32,13 @@ if(MESHSMOOTH_BUILD_CLI)
     find_path(GMSH_INCLUDE_DIR gmsh.h REQUIRED)      # 4.8
     find_library(GMSH_LIBRARY gmsh REQUIRED)
   endif()
+  if(MESHSMOOTH_WITH_HDF5)
+    # By pkg-config, which tells the serial HDF5 from those for MPI; netCDF stands on the same.
+    find_package(PkgConfig REQUIRED)
+    pkg_check_modules(HDF5 REQUIRED IMPORTED_TARGET hdf5-serial>=1.10)
+    pkg_check_modules(NETCDF REQUIRED IMPORTED_TARGET netcdf>=4.9)
+    pkg_check_modules(LIBXML REQUIRED IMPORTED_TARGET libxml-2.0>=2.9)
+  endif()
   if(MESHSMOOTH_WITH_TETGEN)
     find_path(TETGEN_INCLUDE_DIR tetgen.h REQUIRED)  # 1.5
     find_library(TETGEN_LIBRARY tet REQUIRED)

@@ -19,7 +19,9 @@ program_packages=(
   libgrpc++-dev libssl-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc
   libtbb-dev libspdlog-dev libcli11-dev prometheus-cpp-dev libcivetweb-dev
 )
-build_packages=("${program_packages[@]}" libvtk9-dev libgmsh-dev libtet1.5-dev)
+build_packages=(
+  "${program_packages[@]}" libvtk9-dev libgmsh-dev libtet1.5-dev libhdf5-dev libnetcdf-dev libxml2-dev
+)
 # What the tests need beside that.
 test_packages=(
   libgtest-dev libgmock-dev libeigen3-dev libbenchmark-dev

@@ -24,7 +24,7 @@ struct AttachCommand {
 ExitCode run(const AttachCommand& command) {
   const auto start = std::chrono::steady_clock::now();
   const Interrupt interrupt;
-  check_outputs(command.output);
+  check_outputs(command.output, command.input);
   formats::MeshFile file = formats::read_mesh_file(command.input);
   set_precision(command.output, file.mesh);
   interrupt.check();

@@ -134,7 +134,7 @@ client::SmoothReport run_job(
                         {{"field", "--backend"}});
   }
   const Interrupt interrupt;
-  check_outputs(flags.output);
+  check_outputs(flags.output, flags.input);
   if (!flags.element_quality.empty()) formats::check_writable_with_arrays(flags.output.output);
 
   formats::MeshFile file = formats::read_mesh_file(flags.input);

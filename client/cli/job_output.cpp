@@ -49,8 +49,8 @@ void add_output_flags(CLI::App& command, JobOutput& job) {
   command.add_flag("--quiet", job.quiet, "No output but errors");
 }
 
-void check_outputs(const JobOutput& job) {
-  formats::check_writable(job.output);
+void check_outputs(const JobOutput& job, const fs::path& input) {
+  formats::check_writable(job.output, input);
   std::vector<std::pair<std::string, fs::path>> files = {{"--output", job.output}};
   if (job.report) files.emplace_back("--report", *job.report);
   if (job.html) files.emplace_back("--html", *job.html);

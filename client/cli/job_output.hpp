@@ -28,9 +28,10 @@ struct JobOutput {
 /// Adds the flags to a command; `job` must outlive it.
 void add_output_flags(CLI::App& command, JobOutput& job);
 
-/// Throws `Error` (FILE_NOT_WRITABLE) or `InvalidOption` (OPTION_MISPLACED) before any work is
+/// Throws `Error` (FILE_NOT_WRITABLE; FORMAT_UNKNOWN, also where `input` cannot be written so) or
+/// `InvalidOption` (OPTION_MISPLACED) before any work is
 /// done.
-void check_outputs(const JobOutput& job);
+void check_outputs(const JobOutput& job, const std::filesystem::path& input);
 
 /// Converts the positions to the precision that was asked for; they travel and are computed in it.
 void set_precision(const JobOutput& job, Mesh& mesh);

@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <utility>
 
 #include "cells.hpp"
 #include "content.hpp"
+#include "text.hpp"
 
 namespace meshsmooth::formats {
 namespace {
@@ -52,12 +55,14 @@ void compare_meshes(const MeshFile& a, const MeshFile& b, Differences& differenc
   }
 }
 
-/// The text outside the coordinates, piece by piece.
+/// The text outside the coordinates, piece by piece; that of several files as if it were one.
 class Pieces {
  public:
-  explicit Pieces(const FileContent& content) : text_(content.text) {
-    for (const auto& node : content.fields.fields)
-      fields_.insert(fields_.end(), node.begin(), node.end());
+  explicit Pieces(const FileContent& content) {
+    if (content.segments.empty()) add(content.text, content.fields);
+    for (const TextSegment& segment : content.segments) {
+      if (!segment.directive) add(segment.text, segment.fields);
+    }
     std::ranges::sort(fields_, {}, &CoordinateFields::Field::begin);
   }
   [[nodiscard]] std::size_t count() const { return fields_.size() + 1; }
@@ -66,15 +71,26 @@ class Pieces {
   }
   [[nodiscard]] std::string_view operator[](std::size_t piece) const {
     const std::size_t end = piece < fields_.size() ? fields_[piece].begin : text_.size();
-    return text_.substr(begin(piece), end - begin(piece));
+    return std::string_view(text_).substr(begin(piece), end - begin(piece));
   }
   [[nodiscard]] std::string place(std::size_t offset) const {
-    const auto lines = std::ranges::count(text_.substr(0, offset), '\n');
+    const auto lines = std::ranges::count(std::string_view(text_).substr(0, offset), '\n');
     return "line " + std::to_string(lines + 1) + ", byte " + std::to_string(offset);
   }
 
  private:
-  std::string_view text_;
+  void add(std::string_view text, const CoordinateFields& fields) {
+    if (!text_.empty() && !text_.ends_with('\n')) text_ += '\n';
+    for (const auto& node : fields.fields) {
+      for (CoordinateFields::Field field : node) {
+        field.begin += text_.size();
+        fields_.push_back(field);
+      }
+    }
+    text_ += text;
+  }
+
+  std::string text_;
   std::vector<CoordinateFields::Field> fields_;
 };
 
@@ -156,6 +172,50 @@ void compare_contents(const FileContent& a, const FileContent& b, Differences& d
       [](const NodeSet& x, const NodeSet& y) { return x.nodes == y.nodes; }, differences);
 }
 
+bool has_text(const FileContent& content) {
+  return !content.text.empty() || !content.segments.empty();
+}
+
+/// HDF5 and netCDF.
+bool is_container(const FileContent& content) { return !content.arrays.names.empty(); }
+
+/// A folder that is removed with all that is in it.
+class ScratchFolder {
+ public:
+  ScratchFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "meshsmooth-XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) {
+      fail("FILE_NOT_WRITABLE", name, "cannot make a folder for files to compare");
+    }
+    path_ = name;
+  }
+  ~ScratchFolder() {
+    std::error_code error;
+    std::filesystem::remove_all(path_, error);
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// Whether the first file with the coordinates of the second is the second, byte for byte.
+bool becomes(const MeshFile& a, const MeshFile& b) {
+  const FileContent& other = *b.content();
+  if (a.mesh.positions.index() != b.mesh.positions.index()) return false;
+  const ScratchFolder folder;
+  const std::string stem = other.companion.empty() ? "made" : other.companion.stem().string();
+  const std::filesystem::path made = folder.path() / (stem + other.extension);
+  MeshFile changed = a;
+  changed.mesh.positions = b.mesh.positions;
+  write_mesh_file(made, changed);
+  if (read_bytes(made) != other.text) return false;
+  return other.companion.empty() ||
+         read_bytes(folder.path() / other.companion.filename()) == other.companion_text;
+}
+
 }  // namespace
 
 std::string_view compared_by_name(ComparedBy compared_by) {
@@ -170,13 +230,18 @@ FileDifference compare_files(const MeshFile& a, const MeshFile& b) {
   const FileContent* const own = a.content().get();
   const FileContent* const other = b.content().get();
   if (own == nullptr || other == nullptr || own->extension != other->extension) return result;
-  const bool texts = !own->text.empty() && !other->text.empty();
-  result.compared_by = texts ? ComparedBy::bytes : ComparedBy::arrays;
-  if (texts) {
-    compare_texts(*own, *other, result.differences);
-  } else {
-    compare_contents(*own, *other, result.differences);
+  if (is_container(*own) || is_container(*other)) {
+    if (!result.same_topology) return result;
+    const bool same = becomes(a, b);
+    result.compared_by = same ? ComparedBy::bytes : ComparedBy::arrays;
+    if (!same) compare_contents(*own, *other, result.differences);
+    return result;
   }
+  const bool texts = has_text(*own) && has_text(*other);
+  const bool all_texts = texts && own->extension != ".foam";  // which has more files
+  result.compared_by = all_texts ? ComparedBy::bytes : ComparedBy::arrays;
+  if (texts) compare_texts(*own, *other, result.differences);
+  if (!all_texts) compare_contents(*own, *other, result.differences);
   return result;
 }
 

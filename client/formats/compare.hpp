@@ -11,7 +11,7 @@ namespace meshsmooth::formats {
 
 /// What two mesh files were compared by.
 enum class ComparedBy {
-  bytes,   // texts: each byte outside the coordinates
+  bytes,   // each byte outside the coordinates
   arrays,  // files in the hands of a library: cells, arrays, ids, groups and sets
   meshes,  // files of different formats: nodes and elements alone
 };

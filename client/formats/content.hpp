@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "coordinate_arrays.hpp"
 #include "coordinate_fields.hpp"
 #include "dataset.hpp"
 #include "mesh_file.hpp"
@@ -25,6 +26,9 @@ inline constexpr const char* kCellZoneArray = "foam:cell_zone";
 inline constexpr const char* kPatchArray = "foam:patch";
 inline constexpr const char* kSu2MarkerArray = "su2:marker";
 inline constexpr const char* kMarkerArray = "tetgen:marker";
+inline constexpr const char* kFamilyArray = "med:family";
+inline constexpr const char* kBlockArray = "exodus:block";    // the block's id
+inline constexpr const char* kSectionArray = "cgns:section";  // its place in the file, from 1
 inline constexpr const char* kAttributeArray = "tetgen:attribute_";  // and its number, from 0
 
 /// A physical group of Gmsh's: the cells of a dimension that have one of some values in an array.
@@ -72,7 +76,10 @@ class FileContent {
   std::int64_t held_cell_count = 0;
   std::string text;            // the file, or empty
   CoordinateFields fields;     // in the text; one per node
-  std::string companion_text;  // of the .ele file beside a .node file
+  CoordinateArrays arrays;     // in an HDF5 or netCDF file
+  std::string companion_text;  // of the .ele file beside a .node file, of an .xdmf file's .h5 file
+  std::filesystem::path companion;  // its name as the text has it, or empty
+  std::filesystem::path folder;     // from which the text names other files; or empty
   // Where the text may be spread: its files, the main one first, and its parts as they are read.
   std::vector<std::filesystem::path> files;
   std::vector<TextSegment> segments;

@@ -55,6 +55,21 @@ const Format& writable_format(const path& file) {
   return *format;
 }
 
+/// Throws FORMAT_UNKNOWN where the format is written from its own files only and `source`, a
+/// file's name or extension, is none of them.
+void check_source(const path& file, const path& source) {
+  const Format& format = writable_format(file);
+  if (!format.only_changed) return;
+  const Format* read = find_format(source);
+  if (read == nullptr) read = find_format(path("x") += source);  // an extension
+  if (read != nullptr && read->read == format.read) return;
+  fail("FORMAT_UNKNOWN", file,
+       "\"" + extension_of(file) +
+           "\" files are written only with the contents of a file of the "
+           "same format, of which the coordinates change; read one, or write another format: " +
+           writable_extensions());
+}
+
 /// Throws unless the file can be replaced, or made where there is none.
 void check_replaceable(const path& file) {
   std::error_code error;
@@ -174,7 +189,8 @@ MeshFile read_mesh_file(const path& file) {
   return format->read(file);
 }
 
-void check_writable(const path& file) {
+void check_writable(const path& file, const path& source) {
+  check_source(file, source);
   if (writable_format(file).write_all == write_foam) {
     check_case_writable(file);
     return;
@@ -198,8 +214,9 @@ void check_writable_with_arrays(const path& file) {
 }
 
 void write_mesh_file(const path& file, const MeshFile& content) {
+  const std::string source = content.content() ? content.content()->extension : "";
   if (content.element_quality.metrics.empty() && content.element_arrays.empty()) {
-    check_writable(file);
+    check_writable(file, source);
   } else {
     check_writable_with_arrays(file);
   }

@@ -73,8 +73,9 @@ class MeshFile {
 ///
 /// Written to the format it was read from, a file changes in its coordinates alone. Writing to
 /// another format converts what that format can carry: data arrays, ids, physical groups (VTK and
-/// MSH both ways), lower-dimensional cells; an element type it cannot carry is an error. Not
-/// thread-safe: the Gmsh library has one global state.
+/// MSH both ways), lower-dimensional cells; an element type it cannot carry is an error. MED, CGNS,
+/// Exodus and XDMF files are written from files of the same format only. Not thread-safe: the Gmsh
+/// and HDF5 libraries have one global state.
 ///
 /// A wedge's first triangle looks outward, as VTK's documentation says and
 /// Gmsh's and OpenFOAM's VTK files have it.
@@ -91,9 +92,9 @@ class MeshFile {
 void write_mesh_file(const std::filesystem::path& path, const MeshFile& file);
 
 /// Throws what `write_mesh_file` would throw for this path as far as it can be
-/// foreseen (format, folder, permission), before the work starts. Leaves no
-/// file behind.
-void check_writable(const std::filesystem::path& path);
+/// foreseen (format, folder, permission), before the work starts. `source` is the file that was or
+/// will be read, or its extension; empty: there is none. Leaves no file behind.
+void check_writable(const std::filesystem::path& path, const std::filesystem::path& source = {});
 
 /// The same for files with `MeshFile::element_quality` or `element_arrays`; also
 /// ARRAYS_NOT_SUPPORTED.

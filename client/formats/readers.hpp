@@ -31,6 +31,14 @@ void write_gmsh(const std::filesystem::path& path, const MeshFile& file);
 [[nodiscard]] MeshFile read_tetgen(const std::filesystem::path& path);
 void write_tetgen(const std::filesystem::path& path, const MeshFile& file);
 
+[[nodiscard]] MeshFile read_med(const std::filesystem::path& path);
+[[nodiscard]] MeshFile read_cgns(const std::filesystem::path& path);
+/// Of files that are HDF5.
+void write_hdf5(const std::filesystem::path& path, const MeshFile& file);
+
+[[nodiscard]] MeshFile read_exodus(const std::filesystem::path& path);
+void write_exodus(const std::filesystem::path& path, const MeshFile& file);
+
 // These write `target` and what belongs to it under the names that `files` gives.
 
 void write_tetgen_pair(const std::filesystem::path& target, const MeshFile& file,
@@ -48,10 +56,14 @@ void write_foam(const std::filesystem::path& target, const MeshFile& file, Outpu
 /// The polyMesh folder of the case that a path names, be it there or not; empty: it names none.
 [[nodiscard]] std::filesystem::path poly_mesh_folder(const std::filesystem::path& path);
 
+[[nodiscard]] MeshFile read_xdmf(const std::filesystem::path& path);
+void write_xdmf(const std::filesystem::path& target, const MeshFile& file, OutputFiles& files);
+
 /// A format: how it is read and written; a null pointer: not at all. `library`
 /// is what this build would need to know it, where it does not. `cell_arrays`: the
 /// writer writes `MeshFile::element_quality`. `write_all`, where one file does not hold all,
-/// takes the place of `write`.
+/// takes the place of `write`. `only_changed`: a file is written from one that was read in the same
+/// format only.
 struct Format {
   std::string_view extension;
   MeshFile (*read)(const std::filesystem::path&);
@@ -59,6 +71,7 @@ struct Format {
   std::string_view library = {};
   bool cell_arrays = false;
   void (*write_all)(const std::filesystem::path&, const MeshFile&, OutputFiles&) = nullptr;
+  bool only_changed = false;
 
   [[nodiscard]] constexpr bool is_written() const {
     return write != nullptr || write_all != nullptr;
@@ -66,8 +79,8 @@ struct Format {
 };
 
 constexpr Format several_files(std::string_view extension, decltype(Format::read) read,
-                               decltype(Format::write_all) write) {
-  return {extension, read, nullptr, {}, false, write};
+                               decltype(Format::write_all) write, bool only_changed = false) {
+  return {extension, read, nullptr, {}, false, write, only_changed};
 }
 
 #if defined(MESHSMOOTH_WITH_VTK)
@@ -90,6 +103,22 @@ constexpr Format gmsh_format(std::string_view extension) {
 }
 #endif
 
+#if defined(MESHSMOOTH_WITH_HDF5)
+inline constexpr Format kMed = {".med", read_med, write_hdf5, {}, false, nullptr, true};
+inline constexpr Format kCgns = {".cgns", read_cgns, write_hdf5, {}, false, nullptr, true};
+inline constexpr Format kXdmf = several_files(".xdmf", read_xdmf, write_xdmf, true);
+constexpr Format exodus_format(std::string_view extension) {
+  return {extension, read_exodus, write_exodus, {}, false, nullptr, true};
+}
+#else
+inline constexpr Format kMed = {".med", nullptr, nullptr, "HDF5"};
+inline constexpr Format kCgns = {".cgns", nullptr, nullptr, "HDF5"};
+inline constexpr Format kXdmf = {".xdmf", nullptr, nullptr, "HDF5"};
+constexpr Format exodus_format(std::string_view extension) {
+  return {extension, nullptr, nullptr, "HDF5"};
+}
+#endif
+
 /// All formats; a new one is one more row.
 ///
 ///   extension    library  precision  carries besides the mesh
@@ -109,6 +138,9 @@ constexpr Format gmsh_format(std::string_view extension) {
 ///   .foam        own      f32, f64   all other bytes; written only from OpenFOAM; also the
 ///                                    case's folder or its polyMesh folder
 ///   .node .ele   own      f64        all other bytes; tetrahedra only
+///   .med .cgns   HDF5     f32, f64   everything; written from the same format only
+///   .exo .e .g .ex2  netCDF  f32, f64  the same
+///   .xdmf        HDF5     f32, f64   the same; with its .h5 file
 inline constexpr auto kFormats =
     std::to_array<Format>({vtk_format(".vtu"),
                            vtk_format(".vtk"),
@@ -123,8 +155,15 @@ inline constexpr auto kFormats =
                            gmsh_format(".nas"),
                            several_files(".inp", read_abaqus, write_abaqus),
                            {".su2", read_su2, write_su2},
-                           several_files(".foam", read_foam, write_foam),
+                           several_files(".foam", read_foam, write_foam, true),
                            several_files(".node", read_tetgen, write_tetgen_pair),
-                           several_files(".ele", read_tetgen, write_tetgen_pair)});
+                           several_files(".ele", read_tetgen, write_tetgen_pair),
+                           kMed,
+                           kCgns,
+                           exodus_format(".exo"),
+                           exodus_format(".e"),
+                           exodus_format(".g"),
+                           exodus_format(".ex2"),
+                           kXdmf});
 
 }  // namespace meshsmooth::formats

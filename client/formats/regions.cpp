@@ -64,7 +64,8 @@ Regions find_regions(const MeshFile& file) {
   const std::string attribute = std::string(kAttributeArray) + "0";
   for (const std::string& array :
        {std::string(kPhysicalArray), std::string(kReferenceArray), attribute,
-        std::string(kEntityArray), std::string(kMaterialArray), std::string(kCellZoneArray)}) {
+        std::string(kFamilyArray), std::string(kBlockArray), std::string(kEntityArray),
+        std::string(kMaterialArray), std::string(kCellZoneArray)}) {
     const auto column = element_column(*file.content(), array);
     if (!column) continue;
     const auto tells = [](double value) { return value != 0; };

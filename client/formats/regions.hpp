@@ -18,9 +18,10 @@ struct Regions {
 
 /// By the first of these that tells of the mesh's elements anything but 0: Gmsh's physical
 /// groups ("gmsh:physical"; elements of one region are in the same groups), Medit's
-/// references ("medit:ref"), TetGen's first attribute ("tetgen:attribute_0"), Gmsh's
-/// geometrical entities ("gmsh:geometrical"), the materials of an Abaqus deck
-/// ("abaqus:material"), the cell zones of OpenFOAM ("foam:cell_zone"). O(cells log regions).
+/// references ("medit:ref"), TetGen's first attribute ("tetgen:attribute_0"), MED's families
+/// ("med:family"), Exodus' blocks ("exodus:block"), Gmsh's geometrical entities
+/// ("gmsh:geometrical"), the materials of an Abaqus deck ("abaqus:material"), the cell zones of
+/// OpenFOAM ("foam:cell_zone"). O(cells log regions).
 [[nodiscard]] Regions find_regions(const MeshFile& file);
 
 /// By the cell array of this name: one value a cell, whole numbers; TetGen's attributes may

@@ -113,7 +113,17 @@ TEST(BuildWithoutVtk, SaysSoWhenOneOfItsFormatsIsAskedFor) {
         text,
         HasSubstr("this build is without VTK; known are .ply .obj .inp .su2 .foam .node .ele"));
   }
-  EXPECT_EQ(readable_extensions(), ".ply .obj .inp .su2 .foam .node .ele");
+  EXPECT_THAT(readable_extensions(), ::testing::StartsWith(".ply .obj .inp .su2 .foam .node .ele"));
+}
+#endif
+
+#if !defined(MESHSMOOTH_WITH_HDF5)
+TEST(BuildWithoutHdf5, SaysSoWhenOneOfItsFormatsIsAskedFor) {
+  for (const char* name : {"a.med", "a.cgns", "a.exo", "a.xdmf"}) {
+    const auto [reason, text] = test::error_of([&] { check_writable(name); });
+    EXPECT_EQ(reason, "FORMAT_UNKNOWN");
+    EXPECT_THAT(text, HasSubstr("this build is without HDF5"));
+  }
 }
 #endif
 

@@ -110,4 +110,20 @@ void read_and_write(const std::filesystem::path& path, const std::filesystem::pa
   }
 }
 
+/// The same for formats whose library may find, only as it writes, that a file is damaged.
+inline void read_and_try_to_write(const std::filesystem::path& path,
+                                  const std::filesystem::path& written) {
+  try {
+    formats::MeshFile file = formats::read_mesh_file(path);
+    check_mesh(file);
+    ask_for_names(file);
+    move_nodes(file.mesh);
+    formats::write_mesh_file(written, file);
+    check_mesh(formats::read_mesh_file(written));
+  } catch (const Error& error) {
+    require(std::string(error.what()).starts_with(path.parent_path().string()),
+            "an error says which file");
+  }
+}
+
 }  // namespace meshsmooth::testing

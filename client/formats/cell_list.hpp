@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "cells.hpp"
+#include "dataset.hpp"
+
+namespace meshsmooth::formats {
+
+/// A format's node order. They differ in the side from which a cell's first face is seen.
+enum class NodeOrder {
+  vtk,   // the house's
+  gmsh,  // also Exodus' and CGNS': another wedge
+  med    // another tetrahedron, pyramid and hexahedron
+};
+
+/// Cells as a format gives them.
+class CellList {
+ public:
+  /// `nodes` in the format's order, counted from `first_node`; as many as the cell has.
+  void add(const CellKind& kind, NodeOrder order, std::span<const std::int64_t> nodes,
+           std::int64_t first_node);
+  [[nodiscard]] std::size_t size() const { return kinds_.size(); }
+
+  /// Into the data set, which has its positions. Programs disagree with the formats'
+  /// documents, and with one another, on the order of nodes: where most cells of a type are
+  /// inverted, all of that type are mirrored. O(cells).
+  void store(PlainDataset& dataset) const;
+
+ private:
+  std::vector<const CellKind*> kinds_;
+  std::vector<std::int64_t> nodes_;  // in VTK's order, from 0
+};
+
+}  // namespace meshsmooth::formats

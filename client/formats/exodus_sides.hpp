@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "cells.hpp"
+
+namespace meshsmooth::formats {
+
+/// An element type of Exodus'.
+struct ExodusShape {
+  const CellKind* kind;
+  bool shell;  // its sides 1 and 2 are its faces, the others its edges
+};
+
+/// "TETRA", "HEX8" …, in any case; none: not linear, or unknown.
+[[nodiscard]] std::optional<ExodusShape> find_exodus_shape(std::string type,
+                                                           std::size_t node_count);
+
+/// The nodes of a side, which counts from 1, by their places in the element, from 0, in Exodus'
+/// order; empty: it has no such side. From the tables of side sets in "EXODUS II: A Finite
+/// Element Data Model" (Sandia, SAND92-2137).
+[[nodiscard]] std::span<const int> nodes_of_exodus_side(const ExodusShape& shape,
+                                                        std::int64_t side);
+
+}  // namespace meshsmooth::formats
