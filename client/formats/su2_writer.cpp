@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "cells.hpp"
@@ -21,6 +22,12 @@ void append(std::string& text, double number) {
   std::array<char, 32> digits{};
   const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), number);
   text.append(digits.data(), end);
+}
+
+void append_line(std::string& text, int type, std::span<const std::int64_t> nodes) {
+  text += std::to_string(type);
+  for (const std::int64_t node : nodes) text += ' ' + std::to_string(node);
+  text += '\n';
 }
 
 /// The names of the markers by lower-dimensional cell.
@@ -80,22 +87,23 @@ Lines make_lines(const path& file_name, const MeshFile& file, int dimension) {
   for (std::int64_t id = 0; id < dataset->cell_count(); ++id) {
     dataset->get_cell(id, cell);
     const CellKind* kind = find_vtk_cell(cell.type, cell.nodes.size());
-    if (kind == nullptr && cell_dimension(cell.type, cell.nodes.size())) continue;  // of points …
-    if (kind == nullptr) {
+    const auto cell_dim = cell_dimension(cell.type, cell.nodes.size());
+    if (!cell_dim) {
       fail("ELEMENT_NOT_SUPPORTED", file_name,
            ".su2 files cannot carry a " + dataset->cell_name(cell.type));
     }
-    if (kind->dimension < dimension - 1) continue;
-    std::string line = std::to_string(kind->vtk_type);
-    for (const std::int64_t node : cell.nodes) line += ' ' + std::to_string(node);
-    line += '\n';
-    if (kind->dimension == dimension) {
+    if (*cell_dim < dimension - 1 || cell.nodes.empty()) continue;
+    if (*cell_dim == dimension) {
       ++lines.element_count;
-      lines.elements += line;
-    } else {
-      auto& [count, text] = lines.markers[names.of_cell(id)];
+      append_line(lines.elements, kind->vtk_type, cell.nodes);
+      continue;
+    }
+    auto& [count, text] = lines.markers[names.of_cell(id)];
+    const std::size_t corners = kind == nullptr ? 2 : cell.nodes.size();  // null: a polyline
+    for (std::size_t first = 0; first + corners <= cell.nodes.size(); ++first) {
       ++count;
-      text += line;
+      append_line(text, kind == nullptr ? kLineCell : kind->vtk_type,
+                  std::span(cell.nodes).subspan(first, corners));
     }
   }
   return lines;

@@ -286,7 +286,7 @@ TEST_F(Abaqus, SaysWhatIsWrongWithADeckAndWhere) {
       {"*PART, NAME=P\n" + kTetrahedron +
            "*END PART\n*INSTANCE, NAME=I, PART=P\n*END INSTANCE\n"
            "*ELEMENT, TYPE=SPRINGA\n1, I.1, I.5\n",
-       "FORMAT_ERROR", "line 12: expected a node of the instance, found \"I.5\""},
+       "FORMAT_ERROR", "line 13: expected a node of the instance, found \"I.5\""},
       {"*NODE,\n", "FILE_TRUNCATED", "line 1: the file ends inside of this keyword"},
       {std::string("*NODE\n1, 0\n\0", 12), "FORMAT_ERROR", "this is no text"},
   };
