@@ -19,7 +19,7 @@ class Camera {
     this.yaw = top ? -Math.PI / 2 : -1.05;
     this.pitch = top ? Math.PI / 2 : 0.42;
     this.target = [0, 0, 0];
-    this.distance = (top ? 1.1 : 0.95 * this.radius) / Math.sin(Math.atan(this.tangent));
+    this.distance = (top ? 1.1 : 1.02 * this.radius) / Math.sin(Math.atan(this.tangent));
   }
 
   /** Unit vectors to the right, upwards, and from the target to the eye. */
