@@ -294,7 +294,7 @@ std::string describe_requirement(const Requirement& requirement, const Requireme
   for (const auto& [element, value] : result.worst) {
     const auto e = static_cast<std::size_t>(element);
     const Vec3d at = places.centres[e];
-    text += fmt::format("  element {} ({}) at ({:.6g}, {:.6g}, {:.6g}): {} {}\n",
+    text += fmt::format("  element {} ({}) at ({:.6g}, {:.6g}, {:.6g}): {} {:.6g}\n",
                         file.file_element_id(element), element_shape(places.types[e]).name, at.x,
                         at.y, at.z, element_metric_name(metric_of(requirement)), value);
   }
