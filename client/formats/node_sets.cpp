@@ -26,20 +26,6 @@ void mark_nodes(const Dataset& dataset, const CellGroup& group, std::vector<std:
   }
 }
 
-[[noreturn]] void fail_unknown_set(const Dataset& dataset, const FileContent* content,
-                                   const std::string& name) {
-  std::vector<std::string> names;
-  if (content != nullptr) {
-    for (const CellGroup& group : content->groups) names.push_back(group.name);
-    for (const NodeSet& set : content->node_sets) names.push_back(set.name);
-  }
-  for (const Column& column : dataset.node_columns()) {
-    if (column.name != kNodeIdArray) names.push_back(column.name);
-  }
-  fail_unknown_name("no group, no set and no point array of one number a node is called", name,
-                    names);
-}
-
 }  // namespace
 
 std::vector<NodeId> find_node_set(const MeshFile& file, const std::string& name) {
@@ -66,12 +52,30 @@ std::vector<NodeId> find_node_set(const MeshFile& file, const std::string& name)
       if (value != 0 && !std::isnan(value)) marks[node] = 1;  // Gmsh's data may leave nodes out
     }
   }
-  if (!found) fail_unknown_set(*dataset, content, name);
+  if (!found) {
+    fail_unknown_name("no group, no set and no point array of one number a node is called", name,
+                      node_set_names(file));
+  }
   std::vector<NodeId> nodes;
   for (std::size_t node = 0; node < marks.size(); ++node) {
     if (marks[node] != 0) nodes.push_back(static_cast<NodeId>(node));
   }
   return nodes;
+}
+
+std::vector<std::string> node_set_names(const MeshFile& file) {
+  std::vector<std::string> names;
+  const auto add = [&](const std::string& name) {
+    if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+  };
+  if (const FileContent* content = file.content().get()) {
+    for (const CellGroup& group : content->groups) add(group.name);
+    for (const NodeSet& set : content->node_sets) add(set.name);
+  }
+  for (const Column& column : dataset_of(file)->node_columns()) {
+    if (column.name != kNodeIdArray) add(column.name);
+  }
+  return names;
 }
 
 std::vector<Vec3d> find_node_vectors(const MeshFile& file, const std::string& name) {

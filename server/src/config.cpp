@@ -75,12 +75,16 @@ void add_options(CLI::App& app, ServerConfig& config) {
   }
 }
 
+void add_config_option(CLI::App& app, std::string& path) {
+  app.add_option("--config", path,
+                 "Configuration file, in the format of --print-config (MESHSMOOTH_CONFIG)");
+}
+
 ServerConfig read_config(CLI::App& app, int argc, const char* const* argv) {
   ServerConfig of_flags;
   add_options(app, of_flags);
   std::string path = environment("MESHSMOOTH_CONFIG");
-  app.add_option("--config", path,
-                 "Configuration file, in the format of --print-config (MESHSMOOTH_CONFIG)");
+  add_config_option(app, path);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ConversionError&) {  // reported below, with the source of the value

@@ -18,6 +18,9 @@ namespace meshsmooth::server {
 /// range end in CLI::ValidationError.
 void add_options(CLI::App& app, ServerConfig& config);
 
+/// Binds the file of settings to its flag. `path` must outlive `app`.
+void add_config_option(CLI::App& app, std::string& path);
+
 /// The settings of a program whose `app` has no arguments besides switches of its own. A flag
 /// (--max-job-bytes) takes precedence over the environment (MESHSMOOTH_MAX_JOB_BYTES; empty means
 /// unset), that over the file named by --config or MESHSMOOTH_CONFIG (max-job-bytes), and that

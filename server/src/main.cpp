@@ -15,6 +15,7 @@
 #include "host_memory.hpp"
 #include "meshsmooth/error.hpp"
 #include "meshsmooth/server.hpp"
+#include "program.hpp"
 #include "socket_folder.hpp"
 
 namespace {
@@ -93,12 +94,6 @@ void watch_stdin(std::atomic<bool>& ended, Exit& exit) {
   exit.leave(server.device_lost() ? kExitDeviceLost : 0);
 }
 
-std::string version_text(bool as_json) {
-  if (!as_json) return MESHSMOOTH_VERSION;
-  return R"({"version":")" MESHSMOOTH_VERSION R"(","commit":")" MESHSMOOTH_BUILD_COMMIT
-         R"(","protocol":"meshsmooth.v1"})";
-}
-
 int fail(const Error& error) {
   std::fprintf(stderr, "meshsmooth-server: %s\n", error.what());
   return kExitUsage;
@@ -107,15 +102,9 @@ int fail(const Error& error) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Smooths finite-element meshes as a gRPC service (meshsmooth.v1).",
-               "meshsmooth-server");
-  bool as_json = false;  // read before --version, which ends the parsing
-  app.add_flag("--json", as_json, "With --version: print version, commit and protocol as JSON");
-  app.set_version_flag(
-      "--version", [&as_json] { return version_text(as_json); }, "Print the version and exit");
-  bool print_config = false;
-  app.add_flag("--print-config", print_config,
-               "Print all settings in effect, in the format of --config, and exit");
+  CLI::App app;
+  server::ProgramFlags flags;
+  server::add_program_flags(app, flags);
   server::ServerConfig config;
   try {
     config = server::read_config(app, argc, argv);
@@ -124,7 +113,7 @@ int main(int argc, char** argv) {
   } catch (const Error& error) {
     return fail(error);
   }
-  if (print_config) {
+  if (flags.print_config) {
     std::fputs(server::describe(config).c_str(), stdout);
     return 0;
   }

@@ -21,8 +21,10 @@ namespace {
 /// A size in bytes, of at least 0: 8GiB is understood.
 struct Bytes {};
 
-CLI::Validator text_that(const std::string& what, bool (*fits)(std::string_view)) {
-  return {[=](std::string& text) { return fits(text) ? std::string() : "it is not " + what; }, ""};
+CLI::Validator text_that(const std::string& what, bool (*fits)(std::string_view),
+                         const std::string& choices = "") {
+  return {[=](std::string& text) { return fits(text) ? std::string() : "it is not " + what; },
+          choices};
 }
 
 /// CLI11's own lets "nan" through, which is in no range.
@@ -188,7 +190,7 @@ void add_devices(Table& table) {
   table
       .add("backend", &C::backend,
            "Backend: " + backend_name_list(true) + "; auto: the first GPU that works, else the CPU",
-           text_that("one of " + backend_name_list(true), is_backend))
+           text_that("one of " + backend_name_list(true), is_backend, "{auto,cpu,cuda}"))
       .add("devices", &C::devices,
            "GPUs to use: all, or numbers as in 0,2; empty: the device of the backend",
            text_that("all, or numbers of GPUs as in 0,2, each once", is_device_list))
