@@ -59,7 +59,6 @@ endif()
 # Files that only packages have, below the folder that the pre-build script moves into place.
 set(debian_dir ${PROJECT_BINARY_DIR}/debian)
 set(MESHSMOOTH_SOURCE_DATE ${source_date})
-string(TIMESTAMP unused UTC)
 execute_process(COMMAND date -u -R -d @${source_date} OUTPUT_VARIABLE changelog_date
   OUTPUT_STRIP_TRAILING_WHITESPACE)
 set(changelog_contact "${contact}")
@@ -100,21 +99,21 @@ set(CPACK_DEBIAN_CLIENT_PACKAGE_NAME meshsmooth)
 set(CPACK_DEBIAN_CLIENT_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_CLIENT_PACKAGE_SUGGESTS meshsmooth-server)
 set(CPACK_DEBIAN_CLIENT_DESCRIPTION "improves finite-element meshes by moving their nodes
- Smooths, optimizes and untangles surface and volume meshes of triangles,
- quads, tetrahedra, pyramids, wedges and hexahedra, mixed or not. Nodes move,
- nothing else changes, and a valid mesh stays valid.
- .
- This package has the command line client, which computes by itself or on a
- server, with the file formats of VTK, Gmsh and TetGen.")
+Smooths, optimizes and untangles surface and volume meshes of triangles,
+quads, tetrahedra, pyramids, wedges and hexahedra, mixed or not. Nodes move,
+nothing else changes, and a valid mesh stays valid.
+
+This package has the command line client, which computes by itself or on a
+server, with the file formats of VTK, Gmsh and TetGen.")
 
 set(CPACK_DEBIAN_SERVER_PACKAGE_NAME meshsmooth-server)
 set(CPACK_DEBIAN_SERVER_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_SERVER_DESCRIPTION "gRPC service that improves finite-element meshes
- Smooths, optimizes and untangles meshes for many callers, with a bounded
- queue, memory admission, TLS, tokens and metrics.
- .
- This package has the server for CPUs and its systemd unit, which listens on
- 127.0.0.1:50051 until /etc/meshsmooth/server.toml says otherwise.")
+Smooths, optimizes and untangles meshes for many callers, with a bounded
+queue, memory admission, TLS, tokens and metrics.
+
+This package has the server for CPUs and its systemd unit, which listens on
+127.0.0.1:50051 until /etc/meshsmooth/server.toml says otherwise.")
 set(CPACK_DEBIAN_SERVER_PACKAGE_CONTROL_EXTRA
   "${PROJECT_SOURCE_DIR}/deploy/debian/conffiles;${PROJECT_SOURCE_DIR}/deploy/debian/postinst;${PROJECT_SOURCE_DIR}/deploy/debian/postrm;${PROJECT_SOURCE_DIR}/deploy/debian/prerm")
 
@@ -123,11 +122,11 @@ set(CPACK_DEBIAN_LIBRARIES_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_LIBRARIES_PACKAGE_DEPENDS
   "libgrpc++-dev, libprotobuf-dev, libssl-dev, libtbb-dev, protobuf-compiler, protobuf-compiler-grpc")
 set(CPACK_DEBIAN_LIBRARIES_DESCRIPTION "C++ libraries that improve finite-element meshes
- Smooths, optimizes and untangles meshes in the own process, or on a server
- by a client.
- .
- This package has headers, static libraries, the protocol and the CMake package
- meshsmooth with the targets meshsmooth::client, ::smooth, ::wire and ::mesh.")
+Smooths, optimizes and untangles meshes in the own process, or on a server
+by a client.
+
+This package has headers, static libraries, the protocol and the CMake package
+meshsmooth with the targets meshsmooth::client, ::smooth, ::wire and ::mesh.")
 
 install(FILES deploy/systemd/meshsmooth-server.service DESTINATION lib/systemd/system
   COMPONENT server)

@@ -41,9 +41,10 @@ struct Command {
   std::vector<Command> commands;
 };
 
-/// Describes the program `app`, called `name`, and all commands below it. Kinds of values follow from
-/// the validators and the help: a help that begins with "mesh file" or with a list of extensions means a mesh, one that
-/// begins with "file", "output file" and the like a file, a name that ends in "-set" a set of nodes.
+/// Describes the program `app`, called `name`, and all commands below it. Kinds of values follow
+/// from the validators and the help: a help that begins with "mesh file" or with a list of
+/// extensions means a mesh, one that begins with "file", "output file" and the like a file, a name
+/// that ends in "-set" a set of nodes.
 [[nodiscard]] Command describe_program(const CLI::App& app, const std::string& name);
 
 /// "MESH", "FILE", "NUMBER": what stands for the value in a synopsis; empty for a switch.

@@ -6,11 +6,12 @@
 namespace meshsmooth::cli {
 namespace {
 
-constexpr const char* kHead = R"(# Completion of @program@ for bash; made by `meshsmooth completion bash`.
+constexpr const char* kHead =
+    R"(# Completion of @program@ for bash; made by `meshsmooth completion bash`.
 
 # Completes the current word, or its last part in a list, by words.
 @prefix@_words() {
-  local word before=
+  local word before=''
   if [[ $1 == , ]]; then
     shift
     [[ $current != *,* ]] || before=${current%,*},
@@ -44,8 +45,8 @@ constexpr const char* kHead = R"(# Completion of @program@ for bash; made by `me
 
 constexpr const char* kBody = R"(
 @prefix@() {
-  local current=${COMP_WORDS[COMP_CWORD]} path=@program@ mesh= word option= position=0 i
-  local option_here= position_here=0 path_here=@program@ commands options valued
+  local current=${COMP_WORDS[COMP_CWORD]} path=@program@ mesh='' word option='' position=0 i
+  local option_here='' position_here=0 path_here=@program@ commands options valued
   COMPREPLY=()
   @prefix@_command "$path"
   for ((i = 1; i < ${#COMP_WORDS[@]}; i++)); do

@@ -5,7 +5,8 @@
 namespace meshsmooth::cli {
 namespace {
 
-constexpr const char* kHead = R"(# Completion of @program@ for fish; made by `meshsmooth completion fish`.
+constexpr const char* kHead =
+    R"(# Completion of @program@ for fish; made by `meshsmooth completion fish`.
 
 # Folders, and files with one of some extensions (vtu|vtk).
 function _@prefix@_files
@@ -40,13 +41,14 @@ std::string value_part(const Argument& argument, const std::string& prefix) {
     case ValueKind::number:
       return " -x";
     case ValueKind::choice:
-      return argument.list
-                 ? " -x -a " + shell_quoted("(__fish_append , " + joined(argument.choices, " ") + ")")
-                 : " -x -a " + shell_quoted(joined(argument.choices, " "));
+      return argument.list ? " -x -a " + shell_quoted("(__fish_append , " +
+                                                      joined(argument.choices, " ") + ")")
+                           : " -x -a " + shell_quoted(joined(argument.choices, " "));
     case ValueKind::file:
       return " -r -F";
     case ValueKind::mesh:
-      return " -x -a " + shell_quoted("(_" + prefix + "_files '" + extension_pattern(argument) + "')");
+      return " -x -a " +
+             shell_quoted("(_" + prefix + "_files '" + extension_pattern(argument) + "')");
     case ValueKind::node_set:
       return " -x -a " + shell_quoted("(_" + prefix + "_sets)");
   }
@@ -71,7 +73,8 @@ void add_command(const Command& command, const std::string& program, const std::
   const std::string start =
       "complete -c " + program + (here.empty() ? "" : " -n " + shell_quoted(here));
   for (const Command& below : command.commands) {
-    text += start + " -a " + below.name + " -d " + shell_quoted(brief_help(below.description)) + "\n";
+    text +=
+        start + " -a " + below.name + " -d " + shell_quoted(brief_help(below.description)) + "\n";
   }
   for (const Argument& option : command.options) {
     text += start;

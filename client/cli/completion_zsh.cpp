@@ -24,7 +24,9 @@ else
 fi
 )";
 
-std::string shell_quoted(const std::string& text) { return "'" + replaced(text, "'", "'\\''") + "'"; }
+std::string shell_quoted(const std::string& text) {
+  return "'" + replaced(text, "'", "'\\''") + "'";
+}
 
 /// Of _arguments, where brackets and colons have a meaning.
 std::string escaped(std::string text) {
@@ -62,15 +64,13 @@ std::string value_spec(const Argument& argument, const std::string& message,
 
 std::string option_specs(const Argument& option, const std::string& prefix) {
   const bool repeated = option.list || option.kind == ValueKind::node_set;
-  const std::string excludes =
-      repeated ? "*" : "(" + joined(option.names, " ") + ")";
+  const std::string excludes = repeated ? "*" : "(" + joined(option.names, " ") + ")";
   std::string specs;
   for (const std::string& name : option.names) {
-    const std::string equals =
-        option.kind != ValueKind::none && name.starts_with("--") ? "=" : "";
-    specs += " \\\n    " + shell_quoted(excludes + name + equals + "[" +
-                                  escaped(brief_help(option.help)) + "]" +
-                                  value_spec(option, placeholder(option), prefix));
+    const std::string equals = option.kind != ValueKind::none && name.starts_with("--") ? "=" : "";
+    specs += " \\\n    " +
+             shell_quoted(excludes + name + equals + "[" + escaped(brief_help(option.help)) + "]" +
+                          value_spec(option, placeholder(option), prefix));
   }
   return specs;
 }
@@ -88,7 +88,7 @@ void add_function(const Command& command, const std::string& prefix, std::string
     for (std::size_t i = 0; i < command.positionals.size(); ++i) {
       const Argument& argument = command.positionals[i];
       specs += " \\\n    " + shell_quoted(std::to_string(i + 1) +
-                                    value_spec(argument, argument.names.front(), prefix));
+                                          value_spec(argument, argument.names.front(), prefix));
     }
     text += "  local -a line\n  local -A opt_args\n  _arguments" + specs + "\n}\n";
     return;

@@ -50,7 +50,8 @@ std::string description(const Argument& argument) {
   if (argument.kind == ValueKind::choice) {
     text += " Choices: " + escaped(joined(argument.choices, ", ")) + ".";
   }
-  if (!argument.range.empty()) text += " Range: " + escaped(replaced(argument.range, " - ", " to ")) + ".";
+  if (!argument.range.empty())
+    text += " Range: " + escaped(replaced(argument.range, " - ", " to ")) + ".";
   if (!argument.default_text.empty()) text += " Default: " + escaped(argument.default_text) + ".";
   if (argument.required) text += " Required.";
   return text;

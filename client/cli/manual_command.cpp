@@ -108,8 +108,8 @@ std::string client_page(const Command& command, const ManPageFacts& base) {
   ManPageFacts facts = base;
   facts.exit_status = exit_status();
   facts.examples = examples(command.path);
-  facts.see_also = command.path == kProgram ? "meshsmooth-server(8)"
-                                            : "meshsmooth(1), meshsmooth-server(8)";
+  facts.see_also =
+      command.path == kProgram ? "meshsmooth-server(8)" : "meshsmooth(1), meshsmooth-server(8)";
   return man_page(command, facts);
 }
 
@@ -157,8 +157,8 @@ std::string completion(const Command& program, const std::string& shell) {
 
 void add_manual_commands(CLI::App& app, Action& action, const std::string& version) {
   auto shell = std::make_shared<std::string>();
-  CLI::App* scripts = app.add_subcommand(
-      "completion", "Print the completion script of a shell; `source` it there");
+  CLI::App* scripts =
+      app.add_subcommand("completion", "Print the completion script of a shell; `source` it there");
   scripts->add_option("SHELL", *shell, "The shell")
       ->required()
       ->check(CLI::IsMember({"bash", "zsh", "fish"}));
