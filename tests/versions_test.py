@@ -18,8 +18,8 @@ PLACES = [
     ("CITATION.cff", r"^version: ", 1),
     ("deploy/kubernetes/overlays/*/kustomization.yaml", r"newTag: ", 2),
     ("docker/compose.yaml", r"meshsmooth-server:", 1),
-    ("docs/*.md", r"meshsmooth(?:-server)?:", 3),
-    ("docs/results/images.json", r"meshsmooth(?:-server)?:", 3),
+    # Not in tables, which have what was measured of a version.
+    ("docs/*.md", r"^(?!\|).*?\bmeshsmooth(?:-server)?:", 3),
 ]
 # Files that take it from CMakeLists.txt: what they must hold.
 TAKEN = [
