@@ -196,9 +196,12 @@ std::vector<std::string> Hdf5File::children(const std::string& group) const {
   const Handle parent = impl_->open(group);
   std::vector<std::string> names;
   if (H5Iget_type(parent) != H5I_GROUP) impl_->fail("\"" + group + "\" is no group");
-  if (H5Literate(parent, H5_INDEX_NAME, H5_ITER_INC, nullptr, add_name, &names) < 0) {
+  // In any other order HDF5 1.10 makes a table, and frees what is not in it where a file is
+  // damaged.
+  if (H5Literate(parent, H5_INDEX_NAME, H5_ITER_NATIVE, nullptr, add_name, &names) < 0) {
     impl_->fail_by_cause("cannot list the group \"" + group + "\"");
   }
+  std::ranges::sort(names);
   return names;
 }
 
