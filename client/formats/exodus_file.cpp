@@ -4,6 +4,7 @@
 #include "cell_list.hpp"
 #include "content.hpp"
 #include "exodus_sides.hpp"
+#include "hdf5_file.hpp"
 #include "netcdf_file.hpp"
 #include "readers.hpp"
 #include "text.hpp"
@@ -204,6 +205,10 @@ MeshFile read_exodus(const path& path) {
   FileContent content;
   content.extension = ".exo";
   content.text = read_bytes(path);
+  if (content.text.starts_with("\x89HDF")) {
+    // netCDF lists the variables in a way that crashes HDF5 1.10 where the list is damaged.
+    (void)Hdf5File(path, content.text).children("/");
+  }
   const NetcdfFile file(path, NetcdfFile::Access::read);
   const auto dataset = std::make_shared<PlainDataset>();
   read_nodes(file, path, content, *dataset);
