@@ -95,9 +95,10 @@ void read_nodes(XdmfData& data, const path& path, const XmlElement& grid, FileCo
 void read_columns(XdmfData& data, const XmlElement& grid, PlainDataset& dataset) {
   for (const XmlElement& attribute : grid.children("Attribute")) {
     const std::string type = attribute.attribute("AttributeType");
-    const std::string center = attribute.attribute("Center");
-    const bool on_cells = center == "Cell";
-    if ((!type.empty() && type != "Scalar") || (!on_cells && !center.empty() && center != "Node")) {
+    const std::string location = attribute.attribute("Center");
+    const bool on_cells = location == "Cell";
+    if ((!type.empty() && type != "Scalar") ||
+        (!on_cells && !location.empty() && location != "Node")) {
       continue;
     }
     const XmlElement item = data.item_of(attribute);

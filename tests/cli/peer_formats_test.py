@@ -105,6 +105,7 @@ class PeerFormats(unittest.TestCase):
             def read(file):
                 reader = vtkExodusIIReader()
                 reader.SetFileName(file)
+                reader.GenerateGlobalNodeIdArrayOn()
                 reader.UpdateInformation()
                 for kind in (reader.NODE_SET, reader.SIDE_SET):
                     for index in range(reader.GetNumberOfObjects(kind)):

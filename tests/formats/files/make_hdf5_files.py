@@ -97,7 +97,8 @@ def make_exodus(name, file_format, real):
     import numpy as np
     data = netCDF4.Dataset(HERE / name, "w", format=file_format)
     data.setncatts({"title": "assembly", "api_version": np.float32(5.1),
-                    "version": np.float32(5.1), "floating_point_word_size": np.int32(8)})
+                    "version": np.float32(5.1), "floating_point_word_size": np.int32(8),
+                    "file_size": np.int32(1)})  # coordx, coordy … instead of coord
     options = {"zlib": True, "chunksizes": (5,)} if file_format == "NETCDF4" else {}
     blocks = [(10, "rock", "HEX8", [HEXAHEDRON]), (11, "ramp", "WEDGE", [turned(WEDGE)]),
               (20, "air", "PYRAMID5", [PYRAMID]), (21, "", "TETRA", [TETRAHEDRON])]
