@@ -66,8 +66,9 @@ void check_source(const path& file, const path& source) {
   fail("FORMAT_UNKNOWN", file,
        "\"" + extension_of(file) +
            "\" files are written only with the contents of a file of the "
-           "same format, of which the coordinates change; read one, or write another format: " +
-           writable_extensions());
+           "same format, of which the coordinates change; written from any are " +
+           extensions(
+               [](const Format& other) { return other.write != nullptr && !other.only_changed; }));
 }
 
 /// Throws unless the file can be replaced, or made where there is none.
