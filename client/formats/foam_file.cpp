@@ -262,7 +262,10 @@ path poly_mesh_folder(const path& given) {
   const path file = slash ? given.parent_path() : given;
   std::error_code error;
   if (file.filename() == "polyMesh") return file;
-  if (slash || std::filesystem::is_directory(file, error)) return file / "constant" / "polyMesh";
+  if (slash || std::filesystem::is_directory(file / "constant", error) ||
+      std::filesystem::is_directory(file / "system", error)) {
+    return file / "constant" / "polyMesh";
+  }
   if (extension_of(file) == ".foam") return file.parent_path() / "constant" / "polyMesh";
   return {};
 }

@@ -178,7 +178,7 @@ MeshFile read_mesh_file(const path& file) {
   const Format* format = find_format(file);
   const bool is_case = format != nullptr && format->read == read_foam;
   if (std::filesystem::is_directory(file, error) && !is_case) {
-    fail("FILE_NOT_READABLE", file, "this is a folder");
+    fail("FILE_NOT_READABLE", file, "this is a folder, and no OpenFOAM case");
   }
   if (format == nullptr || format->read == nullptr) {
     fail_unknown(file, format, "read", readable_extensions());

@@ -146,7 +146,7 @@ TEST_F(Foam, WritesNothingButThePointsInPlace) {
 TEST_F(Foam, WritesACaseElsewhere) {
   MeshFile file = read_mesh_file(case_);
   positions_of(file)[1].x = 0.875;
-  std::filesystem::create_directory(scratch_.path("there"));
+  std::filesystem::create_directories(scratch_.path("there/system"));
   for (const path& target : {scratch_.path("there"), scratch_.path("new/"),
                              scratch_.path("a/constant/polyMesh"), scratch_.path("b/b.foam")}) {
     EXPECT_EQ(error_of([&] { check_writable(target); }).second, "no error") << target;
@@ -339,6 +339,10 @@ TEST_F(Foam, KnowsWhereItCannotWrite) {
       error_of([&] { check_writable(scratch_.path("file") / "constant" / "polyMesh"); }).first,
       "FILE_NOT_WRITABLE");
   EXPECT_EQ(error_of([&] { check_writable(scratch_.path("no_case")); }).first, "FORMAT_UNKNOWN");
+  EXPECT_EQ(error_of([&] { check_writable(scratch_.path("")); }).first, "");
+  EXPECT_EQ(error_of([&] { check_writable(scratch_.path("file").parent_path()); }).first,
+            "FORMAT_UNKNOWN")
+      << "a folder that is no case";
 }
 
 // A mesh of one cell has a uniform list of owners and an empty one of neighbours.
