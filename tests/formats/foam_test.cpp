@@ -339,7 +339,7 @@ TEST_F(Foam, KnowsWhereItCannotWrite) {
       error_of([&] { check_writable(scratch_.path("file") / "constant" / "polyMesh"); }).first,
       "FILE_NOT_WRITABLE");
   EXPECT_EQ(error_of([&] { check_writable(scratch_.path("no_case")); }).first, "FORMAT_UNKNOWN");
-  EXPECT_EQ(error_of([&] { check_writable(scratch_.path("")); }).first, "");
+  EXPECT_EQ(error_of([&] { check_writable(scratch_.path("no_case/")); }).first, "");
   EXPECT_EQ(error_of([&] { check_writable(scratch_.path("file").parent_path()); }).first,
             "FORMAT_UNKNOWN")
       << "a folder that is no case";
