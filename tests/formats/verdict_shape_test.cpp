@@ -178,13 +178,14 @@ double dihedral_skew(const Nodes& p) {
   constexpr std::size_t kEdges[6][4] = {{0, 1, 2, 3}, {0, 2, 1, 3}, {0, 3, 1, 2},
                                         {1, 2, 0, 3}, {1, 3, 0, 2}, {2, 3, 0, 1}};
   double least = 180, largest = 0;
-  for (const auto& [i, j, k, l] : kEdges) {
-    const Vec3d edge = p[j] - p[i];
-    const auto across = [&](std::size_t node) {
-      const Vec3d way = p[node] - p[i];
+  for (const auto& nodes : kEdges) {
+    const Vec3d origin = p[nodes[0]];
+    const Vec3d edge = p[nodes[1]] - origin;
+    const auto across = [&](Vec3d node) {
+      const Vec3d way = node - origin;
       return way - (dot(way, edge) / dot(edge, edge)) * edge;
     };
-    const Vec3d a = across(k), b = across(l);
+    const Vec3d a = across(p[nodes[2]]), b = across(p[nodes[3]]);
     const double angle = std::acos(dot(a, b) / (norm(a) * norm(b))) * kDegrees;
     least = std::min(least, angle);
     largest = std::max(largest, angle);
