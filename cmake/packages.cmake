@@ -128,7 +128,9 @@ by a client.
 This package has headers, static libraries, the protocol and the CMake package
 meshsmooth with the targets meshsmooth::client, ::smooth, ::wire and ::mesh.")
 
+# Only with the component: an install below another prefix must not write to /etc.
 install(FILES deploy/systemd/meshsmooth-server.service DESTINATION lib/systemd/system
-  COMPONENT server)
-install(FILES deploy/systemd/server.toml DESTINATION /etc/meshsmooth COMPONENT server)
+  COMPONENT server EXCLUDE_FROM_ALL)
+install(FILES deploy/systemd/server.toml DESTINATION /etc/meshsmooth
+  COMPONENT server EXCLUDE_FROM_ALL)
 include(CPack)
