@@ -4,6 +4,7 @@ Load this file by Tools > Manage Plugins, or by LoadPlugin(path, ns=globals()) i
 the package meshsmooth in ParaView's Python: docs/python.md ("ParaView").
 """
 
+import contextlib
 import importlib.util
 import os
 
@@ -158,8 +159,9 @@ _MOVE = _array(
 def _import_meshsmooth():
     # ParaView exports the symbols of a protobuf of its own, and protobuf's C++ implementation for
     # Python (Debian's packages) would bind to them and crash. Wheels have another implementation.
-    if importlib.util.find_spec("google.protobuf.pyext._message") is not None:
-        os.environ.setdefault("PROTOCOL_BUFFERS_PYTHON_IMPLEMENTATION", "python")
+    with contextlib.suppress(ModuleNotFoundError):
+        if importlib.util.find_spec("google.protobuf.pyext._message") is not None:
+            os.environ.setdefault("PROTOCOL_BUFFERS_PYTHON_IMPLEMENTATION", "python")
     import meshsmooth
 
     return meshsmooth
@@ -215,6 +217,9 @@ class _Filter(VTKPythonAlgorithmBase):
     def _call_options(self):
         quality = ["mean_ratio", "scaled_jacobian"] if self._element_quality else None
         options = self._options | {"element_quality": quality, "progress": self._progress}
+        # The server refuses an angle that means nothing.
+        if options.get("boundary") != "slide" and options.get("method") != "optimize":
+            options["feature_angle"] = None
         return {name: value for name, value in options.items() if value is not None}
 
     def _client(self, ms):
