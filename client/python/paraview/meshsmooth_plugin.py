@@ -29,7 +29,9 @@ NO_ARRAY = "(none)"
 
 _INPUT = """
     <InputProperty name="Input" command="SetInputConnection">
-      <ProxyGroupDomain name="groups"><Group name="sources"/><Group name="filters"/></ProxyGroupDomain>
+      <ProxyGroupDomain name="groups">
+        <Group name="sources"/><Group name="filters"/>
+      </ProxyGroupDomain>
       <DataTypeDomain name="input_type" composite_data_supported="0">
         <DataType value="vtkUnstructuredGrid"/><DataType value="vtkPolyData"/>
       </DataTypeDomain>
@@ -56,7 +58,8 @@ def _choice(name, names, default, text, hints=""):
 def _array(name, label, text, of="points", kind="Scalars", none=NO_ARRAY):
     none_string = f'none_string="{none}"' if none else ""
     inside = f"""
-      <ArrayListDomain name="array_list" attribute_type="{kind}" input_domain_name="{of}" {none_string}>
+      <ArrayListDomain name="array_list" attribute_type="{kind}" input_domain_name="{of}"
+                       {none_string}>
         <RequiredProperties><Property name="Input" function="Input"/></RequiredProperties>
       </ArrayListDomain>"""
     return _property("String", name, label, none, text, inside)

@@ -9,9 +9,9 @@ import pathlib
 import sys
 
 import numpy
+from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from paraview import simple
-from vtkmodules.util.numpy_support import vtk_to_numpy
 
 
 def run(step, folder):

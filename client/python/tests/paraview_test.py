@@ -1,6 +1,6 @@
 """The plugin for ParaView, in ParaView's own Python.
 
-    MESHSMOOTH_PVPYTHON  the program pvpython; by default the one in the path
+MESHSMOOTH_PVPYTHON  the program pvpython; by default the one in the path
 """
 
 from __future__ import annotations
