@@ -8,7 +8,7 @@ import vtk
 from vtk.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from verdict import dihedral_angles, volumes  # noqa: E402
+from verdict import dihedral_angles, volumes  # noqa: E402, beside VTK's Verdict
 
 TETRA, HEXAHEDRON = vtk.VTK_TETRA, vtk.VTK_HEXAHEDRON
 # Signs of the corners of a hexahedron in VTK's order.
@@ -82,7 +82,7 @@ def mean_ratios(points, tets):
 
 
 def scaled_jacobians(points, cells):
-    """By Verdict: the least of the corners."""
+    """By VTK's Verdict: the least of the corners."""
     quality = vtk.vtkMeshQuality()
     quality.SetInputData(make_grid(points, cells))
     quality.SetTetQualityMeasureToScaledJacobian()

@@ -120,13 +120,17 @@ def gmsh_model(points, cells):
 
 def gmsh(points, cells, method, count):
     module = gmsh_model(points, cells)
+    old, _ = module.model.mesh.getElementsByType(4)
     with Timer() as timer:
         module.model.mesh.optimize(method, True, count)
     tags, positions, _ = module.model.mesh.getNodes()
     order = numpy.zeros(int(tags.max()) + 1, numpy.int64)
     order[tags] = numpy.arange(len(tags))
-    _, nodes = module.model.mesh.getElementsByType(4)
-    result = positions.reshape(-1, 3), order[nodes.astype(numpy.int64)].reshape(-1, 4)
+    elements, nodes = module.model.mesh.getElementsByType(4)
+    tets = order[nodes.astype(numpy.int64)].reshape(-1, 4)
+    if method == "Netgen":  # in a discrete volume the old elements stay beside the new ones
+        tets = tets[~numpy.isin(elements, old)]
+    result = positions.reshape(-1, 3), tets
     version = module.option.getString("General.Version")
     module.finalize()
     return *result, timer, f"Gmsh {version}"
