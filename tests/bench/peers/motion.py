@@ -111,7 +111,7 @@ def openfoam(points, cells, moved):
         writer.SetInputData(make_grid(points, cells))
         writer.Write()
         log = run("vtkUnstructuredToFoam", str(case / "mesh.vtk"))
-        version = re.search(r"Build\s*:\s*(\S+)", log)[1]
+        version = re.search(r"OPENFOAM=(\d+)", log)[1]
         mesh = case / "constant/polyMesh"
         # The text of the VTK file has fewer digits than the positions.
         write("constant/polyMesh/points", "vectorField", as_list(points))
