@@ -225,4 +225,4 @@ def motions(runner):
 
 
 TABLES = {"cube10k": cube10k, "cube100k": cube100k, "tangled": tangled, "hexahedra": hexahedra,
-          "surfaces": surfaces, "motions": motions}
+          "motions": motions, "surfaces": surfaces}

@@ -94,6 +94,31 @@ def processor():
     return platform.machine()
 
 
+def record(path, name, table, versions):
+    """Replaces a table of the recorded run, or adds it."""
+    old = json.loads(path.read_text()) if path.exists() else {"tables": {}}
+    tables = old["tables"] | {name: table}
+    versions = sorted(versions | set(old.get("versions", ())))
+    order = [*(name for name in cases.TABLES if name in tables),
+             *(name for name in tables if name not in cases.TABLES)]
+    today, commit = datetime.date.today().isoformat(), git("rev-parse", "--short", "HEAD")
+    run = {
+        "title": "meshsmooth beside other mesh optimizers",
+        "machine": f"two shared cores of an {processor()} (CPU backend)",
+        "command": "tests/bench/peers/run.py meshsmooth",
+        "date": today,
+        "commit": commit,
+        "recorded": {"commit": commit, "date": today},
+        "notes": "CPU seconds of one run, user and system: of meshsmooth the whole program with "
+                 "files and embedded server, of the others the optimizer alone, of OpenFOAM "
+                 "moveMesh. Quality by tests/bench/peers/measure.py. "
+                 f"Versions: {', '.join(versions)}.",
+        "versions": versions,
+        "tables": {name: tables[name] for name in order},
+    }
+    path.write_text(json.dumps(run, indent=2, ensure_ascii=False) + "\n")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -102,34 +127,13 @@ def main():
     parser.add_argument("--limit", type=int, default=600, help="CPU seconds of a foreign program")
     parser.add_argument("--output", type=pathlib.Path, default=ROOT / "docs/results/peers.json")
     options = parser.parse_args()
-    old = json.loads(options.output.read_text()) if options.output.exists() else {"tables": {}}
-    tables = dict(old["tables"])
-    versions = set(old.get("versions", ()))
     with tempfile.TemporaryDirectory(prefix="peers-") as folder:
         runner = Runner(options.meshsmooth, folder, options.limit)
         for name in options.only:
-            tables[name] = cases.TABLES[name](runner)
-            for row in tables[name]["rows"]:
+            table = cases.TABLES[name](runner)
+            for row in table["rows"]:
                 print(" | ".join(map(str, row)), flush=True)
-        versions |= runner.versions
-    today = datetime.date.today().isoformat()
-    order = [*(name for name in cases.TABLES if name in tables),
-             *(name for name in tables if name not in cases.TABLES)]
-    run = {
-        "title": "meshsmooth beside other mesh optimizers",
-        "machine": f"two shared cores of an {processor()} (CPU backend)",
-        "command": "tests/bench/peers/run.py meshsmooth",
-        "date": today,
-        "commit": git("rev-parse", "--short", "HEAD"),
-        "recorded": {"commit": git("rev-parse", "--short", "HEAD"), "date": today},
-        "notes": "CPU seconds of one run, user and system: of meshsmooth the whole program with "
-                 "files and embedded server, of the others the optimizer alone, of OpenFOAM "
-                 "moveMesh. Quality by tests/bench/peers/measure.py. "
-                 f"Versions: {', '.join(sorted(versions))}.",
-        "versions": sorted(versions),
-        "tables": {name: tables[name] for name in order},
-    }
-    options.output.write_text(json.dumps(run, indent=2, ensure_ascii=False) + "\n")
+            record(options.output, name, table, runner.versions)
 
 
 if __name__ == "__main__":
