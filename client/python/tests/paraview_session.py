@@ -1,7 +1,8 @@
 """What paraview_test.py has run by ParaView's Python: paraview_session.py PLUGIN STEPS.json FOLDER.
 
 Each step names a filter, its input file, and its properties; the positions and the names of its
-arrays go into FOLDER. With "cancel" the filter is aborted at its first progress event.
+arrays go into FOLDER. With "cancel" the filter is aborted at its first progress event, with "piece"
+it is asked for that piece of two, as on the second process of a pvserver.
 """
 
 import json
@@ -16,6 +17,11 @@ from paraview import simple
 
 def run(step, folder):
     source = simple.OpenDataFile(step["input"])
+    if "piece" in step:  # a reader has nothing but for the first
+        source.UpdatePipeline()
+        mesh = source.GetClientSideObject().GetOutputDataObject(0)
+        source = simple.TrivialProducer()
+        source.GetClientSideObject().SetOutput(mesh)
     one = getattr(simple, step["filter"])(Input=source, **step.get("properties", {}))
     algorithm = one.GetClientSideObject()
     events = []
@@ -26,7 +32,10 @@ def run(step, folder):
             caller.SetAbortExecute(1)
 
     algorithm.AddObserver("ProgressEvent", note)
-    one.UpdatePipeline()
+    if "piece" in step:
+        algorithm.UpdatePiece(step["piece"], 2, 0)
+    else:
+        one.UpdatePipeline()
     output = algorithm.GetOutputDataObject(0)
     points = output.GetPoints()
     if points is not None:
@@ -35,7 +44,7 @@ def run(step, folder):
     return {
         "kind": output.GetClassName(),
         "cells": output.GetNumberOfCells(),
-        "cell_arrays": one.CellData.keys(),
+        "cell_arrays": [] if "piece" in step else one.CellData.keys(),
         "events": events,
         "summary": json.loads(summary.GetValue(0)) if summary else None,
     }

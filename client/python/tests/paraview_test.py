@@ -101,6 +101,13 @@ class Session:
                 "properties": here | {"Goal": "worst"},
                 "cancel": True,
             },
+            {
+                "name": "distributed",
+                "filter": smooth,
+                "input": mesh,
+                "properties": here,
+                "piece": 1,
+            },
             {"name": "broken", "filter": smooth, "input": broken, "properties": here},
             {
                 "name": "nobody",
@@ -196,6 +203,11 @@ def test_abort_cancels_the_job(session: Session) -> None:
     assert found["events"]
     assert found["cells"] == 0
     assert "meshsmooth: cancelled" in session.messages["cancelled"]
+
+
+def test_distributed_meshes_are_refused(session: Session) -> None:
+    assert session.found["distributed"]["cells"] == 0
+    assert "distributed over processes" in session.messages["distributed"]
 
 
 def test_errors_name_what_is_wrong(session: Session) -> None:
