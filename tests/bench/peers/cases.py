@@ -79,55 +79,71 @@ def tangled(runner):
                 "domain's.", ["cube", "--nodes", 10000, "--tangle", 0.3], ours, TETS)
 
 
-HEX_COLUMNS = ["Mesh", "Program", "Inverted", "Scaled Jacobian: worst", "mean",
-               "Height of the first layer", "CPU s"]
+HEX_PROGRAMS = {"mfem": "MFEM, TMOP metric 303, ideal shape",
+                "mfem-reference": "MFEM, TMOP metric 303, shape of the reference",
+                "vtk-constrained": "VTK, vtkConstrainedSmoothingFilter"}
 
 
-def hexahedra(runner):
+def hexahedra(runner, plain, jitter, ours, foreign, row):
+    """Rows of a jittered layer; `row` makes one of (program, positions, elements, CPU seconds)."""
+    reference = runner.generate("reference.vtk", *plain)
+    source = runner.generate("in.vtk", *plain, "--jitter", jitter)
+    points, cells = measure.read(source)
+    rows = [row("before", points, cells, None)]
+    for name, options in ours.items():
+        files = [reference if option == "REFERENCE" else option for option in options]
+        cost = runner.meshsmooth("smooth", source, "-o", runner.file("out.vtk"), "--quiet", *files)
+        rows.append(row(name, measure.read(runner.file("out.vtk"))[0], cells, cost))
+    for program in foreign:
+        extra = [reference] if program == "mfem-reference" else []
+        result = runner.foreign("programs.py", program, source, "OUT", *extra)
+        name = HEX_PROGRAMS[program]
+        rows.append((name, result) if isinstance(result, str)
+                    else row(name, result[0], cells, result[2]))
+    return rows
+
+
+def hex_row(name, moved, cells, cost):
+    found = measure.evaluate_hexahedra(moved, cells)
+    return [name, f"{found['inverted']:,}", digits(found["worst"], 3), digits(found["mean"], 3),
+            None if cost is None else seconds(cost)]
+
+
+def blocks(runner):
     rows = []
-    block = ["layer", "--cells", "16x16x16", "--first", 0.0625, "--growth", 1]
-    layers = ["layer", "--cells", "12x12x20"]
-    for mesh, plain, jitter, foreign in (
-            ("block", block, 0.2, ["mfem", "vtk-constrained"]),
-            ("tangled block", block, 0.4, ["mfem", "vtk-constrained"]),
-            ("layers", layers, 0.3, ["mfem", "mfem-reference", "vtk-constrained"])):
-        reference = runner.generate("reference.vtk", *plain)
-        source = runner.generate("in.vtk", *plain, "--jitter", jitter)
-        wanted, _ = measure.read(reference)
-        points, cells = measure.read(source)
-        # Nodes next to the wall, and the height at which they belong.
-        heights = numpy.unique(wanted[:, 2].round(12))
-        first = numpy.abs(wanted[:, 2] - heights[1]) < 1e-9
-        first[measure.boundary_nodes(cells)] = False
+    for mesh, jitter in (("block", 0.2), ("tangled block", 0.4)):
+        found = hexahedra(runner, ["layer", "--cells", "16x16x16", "--first", 0.0625, "--growth",
+                                   1], jitter, {"meshsmooth": []}, ["mfem", "vtk-constrained"],
+                          hex_row)
+        rows += [[mesh, *row, *[None] * (5 - len(row))] for row in found]
+    return {"caption": "A jittered block of 4,096 hexahedra, and the same with more jitter. "
+            "Inverted: the Jacobian is not positive at one of 125 points.",
+            "columns": ["Mesh", "Program", "Inverted", "Scaled Jacobian: worst", "mean", "CPU s"],
+            "rows": rows}
 
-        def row(name, moved, cost, mesh=mesh, first=first, heights=heights, cells=cells):
-            found = measure.evaluate_hexahedra(moved, cells)
-            ratio = moved[first, 2] / heights[1]
-            share = (f"{digits(100 * ratio.min(), 0)} to {digits(100 * ratio.max(), 0)} %"
-                     if mesh == "layers" else None)
-            return [mesh, name, f"{found['inverted']:,}", digits(found["worst"], 3),
-                    digits(found["mean"], 3), share, None if cost is None else seconds(cost)]
 
-        rows.append(row("before", points, None))
-        ours = {"meshsmooth": []}
-        if mesh == "layers":
-            ours["meshsmooth, `--reference`"] = ["--reference", reference]
-        for name, options in ours.items():
-            cost = runner.meshsmooth("smooth", source, "-o", runner.file("out.vtk"), "--quiet",
-                                     *options)
-            rows.append(row(name, measure.read(runner.file("out.vtk"))[0], cost))
-        names = {"mfem": "MFEM, TMOP metric 303, ideal shape",
-                 "mfem-reference": "MFEM, TMOP metric 303, shape of the reference",
-                 "vtk-constrained": "VTK, vtkConstrainedSmoothingFilter"}
-        for program in foreign:
-            extra = [reference] if program == "mfem-reference" else []
-            result = runner.foreign("programs.py", program, source, "OUT", *extra)
-            rows.append([mesh, names[program], result, *[None] * 4] if isinstance(result, str)
-                        else row(names[program], result[0], result[2]))
-    return {"caption": "Jittered hexahedra (`generate layer --jitter`): a block of 4,096, the same "
-            "with more jitter, and 20 layers on a wall whose first is 0.001 high. Inverted: the "
-            "Jacobian is not positive at one of 125 points. Height of the nodes next to the wall "
-            "against that before the jitter.", "columns": HEX_COLUMNS, "rows": rows}
+def layers(runner):
+    plain = ["layer", "--cells", "12x12x20"]
+    wanted, cells = measure.read(runner.generate("reference.vtk", *plain))
+    height = numpy.unique(wanted[:, 2].round(12))[1]
+    first = numpy.abs(wanted[:, 2] - height) < 1e-9
+    first[measure.boundary_nodes(cells)] = False
+
+    def row(name, moved, cells, cost):
+        ratio = moved[first, 2] / height
+        share = f"{digits(100 * ratio.min(), 0)} to {digits(100 * ratio.max(), 0)} %"
+        *found, cost = hex_row(name, moved, cells, cost)
+        return [*found, share, cost]
+
+    rows = hexahedra(runner, plain, 0.3,
+                     {"meshsmooth": [], "meshsmooth, `--reference`": ["--reference", "REFERENCE"]},
+                     ["mfem", "mfem-reference", "vtk-constrained"], row)
+    return {"caption": "20 jittered layers of 144 hexahedra on a wall, the first 0.001 high "
+            "(`generate layer --jitter 0.3`). Height of the first layer: of its inner nodes, "
+            "against the mesh before the jitter.",
+            "columns": ["Program", "Inverted", "Scaled Jacobian: worst", "mean",
+                        "Height of the first layer", "CPU s"],
+            "rows": [[*row, *[None] * (6 - len(row))] for row in rows]}
 
 
 def surfaces(runner):
@@ -223,5 +239,5 @@ def motions(runner):
                         "CPU s"], "rows": rows}
 
 
-TABLES = {"cube10k": cube10k, "cube100k": cube100k, "tangled": tangled, "hexahedra": hexahedra,
-          "motions": motions, "surfaces": surfaces}
+TABLES = {"cube10k": cube10k, "cube100k": cube100k, "tangled": tangled, "blocks": blocks,
+          "layers": layers, "motions": motions, "surfaces": surfaces}
