@@ -190,7 +190,6 @@ TEST_P(EveryHdf5File, IsReadOrRefusedWithBytesThatAreWrong) {
   const auto victim = std::filesystem::exists(pair) ? pair : path;
   const std::string bytes = bytes_of(victim);
   std::mt19937 random(5);
-  int refused = 0;
   for (int attempt = 0; attempt < 60; ++attempt) {
     std::string changed = bytes;
     for (int count = 0; count < 4; ++count) {
@@ -202,10 +201,8 @@ TEST_P(EveryHdf5File, IsReadOrRefusedWithBytesThatAreWrong) {
       write_mesh_file(scratch_.path("out" + path.extension().string()), file);
     } catch (const Error& error) {
       EXPECT_THAT(error.what(), StartsWith(scratch_.path("").string()));
-      ++refused;
     }
   }
-  EXPECT_LE(refused, 60);
 }
 
 TEST(MedFile, HasGroupsAndFamilies) {
