@@ -100,7 +100,7 @@ class Lookalike:
 
     def __init__(self, case: Case) -> None:
         self.points = case.points
-        self.cells = [types.SimpleNamespace(type=n, data=a) for n, a in case.blocks()]
+        self.cells = [types.SimpleNamespace(type=n, data=a) for n, a in case.meshio_blocks()]
         self.point_data: dict[str, Any] = {"t": np.arange(len(case.points))}
         self.cell_data: dict[str, Any] = {"c": [np.arange(len(b.data)) for b in self.cells]}
         self.cell_sets: dict[str, Any] = {}

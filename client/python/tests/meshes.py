@@ -36,6 +36,11 @@ class Case(NamedTuple):
             blocks[-1][1].append(row)
         return [(name, np.array(rows)) for name, rows in blocks]
 
+    def meshio_blocks(self) -> list[tuple[str, Any]]:
+        """The same with meshio's wedges, whose first triangle looks inward as gmsh's does."""
+        turned = [0, 2, 1, 3, 5, 4]
+        return [(n, a[:, turned] if n == "wedge" else a) for n, a in self.blocks()]
+
     def by_type(self) -> dict[str, Any]:
         names = list(dict.fromkeys(name for name, _ in self.rows))
         return {name: np.array([r for n, r in self.rows if n == name]) for name in names}

@@ -148,7 +148,7 @@ def test_meshio_meshes(client: ms.Client, case: Case) -> None:
     meshio = peer("meshio")
     mesh = meshio.Mesh(
         case.points.copy(),
-        case.blocks(),
+        case.meshio_blocks(),
         point_data={"t": np.arange(len(case.points))},
         cell_data={"c": [np.arange(len(nodes)) for _, nodes in case.blocks()]},
         point_sets={"some": np.array([0, 1])},
@@ -165,6 +165,18 @@ def test_meshio_meshes(client: ms.Client, case: Case) -> None:
     held = client.smooth(mesh, fixed=["some", "first"])
     nodes = np.unique(np.concatenate([[0, 1], *(nodes[0] for _, nodes in case.blocks())]))
     assert (held.points[nodes] == case.points[nodes]).all()
+
+
+def test_wedges_of_meshio(client: ms.Client, tmp_path: pathlib.Path) -> None:
+    meshio = peer("meshio")
+    run_cli("generate", "mixed", "--nodes", "300", "-o", tmp_path / "in.vtu")
+    mesh = meshio.read(tmp_path / "in.vtu")
+    assert any(block.type == "wedge" for block in mesh.cells)
+    assert client.quality(mesh).inverted_element_count == 0
+    meshio.write(tmp_path / "better.vtu", client.smooth(mesh))
+    run_cli("smooth", tmp_path / "in.vtu", "-o", tmp_path / "out.vtu", "--quiet")
+    expected = meshio.read(tmp_path / "out.vtu").points
+    assert_same(meshio.read(tmp_path / "better.vtu").points, expected)
 
 
 def test_trimesh_meshes(client: ms.Client) -> None:

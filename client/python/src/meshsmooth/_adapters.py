@@ -10,12 +10,13 @@ from __future__ import annotations
 import copy
 import dataclasses
 import importlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ._cells import WEDGE_OF_GMSH
 from ._errors import InvalidMesh
 from ._mesh import LazyArrays, Mesh, MeshData
 
@@ -223,14 +224,25 @@ def _annotate_vtk(mesh: Any, name: str, values: NDArray[np.float32]) -> None:
 
 
 def _read_meshio(mesh: Any) -> MeshData:
-    cells = mesh.cells
     return MeshData(
         mesh.points,
-        cells,
+        _meshio_cells(mesh),
         point_data=getattr(mesh, "point_data", None) or {},
         cell_data=_meshio_cell_data(mesh),
         node_sets=_meshio_sets(mesh),
     )
+
+
+def _meshio_cells(mesh: Any) -> Any:
+    """meshio has gmsh's wedges whatever the file, and the other types as VTK has them."""
+
+    def in_order_of_vtk(block: Any) -> Any:
+        if getattr(block, "type", None) != "wedge" or np.shape(block.data)[-1] != len(WEDGE_OF_GMSH):
+            return block
+        return ("wedge", np.asarray(block.data)[:, WEDGE_OF_GMSH])
+
+    cells = mesh.cells
+    return [in_order_of_vtk(block) for block in cells] if isinstance(cells, Sequence) else cells
 
 
 def _meshio_cell_data(mesh: Any) -> LazyArrays:

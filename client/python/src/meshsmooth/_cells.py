@@ -60,6 +60,9 @@ for _kind in _TYPES:
     _SIZES[_kind.vtk] = _kind.node_count
 _SIZES[_POLYGON] = 0
 
+# VTK lets the normal of a wedge's first triangle point out of the wedge, gmsh into it.
+WEDGE_OF_GMSH = [0, 2, 1, 3, 5, 4]
+
 # What is usual for an array of cells without a type; four nodes are a quad or a tetrahedron.
 _BY_WIDTH = {3: "triangle", 5: "pyramid", 6: "wedge", 8: "hexahedron"}
 

@@ -13,6 +13,7 @@ from typing import Any, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
+from ._cells import WEDGE_OF_GMSH
 from ._default import default_client
 from ._errors import InvalidMesh
 from ._mesh import LazyArrays, MeshData
@@ -27,8 +28,7 @@ _TYPES: dict[int, tuple[str, list[int] | None]] = {
     3: ("quad", None),
     4: ("tetra", None),
     7: ("pyramid", None),
-    # VTK lets the normal of a wedge's first triangle point out of the wedge, gmsh into it.
-    6: ("wedge", [0, 2, 1, 3, 5, 4]),
+    6: ("wedge", WEDGE_OF_GMSH),
     5: ("hexahedron", None),
 }
 
