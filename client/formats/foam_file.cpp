@@ -288,10 +288,6 @@ MeshFile read_foam(const path& file) {
 
 void write_foam(const path& target, const MeshFile& file, OutputFiles& files) {
   const auto& content = file.content();
-  if (!content || content->extension != ".foam") {
-    fail("FORMAT_UNKNOWN", target,
-         "only a mesh that was read from OpenFOAM can be written as a case");
-  }
   const path folder = poly_mesh_folder(target);
   const path source = content->files.front().parent_path();
   std::error_code error;

@@ -60,15 +60,16 @@ const Format& writable_format(const path& file) {
 void check_source(const path& file, const path& source) {
   const Format& format = writable_format(file);
   if (!format.only_changed) return;
+  const bool is_extension = source.native().starts_with('.') && !source.has_extension();
   const Format* read = find_format(source);
-  if (read == nullptr) read = find_format(path("x") += source);  // an extension
+  if (read == nullptr && is_extension) read = find_format(path("x") += source);
   if (read != nullptr && read->read == format.read) return;
   fail("FORMAT_UNKNOWN", file,
-       "\"" + extension_of(file) +
+       "\"" + std::string(format.extension) +
            "\" files are written only with the contents of a file of the "
            "same format, of which the coordinates change; written from any are " +
            extensions(
-               [](const Format& other) { return other.write != nullptr && !other.only_changed; }));
+               [](const Format& other) { return other.is_written() && !other.only_changed; }));
 }
 
 /// Throws unless the file can be replaced, or made where there is none.

@@ -25,8 +25,10 @@ std::string read(const fs::path& path) {
 
 /// The literals in the sources that have the form of a reason.
 std::set<std::string> literals() {
-  // Not reasons: what gRPC, the health service and the environment call things.
-  const std::set<std::string> others = {"RST_STREAM", "NOT_SERVING", "STAGE_"};
+  // Not reasons: what gRPC, the health service, the environment and SU2 call things.
+  const std::set<std::string> others = {"RST_STREAM",        "NOT_SERVING", "STAGE_",
+                                        "SOURCE_DATE_EPOCH", "MARKER_TAG",  "MARKER_ELEMS",
+                                        "SEND_RECEIVE",      "SEND_RECV"};
   const std::regex form("\"([A-Z]+(_[A-Z0-9]+)+|INTERNAL|DRAINING)\"");
   std::set<std::string> found;
   for (const char* folder : {"core", "proto/wire", "server", "client"}) {

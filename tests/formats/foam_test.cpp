@@ -149,7 +149,7 @@ TEST_F(Foam, WritesACaseElsewhere) {
   std::filesystem::create_directories(scratch_.path("there/system"));
   for (const path& target : {scratch_.path("there"), scratch_.path("new/"),
                              scratch_.path("a/constant/polyMesh"), scratch_.path("b/b.foam")}) {
-    EXPECT_EQ(error_of([&] { check_writable(target); }).second, "no error") << target;
+    EXPECT_EQ(error_of([&] { check_writable(target, case_); }).second, "no error") << target;
     write_mesh_file(target, file);
     const MeshFile after = read_mesh_file(target);
     EXPECT_TRUE(after.mesh.positions == file.mesh.positions) << target;
@@ -172,7 +172,8 @@ TEST_F(Foam, IsWrittenFromOpenFoamOnly) {
   const auto [reason, text] =
       error_of([&] { write_mesh_file(case_, read_mesh_file(fixture("tetgen.node"))); });
   EXPECT_EQ(reason, "FORMAT_UNKNOWN");
-  EXPECT_THAT(text, HasSubstr("only a mesh that was read from OpenFOAM"));
+  EXPECT_THAT(
+      text, HasSubstr("\".foam\" files are written only with the contents of a file of the same"));
   EXPECT_EQ(error_of([&] { write_mesh_file(scratch_.path("a.obj"), read_mesh_file(case_)); }).first,
             "ELEMENT_NOT_SUPPORTED");
 }
@@ -335,11 +336,12 @@ TEST_F(Foam, NeedsAllItsFiles) {
 
 TEST_F(Foam, KnowsWhereItCannotWrite) {
   put_bytes(scratch_.path("file"), "");
-  EXPECT_EQ(
-      error_of([&] { check_writable(scratch_.path("file") / "constant" / "polyMesh"); }).first,
-      "FILE_NOT_WRITABLE");
+  EXPECT_EQ(error_of([&] {
+              check_writable(scratch_.path("file") / "constant" / "polyMesh", case_);
+            }).first,
+            "FILE_NOT_WRITABLE");
   EXPECT_EQ(error_of([&] { check_writable(scratch_.path("no_case")); }).first, "FORMAT_UNKNOWN");
-  EXPECT_EQ(error_of([&] { check_writable(scratch_.path("no_case/")); }).first, "");
+  EXPECT_EQ(error_of([&] { check_writable(scratch_.path("no_case/"), case_); }).first, "");
   EXPECT_EQ(error_of([&] { check_writable(scratch_.path("file").parent_path()); }).first,
             "FORMAT_UNKNOWN")
       << "a folder that is no case";
