@@ -62,7 +62,7 @@ void read_mixed(const XdmfData& data, const std::filesystem::path& path, const s
     if (number >= 1 && number <= 3 && place < stream.size()) {
       corners = static_cast<std::size_t>(stream[place++]);
     }
-    const CellKind& kind = kind_of(path, grid, type, corners, "number " + std::to_string(number));
+    const CellKind kind = kind_of(path, grid, type, corners, "number " + std::to_string(number));
     if (corners > stream.size() - place) {
       data.fail("the topology of the grid \"" + grid + "\" ends within an element");
     }
@@ -119,7 +119,7 @@ void read_xdmf_cells(XdmfData& data, const std::filesystem::path& path, const Xm
   } else {
     const auto corners = static_cast<std::size_t>(whole_attribute(
         data, topology, "NodesPerElement", static_cast<std::int64_t>(corners_of(vtk_type))));
-    const CellKind& kind = kind_of(path, name, vtk_type, corners, "\"" + type + "\"");
+    const CellKind kind = kind_of(path, name, vtk_type, corners, "\"" + type + "\"");
     const std::vector<std::int64_t> nodes = data.integers(data.item_of(topology));
     if (nodes.size() % corners != 0) {
       data.fail("the topology of the grid \"" + name + "\" has " + std::to_string(nodes.size()) +
