@@ -318,6 +318,19 @@ TEST(XdmfFile, WrittenToAnotherFolderFindsItsOtherFiles) {
   EXPECT_TRUE(std::filesystem::exists(scratch.path("sub/b.h5")));
 }
 
+// The library would read 3.7 GB of a file that ends before.
+TEST(Exodus, RefusesNamesThatAreLongerThanTheFile) {
+  const Scratch scratch;
+  std::string bytes = bytes_of(fixture("assembly.exo"));
+  const std::size_t place = bytes.find("num_nodes");
+  ASSERT_NE(place, std::string::npos);
+  bytes.replace(place - 4, 4, "\xdc\xdc\xdc\xdc");
+  put_bytes(scratch.path("a.exo"), bytes);
+  const auto [reason, text] = test::error_of([&] { (void)read_mesh_file(scratch.path("a.exo")); });
+  EXPECT_EQ(reason, "FILE_TRUNCATED");
+  EXPECT_THAT(text, ::testing::HasSubstr("3705461980 values, which are more than the file holds"));
+}
+
 TEST(Hdf5Formats, RefuseOneAnother) {
   const Scratch scratch;
   put_bytes(scratch.path("a.cgns"), bytes_of(fixture("assembly.med")));
