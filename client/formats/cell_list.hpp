@@ -19,7 +19,8 @@ enum class NodeOrder {
 /// Cells as a format gives them.
 class CellList {
  public:
-  /// `nodes` in the format's order, counted from `first_node`; as many as the cell has.
+  /// `kind` must outlive the list, as those of cells.hpp do. `nodes` in the format's order, counted
+  /// from `first_node`; as many as the cell has.
   void add(const CellKind& kind, NodeOrder order, std::span<const std::int64_t> nodes,
            std::int64_t first_node);
   [[nodiscard]] std::size_t size() const { return kinds_.size(); }

@@ -21,9 +21,9 @@ constexpr auto kTypes =
                                                      {"wedge", kWedgeCell},
                                                      {"hexahedron", kHexahedronCell}});
 
-const CellKind& kind_of(const std::filesystem::path& path, const std::string& grid, int vtk_type,
+const CellKind* kind_of(const std::filesystem::path& path, const std::string& grid, int vtk_type,
                         std::size_t node_count, const std::string& name) {
-  if (const CellKind* kind = find_vtk_cell(vtk_type, node_count)) return *kind;
+  if (const CellKind* kind = find_vtk_cell(vtk_type, node_count)) return kind;
   fail("ELEMENT_NOT_SUPPORTED", path,
        "the grid \"" + grid + "\" has elements of the type " + name +
            "; only linear triangles, quads, tetrahedra, pyramids, wedges and hexahedra can be "
@@ -62,11 +62,12 @@ void read_mixed(const XdmfData& data, const std::filesystem::path& path, const s
     if (number >= 1 && number <= 3 && place < stream.size()) {
       corners = static_cast<std::size_t>(stream[place++]);
     }
-    const CellKind kind = kind_of(path, grid, type, corners, "number " + std::to_string(number));
+    const CellKind* const kind =
+        kind_of(path, grid, type, corners, "number " + std::to_string(number));
     if (corners > stream.size() - place) {
       data.fail("the topology of the grid \"" + grid + "\" ends within an element");
     }
-    cells.add(kind, NodeOrder::vtk, std::span(stream).subspan(place, corners), first_node);
+    cells.add(*kind, NodeOrder::vtk, std::span(stream).subspan(place, corners), first_node);
     place += corners;
   }
 }
@@ -119,14 +120,14 @@ void read_xdmf_cells(XdmfData& data, const std::filesystem::path& path, const Xm
   } else {
     const auto corners = static_cast<std::size_t>(whole_attribute(
         data, topology, "NodesPerElement", static_cast<std::int64_t>(corners_of(vtk_type))));
-    const CellKind kind = kind_of(path, name, vtk_type, corners, "\"" + type + "\"");
+    const CellKind* const kind = kind_of(path, name, vtk_type, corners, "\"" + type + "\"");
     const std::vector<std::int64_t> nodes = data.integers(data.item_of(topology));
     if (nodes.size() % corners != 0) {
       data.fail("the topology of the grid \"" + name + "\" has " + std::to_string(nodes.size()) +
                 " numbers, which is no multiple of " + std::to_string(corners));
     }
     for (std::size_t first = 0; first < nodes.size(); first += corners) {
-      cells.add(kind, NodeOrder::vtk, std::span(nodes).subspan(first, corners), first_node);
+      cells.add(*kind, NodeOrder::vtk, std::span(nodes).subspan(first, corners), first_node);
     }
   }
   const auto count = static_cast<std::int64_t>(cells.size() - before);
