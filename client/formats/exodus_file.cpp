@@ -2,11 +2,11 @@
 #include <set>
 
 #include "cell_list.hpp"
+#include "classic_header.hpp"
 #include "content.hpp"
 #include "exodus_sides.hpp"
 #include "hdf5_file.hpp"
 #include "netcdf_file.hpp"
-#include "netcdf_header.hpp"
 #include "readers.hpp"
 #include "text.hpp"
 
@@ -210,7 +210,7 @@ MeshFile read_exodus(const path& path) {
     // netCDF lists the variables in a way that crashes HDF5 1.10 where the list is damaged.
     (void)Hdf5File(path, content.text).children("/");
   }
-  check_netcdf_header(path, content.text);
+  check_classic_header(path, content.text);
   const NetcdfFile file(path, NetcdfFile::Access::read);
   const auto dataset = std::make_shared<PlainDataset>();
   read_nodes(file, path, content, *dataset);

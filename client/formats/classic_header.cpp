@@ -1,4 +1,4 @@
-#include "netcdf_header.hpp"
+#include "classic_header.hpp"
 
 #include <array>
 #include <cstdint>
@@ -94,7 +94,7 @@ class Header {
 
 }  // namespace
 
-void check_netcdf_header(const std::filesystem::path& path, std::string_view bytes) {
+void check_classic_header(const std::filesystem::path& path, std::string_view bytes) {
   if (bytes.size() < 4 || !bytes.starts_with("CDF")) return;
   if (bytes[3] == 1 || bytes[3] == 2 || bytes[3] == 5) Header(path, bytes).check();
 }

@@ -9,6 +9,6 @@ namespace meshsmooth::formats {
 /// is longer than the file: the library reads for minutes before it sees that. Bytes that begin
 /// in another way are left to the library. Throws FILE_TRUNCATED. O(header).
 /// Source: NetCDF Classic Format Specification, Unidata.
-void check_netcdf_header(const std::filesystem::path& path, std::string_view bytes);
+void check_classic_header(const std::filesystem::path& path, std::string_view bytes);
 
 }  // namespace meshsmooth::formats
