@@ -1,8 +1,11 @@
 #include "classic_header.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <string>
+#include <vector>
 
 #include "text.hpp"
 
@@ -17,18 +20,26 @@ class Header {
 
   void check() {
     skip(4, 1);
-    (void)count();  // of records
-    (void)word();   // the tag of a list
+    const std::uint64_t records = count();
+    (void)word();  // the tag of a list
     repeat(count(), [&] {
       skip_name();
-      (void)count();  // its length
+      lengths_.push_back(count());
     });
     skip_attributes();
     (void)word();
-    repeat(count(), [&] { skip_variable(); });
+    repeat(count(), [&] { read_variable(); });
+    check_variables(records);
   }
 
  private:
+  /// Where its values lie in the file; of one with records, those of the first.
+  struct Variable {
+    std::uint64_t begin;
+    std::uint64_t bytes;
+    bool has_records;
+  };
+
   std::uint64_t number(std::uint64_t width) {
     std::uint64_t value = 0;
     const std::size_t begin = at_;
@@ -71,13 +82,49 @@ class Header {
     });
   }
 
-  void skip_variable() {
+  void read_variable() {
     skip_name();
-    skip(count(), version_ == 5 ? 8 : 4);  // its dimensions
+    Variable variable{.begin = 0, .bytes = 1, .has_records = false};
+    std::uint64_t dimension = 0;
+    repeat(count(), [&] {
+      const std::uint64_t id = count();
+      const std::uint64_t length = id < lengths_.size() ? lengths_[id] : 1;
+      const bool records = dimension++ == 0 && length == 0;
+      variable.has_records = variable.has_records || records;
+      if (!records) variable.bytes = product(variable.bytes, length);
+    });
     skip_attributes();
-    (void)word();                         // its type
-    (void)count();                        // its size
-    (void)number(version_ == 1 ? 4 : 8);  // where it begins
+    variable.bytes = product(variable.bytes, size_of(word()));
+    (void)count();  // its size once more, which need not be right
+    variable.begin = number(version_ == 1 ? 4 : 8);
+    variables_.push_back(variable);
+  }
+
+  /// The library fills up a file whose values it does not hold, to any length, when it writes it.
+  void check_variables(std::uint64_t records) const {
+    const auto with_records = std::ranges::count_if(variables_, &Variable::has_records);
+    std::uint64_t record_bytes = 0;
+    for (const Variable& variable : variables_) {
+      if (!variable.has_records) continue;
+      const std::uint64_t bytes = variable.bytes;
+      record_bytes = sum(record_bytes, with_records == 1 ? bytes : sum(bytes, (4 - bytes % 4) % 4));
+    }
+    for (const auto& [begin, bytes, has_records] : variables_) {
+      if (bytes == 0 || (has_records && records == 0)) continue;
+      const std::uint64_t last = has_records ? product(records - 1, record_bytes) : 0;
+      if (sum(sum(begin, last), bytes) <= bytes_.size()) continue;
+      fail("FILE_TRUNCATED", path_,
+           "the netCDF file ends before the values that its header tells of" +
+               (has_records ? ", of " + std::to_string(records) + " records" : ""));
+    }
+  }
+
+  // Of numbers that the file says: the highest number where the result is beyond it.
+  static std::uint64_t sum(std::uint64_t a, std::uint64_t b) {
+    return a > kMost - b ? kMost : a + b;
+  }
+  static std::uint64_t product(std::uint64_t a, std::uint64_t b) {
+    return b != 0 && a > kMost / b ? kMost : a * b;
   }
 
   /// Of a value; of an unknown type the library says so.
@@ -90,6 +137,10 @@ class Header {
   std::string_view bytes_;
   char version_;
   std::size_t at_ = 0;
+  std::vector<std::uint64_t> lengths_;  // of the dimensions; 0: as many as there are records
+  std::vector<Variable> variables_;
+
+  static constexpr std::uint64_t kMost = std::numeric_limits<std::uint64_t>::max();
 };
 
 }  // namespace
