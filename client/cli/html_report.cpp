@@ -13,6 +13,7 @@
 #include "readable.hpp"
 #include "report/charts.hpp"
 #include "report/encoding.hpp"
+#include "report/limited_elements.hpp"
 #include "report/page.hpp"
 #include "report/scene.hpp"
 #include "report/sections.hpp"
@@ -195,8 +196,10 @@ std::string job_html(const JobInput& input, const std::filesystem::path& output,
                        SurfaceOrientation(topology.view(), before)};
   const auto blocking =
       summary.motion ? summary.motion->blocking_elements : std::vector<std::int64_t>();
-  const auto elements =
-      choose_elements(mesh, kMostShownElements, blocking, fixed_nodes(file, options));
+  const std::vector<std::uint8_t> fixed = fixed_nodes(file, options);
+  auto elements = choose_elements(mesh, kMostShownElements, blocking, fixed);
+  const bool limited = summary.poor && summary.poor->limited_count > 0;
+  const bool told = !limited || mark_limited(mesh, elements, options, fixed);
 
   const std::string history = history_figures(summary.convergence);
   const Content content{
@@ -204,7 +207,8 @@ std::string job_html(const JobInput& input, const std::filesystem::path& output,
           summary.motion ? "meshsmooth: report on a motion" : "meshsmooth: report on a smoothing",
       .heading = file_name(input.path) + " → " + file_name(output),
       .findings = describe_findings(report, options, total_seconds,
-                                    [&](std::int64_t id) { return file.file_element_id(id); }),
+                                    [&](std::int64_t id) { return file.file_element_id(id); }) +
+                  (told ? "" : "which are limited by connectivity is not marked below\n"),
       .before = &summary.quality_before,
       .after = summary.quality_after,
       .history = history.empty() ? ""

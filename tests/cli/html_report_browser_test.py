@@ -118,6 +118,19 @@ class HtmlReportInBrowser(CliTest):
             self.assertIn(f"{worst[0]['mean_ratio']:.4f}", chosen)
         self.check_quiet(report)
 
+    def test_marks_locked_and_limited_elements(self):
+        report = self.open("smooth", self.generate("in.vtu", nodes=500), "-o", self.path("out.vtu"),
+                           "--report-below", "0.75")
+        for mark in ("locked", "limited"):
+            self.assertFalse(self.browser.evaluate(f"byId('{mark}-legend').hidden"))
+        marked = self.picture()
+        self.browser.evaluate("page.report.elements.forEach((e) => { e.limited = false; }), page.setElements()")
+        self.assertNotEqual(self.picture(), marked)
+        self.browser.evaluate(
+            "page.show(page.report.elements.find((e) => { e.limited = !e.locked; return e.limited; }))")
+        self.assertIn("limited by connectivity", self.browser.evaluate(CHOSEN))
+        self.check_quiet(report)
+
     def test_a_click_on_a_surface_tells_its_elements(self):
         report = self.open("quality", self.generate("in.vtu", shape="square", nodes=300))
         self.browser.click(*self.middle())

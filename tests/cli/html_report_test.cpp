@@ -13,7 +13,9 @@
 #include <vector>
 
 #include "html_report.hpp"
+#include "meshsmooth/smoother.hpp"
 #include "report/encoding.hpp"
+#include "report/limited_elements.hpp"
 #include "report/scene.hpp"
 #include "report/shown_elements.hpp"
 #include "report/surface.hpp"
@@ -257,6 +259,90 @@ TEST(HtmlReportElements, AreMarked) {
     EXPECT_EQ((shown.marks & kBlocksMotion) != 0, shown.element == 17);
   }
   EXPECT_EQ(count, locked.element_count);
+}
+
+/// A cube of tetrahedra with disturbed inner nodes, and what a job leaves of it.
+struct Job {
+  explicit Job(SmoothOptions with) : options(std::move(with)), before(cube(5, true)) {
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> way(-0.2, 0.2);
+    for (const NodeId node : find_boundary_nodes(MeshTopology(before).view())) fixed[at(node)] = 1;
+    for (std::size_t n = 0; n < fixed.size(); ++n) {
+      if (fixed[n] != 0) continue;
+      std::get<std::vector<Vec3d>>(before.positions)[n] += Vec3d{way(random), way(random), 0};
+    }
+    after = before;
+    poor = make_smoother("cpu")->smooth(after, options).poor.value();
+    drawn.positions = after.positions_view();
+    drawn.before = before.positions_view();
+  }
+  static std::size_t at(NodeId node) { return static_cast<std::size_t>(node); }
+  [[nodiscard]] std::vector<ShownElement> elements() const {
+    return choose_elements(drawn, 10'000, {}, fixed);
+  }
+
+  SmoothOptions options;
+  Mesh before, after;
+  std::vector<std::uint8_t> fixed = std::vector<std::uint8_t>(before.node_count());
+  PoorElements poor;
+  MeshTopology topology{before};
+  DrawnMesh drawn{topology.view(), {}, {}, {}};
+};
+
+TEST(HtmlReportElements, AreMarkedAsLimitedWhereTheJobCountsThem) {
+  // The regular lattice, the optimum, has 0.84.
+  for (const Target target : {Target::automatic, Target::ideal}) {
+    const Job job({.method = Optimize{.target = target},
+                   .max_iterations = 200,
+                   .tolerance = {.value = 1e-9},
+                   .report_below = 0.85});
+    auto elements = job.elements();
+    ASSERT_EQ(elements.size(), job.after.element_count());
+    EXPECT_TRUE(mark_limited(job.drawn, elements, job.options, job.fixed));
+    std::int64_t locked = 0, limited = 0;
+    for (const ShownElement& shown : elements) {
+      const bool poor = shown.measure.mean_ratio < job.options.report_below;
+      locked += poor && (shown.marks & kLocked) != 0;
+      limited += (shown.marks & kLimited) != 0;
+      EXPECT_TRUE(poor || (shown.marks & kLimited) == 0);
+    }
+    EXPECT_GT(limited, 0);
+    EXPECT_EQ(locked, job.poor.locked_count);
+    EXPECT_EQ(limited, job.poor.limited_count);
+  }
+}
+
+TEST(HtmlReportElements, AreNotLimitedWhereANodeGainsByAMove) {
+  const Job job({.max_iterations = 0, .report_below = 0.85});
+  auto elements = job.elements();
+  EXPECT_TRUE(mark_limited(job.drawn, elements, job.options, job.fixed));
+  const auto limited = std::ranges::count_if(
+      elements, [](const ShownElement& shown) { return (shown.marks & kLimited) != 0; });
+  EXPECT_LT(limited, job.poor.element_count / 4);
+  EXPECT_NEAR(static_cast<double>(limited), static_cast<double>(job.poor.limited_count),
+              0.02 * static_cast<double>(job.poor.element_count))
+      << "in the job's own sweep nodes have moved before";
+}
+
+TEST(HtmlReportElements, AreNotMarkedAsLimitedWhereMoreThanTheirBallsCounts) {
+  Job job({.max_iterations = 20, .report_below = 0.85});
+  auto elements = job.elements();
+  const auto is_told = [&](SmoothOptions options) {
+    options.report_below = 0.85;
+    return mark_limited(job.drawn, elements, options, job.fixed);
+  };
+  EXPECT_FALSE(is_told({.method = Optimize{.target = Target::input}}));
+  EXPECT_FALSE(is_told({.method = Optimize{.stay = 1}}));
+  EXPECT_FALSE(is_told({.boundary = BoundaryPolicy::slide}));
+  EXPECT_FALSE(is_told({.movement_limit = MovementLimit{.value = 1}}));
+  EXPECT_FALSE(is_told({.only_below = OnlyBelow{.quality = 0.5}}));
+  for (const ShownElement& shown : elements) EXPECT_FALSE(shown.marks & kLimited);
+
+  const Mesh boxes = cube(2, false);
+  const MeshTopology topology(boxes);
+  std::vector<ShownElement> none;
+  const DrawnMesh drawn{topology.view(), boxes.positions_view(), std::nullopt, {}};
+  EXPECT_FALSE(mark_limited(drawn, none, {.report_below = 0.85}, {}));
 }
 
 TEST(HtmlReportScene, HoldsIdsAndPositions) {

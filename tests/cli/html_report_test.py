@@ -1,5 +1,6 @@
 """Reports in HTML: complete in themselves, small, and safe whatever files are called."""
 
+import base64
 import html.parser
 import json
 import re
@@ -9,6 +10,7 @@ from pathlib import Path
 from programs import BAD_MESH, CLI, FAILED, USAGE, CliTest, main, vtk_text
 
 INCOMPLETE = 6
+LIMITED = 128  # the highest bit of an element's marks
 
 OUTSIDE = re.compile(r"""https?:|\bsrc\s*=|\bhref\s*=|url\(|@import|(["'(]|=\s*)//\w""", re.IGNORECASE)
 
@@ -114,6 +116,22 @@ class HtmlReport(CliTest):
         self.assertRegex(page.all_text(), r"Valid, but only [\d.]+ % of the motion is reached")
         self.assertIn("a step further 1 element would be inverted", page.all_text().lower())
         self.assertIn("blocks the motion", page.all_text())
+
+    def test_marks_the_elements_that_are_limited_by_connectivity(self):
+        mesh = self.generate("in.vtu", nodes=300)  # all its elements are shown
+        options = ["--report-below", "0.75", "--report", self.path("out.json")]
+        page = self.smooth(mesh, *options)
+        poor = json.loads(Path(self.path("out.json")).read_text())["poor"]
+        marks = base64.b64decode(page.data["elements"]["marks"])
+        limited, expected = sum(mark >= LIMITED for mark in marks), int(poor["limited_count"])
+        self.assertGreater(limited, 0)
+        self.assertLess(abs(limited - expected), 0.05 * expected)
+        self.assertIn("limited", page.texts["td"])
+
+        page = self.smooth(mesh, *options, "--boundary", "slide")
+        self.assertIn("limited by connectivity is not marked", page.all_text())
+        self.assertFalse(any(mark >= LIMITED
+                             for mark in base64.b64decode(page.data["elements"]["marks"])))
 
     def test_names_elements_as_the_file_does(self):
         points = "\n".join(f"{100 + n} {x} {y} {z}" for n, (x, y, z) in enumerate(

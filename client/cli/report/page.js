@@ -44,7 +44,7 @@ class Report {
       const has = (bit) => (marks[index] & bit) !== 0;
       return {index, id: ids[index], type, nodes: own, nodeIds: own.map((node) => nodeIds[node]),
               meanRatio: {before: q0, after: q1}, scaledJacobian: {before: s0, after: s1},
-              locked: has(1), blocks: has(2), notMoved: has(4),
+              locked: has(1), blocks: has(2), notMoved: has(4), limited: has(128),
               inverted: {before: has(8), after: has(16)}, degenerate: {before: has(32), after: has(64)}};
     });
   }
@@ -93,7 +93,7 @@ class Report {
   elementLayer(elements, state) {
     const position = [], quality = [], item = [], edges = [];
     for (const element of elements) {
-      const marks = (element.locked ? 8 : 0) | (element.blocks ? 16 : 0);
+      const marks = (element.locked ? 8 : 0) | (element.blocks ? 16 : 0) | (element.limited ? 32 : 0);
       const value = element.inverted[state] ? -1 : Math.max(0, element.meanRatio[state]);
       const triangle = (a, b, c, sides) => {
         for (const node of [a, b, c]) {
@@ -138,6 +138,7 @@ function describeElement(report, element, state) {
                 ["Nodes", element.nodeIds.join(", ")]];
   if (report.scene.hasBefore) rows.push(["Largest move", number(report.largestMove(element))]);
   const marks = [element.locked && "locked: all its nodes are fixed", element.blocks && "would be inverted by a longer step",
+                 element.limited && "limited by connectivity: no move of one of its nodes would help",
                  !element.locked && element.notMoved && report.scene.hasBefore && "none of its nodes moved"].filter(Boolean);
   if (marks.length) rows.push(["Note", marks.join("; ")]);
   showChosen(`Element ${element.id}`, rows);
@@ -168,7 +169,7 @@ class Page {
     this.ranks = {before: report.ranked("before"), after: report.ranked("after")};
     this.chosen = null;
     byId("state").hidden = !hasBefore;
-    byId("locked-legend").hidden = !report.elements.some((element) => element.locked);
+    for (const mark of ["locked", "limited"]) byId(`${mark}-legend`).hidden = !report.elements.some((element) => element[mark]);
     byId("inverted-colour").style.background = rgb(INVERTED);
     byId("ramp").style.background = `linear-gradient(to right, ${RAMP.map(rgb)})`;
     byId("count").max = report.elements.length;

@@ -12,6 +12,8 @@ namespace meshsmooth::cli {
 namespace {
 
 constexpr std::size_t kTableRows = 20;
+constexpr std::pair<ElementMark, const char*> kMarkTexts[] = {
+    {kLocked, "locked"}, {kLimited, "limited"}, {kBlocksMotion, "blocks the motion"}};
 
 const MetricStats* find_stats(const QualityStats* stats, QualityMetric metric) {
   if (stats == nullptr) return nullptr;
@@ -120,9 +122,9 @@ std::string worst_html(const DrawnMesh& mesh, std::span<const ShownElement> elem
       centre += (1.0 / count) * position_of(mesh.positions, shown.nodes[n]);
     }
     std::string note = condition(shown.measure);
-    if (shown.marks & kLocked) note += note.empty() ? "locked" : ", locked";
-    if (shown.marks & kBlocksMotion)
-      note += note.empty() ? "blocks the motion" : ", blocks the motion";
+    for (const auto& [mark, text] : kMarkTexts) {
+      if (shown.marks & mark) note += (note.empty() ? "" : ", ") + std::string(text);
+    }
     const std::int64_t id = file.file_element_id(static_cast<std::int64_t>(shown.element));
     html += fmt::format(
         R"(<tr><td><button type="button" data-element="{}">{}</button></td><td class="text">{}</td>{}{}<td>{:.5g}, {:.5g}, {:.5g}</td><td class="text">{}</td></tr>)",

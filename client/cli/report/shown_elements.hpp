@@ -23,6 +23,7 @@ enum ElementMark : std::uint8_t {
   kLocked = 1,        // all its nodes are fixed
   kBlocksMotion = 2,  // a longer step would invert it
   kNotMoved = 4,      // all its nodes lie where they were
+  kLimited = 128,     // by connectivity: see `PoorElements`; the bits between are states
 };
 
 struct ShownElement {

@@ -2,7 +2,6 @@
 
 const RAMP = [[165, 0, 38], [244, 109, 67], [254, 224, 144], [116, 173, 209], [49, 54, 149]];
 const INVERTED = [214, 0, 147];
-const MARK_LOCKED = 1, MARK_BLOCKS = 2;
 const rgb = (c) => `rgb(${c.join(" ")})`;
 
 const VERTEX_SHADER = `#version 300 es
@@ -53,6 +52,7 @@ void main() {
     base = value < 0.0 ? inverted : mix(ramp[low], ramp[low + 1], t - float(low));
   }
   if ((sides & 8u) != 0u && mod(gl_FragCoord.x + gl_FragCoord.y, 9.0) < 2.5) base *= 0.25;
+  if ((sides & 32u) != 0u && all(lessThan(mod(gl_FragCoord.xy, 9.0), vec2(3.0)))) base *= 0.25;
   if ((sides & 16u) != 0u && mod(gl_FragCoord.x - gl_FragCoord.y, 9.0) < 2.5) base = vec3(1.0);
   vec3 normal = normalize(cross(dFdx(seen), dFdy(seen)));
   float facing = abs(dot(normal, normalize(seen)));
