@@ -77,27 +77,40 @@ class Header {
     (void)word();
     repeat(count(), [&] {
       skip_name();
-      const std::uint64_t type = word();
-      skip_padded(count(), size_of(type));
+      const std::uint64_t size = size_of(word());
+      skip_padded(count(), size == 0 ? 1 : size);
     });
   }
 
   void read_variable() {
     skip_name();
     Variable variable{.begin = 0, .bytes = 1, .has_records = false};
-    std::uint64_t dimension = 0;
+    bool first = true;
     repeat(count(), [&] {
       const std::uint64_t id = count();
       const std::uint64_t length = id < lengths_.size() ? lengths_[id] : 1;
-      const bool records = dimension++ == 0 && length == 0;
-      variable.has_records = variable.has_records || records;
-      if (!records) variable.bytes = product(variable.bytes, length);
+      // The library divides by the product of the lengths.
+      if (length == 0 && !first) refuse("has records in a dimension that is not its first");
+      if (length == 0) {
+        variable.has_records = true;
+      } else {
+        variable.bytes = product(variable.bytes, length);
+      }
+      first = false;
     });
     skip_attributes();
-    variable.bytes = product(variable.bytes, size_of(word()));
+    const std::uint64_t size = size_of(word());
+    if (size == 0) refuse("has an unknown type");
+    variable.bytes = product(variable.bytes, size);
     (void)count();  // its size once more, which need not be right
     variable.begin = number(version_ == 1 ? 4 : 8);
     variables_.push_back(variable);
+  }
+
+  [[noreturn]] void refuse(const std::string& what) const {
+    fail("FORMAT_ERROR", path_,
+         "a variable in the header of the netCDF file, before byte " + std::to_string(at_) + ", " +
+             what);
   }
 
   /// The library fills up a file whose values it does not hold, to any length, when it writes it.
@@ -127,10 +140,10 @@ class Header {
     return b != 0 && a > kMost / b ? kMost : a * b;
   }
 
-  /// Of a value; of an unknown type the library says so.
+  /// Of a value; 0: there is no such type.
   static std::uint64_t size_of(std::uint64_t type) {
-    constexpr std::array<std::uint64_t, 12> kSizes = {1, 1, 1, 2, 4, 4, 8, 1, 2, 4, 8, 8};
-    return type < kSizes.size() ? kSizes[type] : 1;
+    constexpr std::array<std::uint64_t, 12> kSizes = {0, 1, 1, 2, 4, 4, 8, 1, 2, 4, 8, 8};
+    return type < kSizes.size() ? kSizes[type] : 0;
   }
 
   const std::filesystem::path& path_;

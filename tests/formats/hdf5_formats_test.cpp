@@ -260,6 +260,31 @@ TEST(ExodusFile, IsRefusedWhereItTellsOfMoreRecordsThanItHolds) {
   EXPECT_THAT(text, HasSubstr("ends before the values that its header tells of, of 2139062143"));
 }
 
+// netCDF 4.9 divides by zero as it opens them.
+TEST(ExodusFile, IsRefusedWhereAVariableHasNoSize) {
+  const Scratch scratch;
+  const auto path = scratch.path("in.exo");
+  const std::string bytes = bytes_of(fixture("assembly.exo"));
+  const auto error_with = [&](std::size_t at, char byte) {
+    std::string changed = bytes;
+    changed[at] = byte;
+    put_bytes(path, changed);
+    return error_of([&] { (void)read_mesh_file(path); });
+  };
+  // "coordx", which is padded to 8 bytes: how many dimensions, which, no attributes, type.
+  const std::size_t name = bytes.find("coordx");
+  ASSERT_EQ(bytes[name + 11], 1) << "one dimension";
+  EXPECT_THAT(error_with(name + 8 + 4 + 4 + 8 + 3, 0).second, HasSubstr("has an unknown type"));
+  // "connect1", of the elements and their nodes.
+  const std::size_t nodes = bytes.find("connect1");
+  ASSERT_EQ(bytes[nodes + 11], 2) << "two dimensions";
+  const std::size_t steps = bytes.find("time_step");
+  ASSERT_NE(steps, std::string::npos);
+  const auto [reason, text] = error_with(nodes + 8 + 4 + 4 + 3, 8);  // time_step
+  EXPECT_EQ(reason, "FORMAT_ERROR");
+  EXPECT_THAT(text, HasSubstr("has records in a dimension that is not its first"));
+}
+
 TEST(XdmfFile, HasMeshiosArrays) {
   const MeshFile file = read_mesh_file(fixture("mixed_meshio.xdmf"));
 
