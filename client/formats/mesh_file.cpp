@@ -177,7 +177,7 @@ MeshFile read_mesh_file(const path& file) {
   std::error_code error;
   if (!std::filesystem::exists(file, error)) fail("FILE_NOT_FOUND", file, "there is no such file");
   const Format* format = find_format(file);
-  const bool is_case = format != nullptr && format->read == read_foam;
+  const bool is_case = format != nullptr && format->is_case;
   if (std::filesystem::is_directory(file, error) && !is_case) {
     fail("FILE_NOT_READABLE", file, "this is a folder, and no OpenFOAM case");
   }
@@ -193,7 +193,7 @@ MeshFile read_mesh_file(const path& file) {
 
 void check_writable(const path& file, const path& source) {
   check_source(file, source);
-  if (writable_format(file).write_all == write_foam) {
+  if (writable_format(file).is_case) {
     check_case_writable(file);
     return;
   }

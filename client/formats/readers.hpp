@@ -63,7 +63,7 @@ void write_xdmf(const std::filesystem::path& target, const MeshFile& file, Outpu
 /// is what this build would need to know it, where it does not. `cell_arrays`: the
 /// writer writes `MeshFile::element_quality`. `write_all`, where one file does not hold all,
 /// takes the place of `write`. `only_changed`: a file is written from one that was read in the same
-/// format only.
+/// format only. `is_case`: a path names an OpenFOAM case, be it a folder (`poly_mesh_folder`).
 struct Format {
   std::string_view extension;
   MeshFile (*read)(const std::filesystem::path&);
@@ -72,6 +72,7 @@ struct Format {
   bool cell_arrays = false;
   void (*write_all)(const std::filesystem::path&, const MeshFile&, OutputFiles&) = nullptr;
   bool only_changed = false;
+  bool is_case = false;
 
   [[nodiscard]] constexpr bool is_written() const {
     return write != nullptr || write_all != nullptr;
@@ -119,6 +120,8 @@ constexpr Format exodus_format(std::string_view extension) {
 }
 #endif
 
+inline constexpr Format kFoam = {".foam", read_foam, nullptr, {}, false, write_foam, true, true};
+
 /// All formats; a new one is one more row.
 ///
 ///   extension    library  precision  carries besides the mesh
@@ -155,7 +158,7 @@ inline constexpr auto kFormats =
                            gmsh_format(".nas"),
                            several_files(".inp", read_abaqus, write_abaqus),
                            {".su2", read_su2, write_su2},
-                           several_files(".foam", read_foam, write_foam, true),
+                           kFoam,
                            several_files(".node", read_tetgen, write_tetgen_pair),
                            several_files(".ele", read_tetgen, write_tetgen_pair),
                            kMed,
