@@ -133,9 +133,6 @@ std::string server_page(const Command& server, const ManPageFacts& base) {
 /// FOLDER/man1, man8 and, as the shells look for them, bash, zsh and fish.
 void write_manual(const fs::path& folder, const Command& client, const Command& server,
                   const ManPageFacts& facts) {
-  for (const char* name : {"man1", "man8", "bash", "zsh", "fish"}) {
-    fs::create_directories(folder / name);
-  }
   write_text_file(folder / "man1" / (man_page_name(client) + ".1"), client_page(client, facts));
   for (const Command& command : client.commands) {
     write_text_file(folder / "man1" / (man_page_name(command) + ".1"), client_page(command, facts));

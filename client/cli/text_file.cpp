@@ -1,62 +1,39 @@
 #include "text_file.hpp"
 
-#include <fmt/format.h>
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstring>
-#include <fstream>
-#include <string>
-#include <system_error>
-
 #include "meshsmooth/error.hpp"
+#include "output_files.hpp"
+#include "text.hpp"
 
 namespace meshsmooth::cli {
 namespace {
 
 namespace fs = std::filesystem;
 
-[[noreturn]] void fail(const fs::path& path, const std::string& cause) {
-  throw Error("FILE_NOT_WRITABLE", path.string() + ": cannot be written: " + cause,
-              {{"path", path.string()}});
-}
-
-/// A name beside `path`, so that the rename stays in one file system.
-fs::path temporary_beside(const fs::path& path) {
-  return path.parent_path() / fmt::format(".{}.{}.part", path.filename().string(), ::getpid());
-}
-
-/// Writes all of it beside `path`. Errors name `path`.
-fs::path write_temporary(const fs::path& path, std::string_view text) {
-  const fs::path temporary = temporary_beside(path);
-  errno = 0;
-  std::ofstream stream(temporary, std::ios::binary);
-  stream.write(text.data(), static_cast<std::streamsize>(text.size()));
-  stream.close();
-  std::error_code ignored;
-  if (!stream) {
-    const int cause = errno;
-    fs::remove(temporary, ignored);
-    fail(path, cause != 0 ? std::strerror(cause) : "unknown cause");
+/// Writes all of it under another name. Errors name `path`.
+void write_partial(formats::OutputFiles& files, const fs::path& path, std::string_view text) {
+  try {
+    formats::write_bytes(files.add(path), text);
+  } catch (const Error& error) {
+    formats::fail(error.reason(), path, files.without_partial_name(error.what()));
   }
-  return temporary;
 }
 
 }  // namespace
 
 void check_text_file_writable(const fs::path& path) {
-  if (fs::is_directory(path)) fail(path, "it is a folder");
-  fs::remove(write_temporary(path, ""));
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  if (fs::is_directory(path)) formats::fail("FILE_NOT_WRITABLE", path, "this is a folder");
+  if (!fs::is_directory(folder)) {
+    formats::fail("FILE_NOT_WRITABLE", path, "there is no folder " + folder.string());
+  }
+  formats::OutputFiles files;  // removed at the end, for it was not given its name
+  write_partial(files, path, "");
 }
 
 void write_text_file(const fs::path& path, std::string_view text) {
-  const fs::path temporary = write_temporary(path, text);
-  std::error_code error, ignored;
-  fs::rename(temporary, path, error);
-  if (error) {
-    fs::remove(temporary, ignored);
-    fail(path, error.message());
-  }
+  formats::OutputFiles files;
+  write_partial(files, path, text);
+  files.commit();
 }
 
 }  // namespace meshsmooth::cli

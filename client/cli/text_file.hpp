@@ -9,8 +9,8 @@ namespace meshsmooth::cli {
 /// Leaves nothing behind.
 void check_text_file_writable(const std::filesystem::path& path);
 
-/// Replaces `path` when all has been written, never before. Throws `Error`
-/// (FILE_NOT_WRITABLE).
+/// Replaces `path` when all has been written, never before; makes its folder where there is none.
+/// Throws `Error` (FILE_NOT_WRITABLE).
 void write_text_file(const std::filesystem::path& path, std::string_view text);
 
 }  // namespace meshsmooth::cli
