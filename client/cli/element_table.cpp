@@ -11,6 +11,7 @@
 #include "cells.hpp"
 #include "npz_file.hpp"
 #include "readable.hpp"
+#include "report/shown_elements.hpp"
 #include "text_file.hpp"
 
 namespace meshsmooth::cli {
@@ -19,27 +20,18 @@ namespace {
 constexpr std::string_view kAll = "all";
 constexpr std::array<std::string_view, 3> kStateNames = {"valid", "degenerate", "inverted"};
 
-/// Type and centre (the mean of the nodes) of the elements, in the mesh's order.
+/// Type and centre of the elements, in the mesh's order.
 struct Places {
   std::vector<ElementType> types;
   std::vector<Vec3d> centres;
 
   explicit Places(const Mesh& mesh) {
-    std::visit([&](const auto& positions) { add(mesh, positions); }, mesh.positions);
-  }
-
- private:
-  template <class Position>
-  void add(const Mesh& mesh, const std::vector<Position>& positions) {
+    const PositionsView positions = mesh.positions_view();
     for (const ElementBlock& block : mesh.blocks) {
       const auto width = static_cast<std::size_t>(element_shape(block.type).node_count);
       for (std::size_t at = 0; at < block.nodes.size(); at += width) {
-        Vec3d sum{};
-        for (const NodeId node : std::span(block.nodes).subspan(at, width)) {
-          sum += vec3_cast<double>(positions[static_cast<std::size_t>(node)]);
-        }
         types.push_back(block.type);
-        centres.push_back((1.0 / static_cast<double>(width)) * sum);
+        centres.push_back(centre_of(positions, std::span(block.nodes).subspan(at, width)));
       }
     }
   }

@@ -116,11 +116,8 @@ std::string worst_html(const DrawnMesh& mesh, std::span<const ShownElement> elem
       return (two ? fmt::format("<td>{:.4f}</td>", shown.before.*value) : "") +
              fmt::format("<td>{:.4f}</td>", shown.measure.*value);
     };
-    Vec3d centre{0, 0, 0};
-    const int count = element_shape(shown.type).node_count;
-    for (int n = 0; n < count; ++n) {
-      centre += (1.0 / count) * position_of(mesh.positions, shown.nodes[n]);
-    }
+    const auto node_count = static_cast<std::size_t>(element_shape(shown.type).node_count);
+    const Vec3d centre = centre_of(mesh.positions, {shown.nodes, node_count});
     std::string note = condition(shown.measure);
     for (const auto& [mark, text] : kMarkTexts) {
       if (shown.marks & mark) note += (note.empty() ? "" : ", ") + std::string(text);

@@ -92,6 +92,12 @@ Vec3d position_of(const PositionsView& positions, NodeId node) {
       positions);
 }
 
+Vec3d centre_of(const PositionsView& positions, std::span<const NodeId> nodes) {
+  Vec3d sum{};
+  for (const NodeId node : nodes) sum += position_of(positions, node);
+  return (1.0 / static_cast<double>(nodes.size())) * sum;
+}
+
 std::vector<ShownElement> choose_elements(const DrawnMesh& mesh, std::size_t count,
                                           std::span<const std::int64_t> blocking,
                                           std::span<const std::uint8_t> fixed) {

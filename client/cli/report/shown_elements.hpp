@@ -46,5 +46,7 @@ struct ShownElement {
 
 /// @returns the position of a node in double
 [[nodiscard]] Vec3d position_of(const PositionsView& positions, NodeId node);
+/// @returns the mean of the positions of an element's nodes
+[[nodiscard]] Vec3d centre_of(const PositionsView& positions, std::span<const NodeId> nodes);
 
 }  // namespace meshsmooth::cli
