@@ -4,7 +4,7 @@
 #include "smooth/cuda/sweeps/optimize.hpp"
 #include "smooth/cuda/sweeps/sweeps.cuh"
 #include "smooth/cuda/topology/colouring.cuh"
-#include "smooth/cuda/topology/prepare.cuh"
+#include "smooth/cuda/topology/prepared.cuh"
 #include "smooth/steps/backend.hpp"
 
 namespace meshsmooth::detail {
@@ -38,10 +38,12 @@ class CudaBackend {
   template <class Real>
   using Job = JobMesh<CudaExecutor, Real>;
 
-  /// The caller's mesh must outlive the object.
+  /// `prepared`: what is known of the topology, or null. The caller's mesh must outlive the object.
   CudaBackend(CudaExecutor& executor, const TopologyView& topology, PositionsView positions,
-              QualityDetail quality_detail)
-      : executor_(executor), evaluator_(executor, topology, positions, quality_detail) {}
+              QualityDetail quality_detail, const CudaPreparedTopology* prepared = nullptr)
+      : executor_(executor),
+        evaluator_(executor, topology, positions, quality_detail),
+        prepared_(prepared) {}
 
   [[nodiscard]] CudaExecutor& executor() { return executor_; }
 
@@ -50,7 +52,9 @@ class CudaBackend {
                                   std::span<const Vec3<Real>> positions,
                                   const SmoothOptions& options, const JobControl& control,
                                   StageTimes& times) {
-    return prepare_job(executor_, topology, positions, options, control, times);
+    return prepared_ != nullptr
+               ? prepare_job(executor_, *prepared_, topology, positions, options, control, times)
+               : prepare_job(executor_, topology, positions, options, control, times);
   }
 
   [[nodiscard]] Colouring<CudaExecutor> colour(const Surroundings& around,
@@ -108,6 +112,7 @@ class CudaBackend {
  private:
   CudaExecutor& executor_;
   CudaEvaluator evaluator_;
+  const CudaPreparedTopology* prepared_;
   std::int64_t* moved_ = nullptr;  // once the caller's order is restored
 };
 

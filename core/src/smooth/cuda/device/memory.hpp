@@ -96,6 +96,13 @@ class DeviceBuffer {
     memory.count.add(size * sizeof(T));
   }
 
+  /// The same memory, owned by this buffer, which must outlive that one.
+  [[nodiscard]] DeviceBuffer borrow() const {
+    DeviceBuffer borrowed;
+    borrowed.data_ = {data_.get(), Release{size()}};
+    return borrowed;
+  }
+
   [[nodiscard]] T* data() { return data_.get(); }
   [[nodiscard]] const T* data() const { return data_.get(); }
   [[nodiscard]] std::size_t size() const { return data_ ? data_.get_deleter().size : 0; }
@@ -103,10 +110,11 @@ class DeviceBuffer {
  private:
   struct Release {
     std::size_t size = 0;
-    DevicePool* pool = nullptr;
+    DevicePool* pool = nullptr;  // null: borrowed
     ByteCount* count = nullptr;
 
     void operator()(T* data) const noexcept {
+      if (pool == nullptr) return;
       count->subtract(size * sizeof(T));
       pool->release(data, size * sizeof(T));
     }

@@ -44,6 +44,34 @@ class CudaSmoother final : public Smoother {
   using Smoother::smooth;
   SmoothSummary smooth(const TopologyView& topology, PositionsSpan positions,
                        const SmoothOptions& options, const JobControl& control) override {
+    return run(topology, positions, options, control, nullptr);
+  }
+
+  [[nodiscard]] MemoryEstimate estimate_prepared(const MeshSize& size) const override {
+    return {0, prepared_device_bytes(size)};
+  }
+
+  [[nodiscard]] std::shared_ptr<const PreparedTopology> prepare(
+      const TopologyView& topology, const JobControl& control) override {
+    validate_sizes(topology);
+    refuse_too_large(topology);
+    use_device(lane_.device());
+    const Interrupt interrupt(control);
+    CudaExecutor executor(lane_, interrupt);
+    executor.check();
+    return prepare_topology(executor, topology, control);
+  }
+
+  SmoothSummary smooth(const PreparedTopology& prepared, PositionsSpan positions,
+                       const SmoothOptions& options, const JobControl& control) override {
+    return run(prepared.topology, positions, options, control,
+               &dynamic_cast<const CudaPreparedTopology&>(prepared));
+  }
+
+ private:
+  SmoothSummary run(const TopologyView& topology, PositionsSpan positions,
+                    const SmoothOptions& options, const JobControl& control,
+                    const CudaPreparedTopology* prepared) {
     validate(options);
     validate_sizes(topology, as_view(positions));
     validate_arrays(topology, options);
@@ -54,7 +82,8 @@ class CudaSmoother final : public Smoother {
           const Interrupt interrupt(control);
           CudaExecutor executor(lane_, interrupt);
           executor.check();
-          CudaBackend steps(executor, of_job.view(), as_view(positions), options.quality_detail);
+          CudaBackend steps(executor, of_job.view(), as_view(positions), options.quality_detail,
+                            prepared);
           SmoothSummary summary = run_pipeline(steps, of_job.view(), span, options, control);
           summary.backend = backend();
           summary.device_name = device_name_;
@@ -64,7 +93,6 @@ class CudaSmoother final : public Smoother {
         positions);
   }
 
- private:
   std::string name_;
   std::string device_name_;
   CudaLane lane_;
