@@ -90,6 +90,17 @@ bool TopologyCache::make_room(std::int64_t bytes) {
   return true;
 }
 
+std::optional<Reservation> TopologyCache::reserve(int device, MemoryEstimate bytes) {
+  if (!make_room(bytes.host_bytes + bytes.device_bytes)) return std::nullopt;
+  for (;;) {
+    try {
+      return budget_.reserve_on(device, bytes);
+    } catch (const OutOfMemory& error) {
+      if (error.reason() == "MESH_TOO_LARGE" || !evict_one()) return std::nullopt;
+    }
+  }
+}
+
 PreparedForJob TopologyCache::prepare(CachedTopology& topology, Smoother& smoother, int device,
                                       const JobControl& control) {
   CachedTopology::Prepared* place = nullptr;
@@ -106,17 +117,19 @@ PreparedForJob TopologyCache::prepare(CachedTopology& topology, Smoother& smooth
   }
   if (auto prepared = present()) return {std::move(prepared), true};
 
+  auto reservation = reserve(device, smoother.estimate_prepared(topology.layout().size()));
   PreparedForJob result{smoother.prepare(topology.arrays()->view(), control)};
-  const MemoryEstimate bytes = result.topology->bytes();
-  Reservation reservation;
-  try {
-    if (!make_room(bytes.host_bytes + bytes.device_bytes)) return result;
-    reservation = budget_.reserve_on(device, bytes);
-  } catch (const OutOfMemory&) {
-    return result;  // used by this job only, within its own reservation
+  if (!reservation) return result;  // used by this job only
+  const MemoryEstimate bytes = result.topology->bytes(), most = reservation->bytes();
+  if (bytes.host_bytes > most.host_bytes || bytes.device_bytes > most.device_bytes) {
+    reservation = reserve(device, bytes);  // the mesh is not conforming
+    if (!reservation) return result;
+  } else {
+    (void)reservation->split(
+        {most.host_bytes - bytes.host_bytes, most.device_bytes - bytes.device_bytes});
   }
   const std::lock_guard lock(topology.mutex_);
-  place->reservation = std::move(reservation);
+  place->reservation = std::move(*reservation);
   place->topology = result.topology;
   topology.boundary_node_count_ = result.topology->boundary_node_count();
   return result;

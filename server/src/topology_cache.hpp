@@ -110,6 +110,8 @@ class TopologyCache {
   using Recency = std::list<std::shared_ptr<CachedTopology>>;  // most recently used last
 
   bool make_room(std::int64_t bytes);
+  /// Evicts what is idle. Nothing if there is no room all the same.
+  [[nodiscard]] std::optional<Reservation> reserve(int device, MemoryEstimate bytes);
   [[nodiscard]] std::shared_ptr<CachedTopology> take_idle();
 
   MemoryBudget& budget_;

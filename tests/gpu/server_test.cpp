@@ -498,6 +498,56 @@ TEST_F(CudaService, ReservesWhatAJobTakesAndAtMostAFifthMore) {
   }
 }
 
+// --- kept topologies ----------------------------------------------------------------
+
+TEST_F(CudaService, KeepsATopologyOnTheDeviceForTheStepsOfAMovingMesh) {
+  CudaServer server(cuda_config(2));
+  client::Client client = server.client();
+  const Mesh mesh = test::noisy(test::lattice(ElementType::tetrahedron, 20), 0.15, 1);
+  const MeshTopology topology(mesh);
+  const auto smoother = make_smoother("cuda");
+  const auto prepared = smoother->prepare(topology.view());
+  client::Session session = client.open(mesh);
+  for (int step = 0; step < 3; ++step) {
+    SCOPED_TRACE(step);
+    Mesh expected = test::noisy(mesh, 0.01, static_cast<unsigned>(step + 2));
+    Mesh now = expected;
+    (void)smoother->smooth(*prepared, expected.positions_span(), {}, {});
+    const client::SmoothReport report = session.smooth(std::span(test::points(now)), {});
+    EXPECT_TRUE(test::same_bits(now, expected));
+    EXPECT_EQ(report.topology_reused, step > 0);
+  }
+  testing::Stub stub = server.stub();
+  EXPECT_EQ(testing::server_info(stub).backends(0).reserved_bytes(),
+            prepared->bytes().device_bytes);
+  client.delete_topology(session.topology_name());
+  testing::expect_nothing_reserved(stub);
+}
+
+TEST_F(CudaService, DropsKeptTopologiesBeforeItRefusesAJob) {
+  const Mesh mesh = test::noisy(test::lattice(ElementType::tetrahedron, 20), 0.15, 1);
+  const MeshTopology topology(mesh);
+  const auto smoother = make_smoother("cuda");
+  const std::int64_t kept = smoother->prepare(topology.view())->bytes().device_bytes;
+  server::ServerConfig config = cuda_config(1);
+  config.device_bytes = smoother->estimate(test::size_of(mesh), {}).device_bytes + 2 * kept;
+  CudaServer server(config);
+  client::Client client = server.client();
+  for (std::size_t n = 0; n < 6; ++n) {
+    SCOPED_TRACE(n);
+    Mesh other = mesh;  // another topology each time
+    other.fixed.assign(mesh.node_count(), 0);
+    other.fixed[mesh.node_count() / 2 + n] = 1;
+    client::Session session = client.open(other);
+    for (int step = 0; step < 2; ++step) {
+      Mesh now = other;
+      EXPECT_GT(session.smooth(std::span(test::points(now)), {}).summary.nodes.moved, 0);
+    }
+  }
+  testing::Stub stub = server.stub();
+  EXPECT_LE(testing::server_info(stub).backends(0).reserved_bytes(), 2 * kept + kept / 10);
+}
+
 // --- staging ----------------------------------------------------------------------
 
 TEST_F(CudaService, LocksPagesOnceForManyMeshes) {
