@@ -144,6 +144,36 @@ TEST(Move, LetsTheEndsSlide) {
   }
 }
 
+TEST(Move, MakesNoSweepWhereAllElementsNearlyKeepTheirShape) {
+  const Motion motion = test::turned_hub(16, 1);
+  const Job job = test::smooth(motion.reference, motion.options());
+  EXPECT_EQ(job.summary.convergence.iteration_count, 0);
+  EXPECT_EQ(job.summary.stop_reason, StopReason::converged);
+  EXPECT_EQ(job.summary.convergence.end_rule, EndRule::small_gains);
+  EXPECT_EQ(job.summary.motion->reached, 1);
+  EXPECT_EQ(job.summary.motion->step_count, 1);
+  SmoothOptions precise = motion.options();
+  precise.tolerance.value = 1e-7;
+  const Job swept = test::smooth(motion.reference, precise);
+  EXPECT_GT(swept.summary.convergence.iteration_count, 0);
+  EXPECT_GE(least_mean_ratio(job.summary.quality_after),
+            0.98 * least_mean_ratio(swept.summary.quality_after));
+}
+
+TEST(Move, TellsThatNothingIsLeftToMoveTheRest) {
+  Motion motion{"too far", test::lattice(ElementType::tetrahedron, 2), {}, {}};
+  for (std::size_t n = 0; n < motion.reference.node_count(); ++n) {
+    motion.nodes.push_back(static_cast<NodeId>(n));
+    const Vec3d p = points(motion.reference)[n];
+    motion.positions.push_back(n == 13 ? p + Vec3d{9, 9, 9} : p);
+  }
+  const Job job = test::smooth(motion.reference, motion.options());
+  EXPECT_LT(job.summary.motion->reached, 1);
+  EXPECT_GT(job.summary.motion->blocking_element_count, 0);
+  EXPECT_EQ(job.summary.stop_reason, StopReason::stagnated);
+  EXPECT_EQ(job.summary.quality_after.inverted_count, 0);
+}
+
 TEST(Move, HasTheSameBitsWithAnyNumberOfThreads) {
   const Motion motion = test::turned_hub(16, 60);
   const Job one = test::smooth(motion.reference, motion.options(), 1);

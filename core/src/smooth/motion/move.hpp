@@ -152,7 +152,9 @@ class Motion {
       place(executor_, context_, prescribed, displacement.data(), valid.data(), next - reached,
             next, positions_);
       InvalidCounts invalid = count_invalid(executor_, context_.around, positions_);
-      if (sweeps && invalid.locked == 0) {
+      if (invalid.all == 0 && near_reference()) {
+        if (sweeps) monitor_.end(StopReason::converged, EndRule::small_gains);
+      } else if (sweeps && invalid.locked == 0) {
         optimizer.run({.tolerance = next < 1 ? kCoarse : 1, .repairs = kRepairs, .precise = false});
         invalid = count_invalid(executor_, context_.around, positions_);
       }
@@ -175,9 +177,9 @@ class Motion {
       stats.blocking_elements =
           find_invalid(executor_, context_.around, caller_elements(), positions_);
       copy_positions<E, Real>(executor_, n, valid.data(), positions_);
-      if (sweeps && !optimizer.job_ended()) {
-        if (!settled) optimizer.run({.precise = false});
-        if (!optimizer.job_ended()) monitor_.end(StopReason::stagnated, EndRule::no_progress);
+      if (sweeps && !settled && !optimizer.job_ended()) optimizer.run({.precise = false});
+      if (!optimizer.job_ended() && (sweeps || monitor_.free_count() == 0)) {
+        monitor_.end(StopReason::stagnated, EndRule::no_progress);
       }
     }
     optimizer.report();
@@ -188,6 +190,18 @@ class Motion {
   static constexpr double kCoarse = 100;
   /// What takes longer to untangle is faster in two steps.
   static constexpr int kRepairs = 100;
+  /// Times the tolerance: how much worse than in the reference an element may be without a sweep.
+  static constexpr double kNear = 200;
+
+  /// Whether every element that can change is nearly as in the reference. Its mean ratio against
+  /// that is at most 1: sweeps could not raise the worst one by more than what is missing.
+  [[nodiscard]] bool near_reference() {
+    const Tolerance& tolerance = options_.tolerance;
+    if (context_.around.targets.reference == nullptr || !tolerance.relative) return false;
+    const Vec3<Real>* const positions = positions_;
+    return measure_energy(executor_, context_.around, positions, 1).worst >=
+           1 - kNear * tolerance.value;
+  }
 
   /// Null: in the caller's order.
   [[nodiscard]] const ElementId* caller_elements() const {
