@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -184,11 +185,26 @@ class CudaEvaluator {
   [[nodiscard]] std::vector<RankedElement> find_worst(const DeviceAccumulator& counted,
                                                       const std::vector<EvaluateTask>& tasks,
                                                       const Mesh<Real>& job) {
-    if (counted.listed_count <= DeviceAccumulator::kMostListed) {
+    const auto fits = [](unsigned int count) { return count <= DeviceAccumulator::kMostListed; };
+    if (fits(counted.listed_count)) {
       return {counted.listed, counted.listed + counted.listed_count};
     }
-    // Too many are alike: one by one.
-    std::vector<RankedElement> worst;
+    // Too many share the lowest bins, as in regular meshes.
+    DeviceAccumulator* const accumulator = tasks.front().accumulator;
+    const RankedElement bound = bound_worst(tasks, job.positions.data());
+    executor_.clear(&accumulator->listed_count, 1);
+    for (const EvaluateTask& task : tasks) {
+      list_up_to(executor_, task, job.positions.data(), bound);
+    }
+    unsigned int count = 0;
+    std::vector<RankedElement> worst(DeviceAccumulator::kMostListed);
+    executor_.download_later(&accumulator->listed_count, &count);
+    executor_.download(accumulator->listed, worst.size(), worst.data());
+    if (fits(count)) {
+      worst.resize(count);
+      return worst;
+    }
+    worst.clear();  // one by one
     for (const EvaluateTask& task : tasks) {
       RankedElement last{0, 0, RankedElement::kNoElement};
       for (std::size_t n = 0; n < kWorstCount; ++n) {
@@ -198,6 +214,31 @@ class CudaEvaluator {
       }
     }
     return worst;
+  }
+
+  /// An element that is no better than the last of the kWorstCount worst ones, by the worst of
+  /// each block's share; none where there are fewer blocks.
+  template <class Real>
+  [[nodiscard]] RankedElement bound_worst(const std::vector<EvaluateTask>& tasks,
+                                          const Vec3<Real>* positions) {
+    constexpr std::size_t kMostBlocks = 1024;
+    std::vector<RankedElement> worst;
+    for (const EvaluateTask& task : tasks) {
+      const unsigned int blocks = block_count(task.count, kMostBlocks);
+      auto found = executor_.allocate<RankedElement>(blocks);
+      launch<&worst_of_blocks_kernel<Real>>(executor_.stream(), {blocks}, task, positions,
+                                            found.data());
+      const std::size_t first = worst.size();
+      worst.resize(first + blocks);
+      executor_.download(found.data(), blocks, worst.data() + first);
+    }
+    executor_.check();
+    if (worst.size() < kWorstCount) return {0, 0, RankedElement::kNoElement};
+    const auto last = worst.begin() + (kWorstCount - 1);
+    std::ranges::nth_element(worst, last, [](const RankedElement& a, const RankedElement& b) {
+      return a.worse_than(b);
+    });
+    return *last;
   }
 
   [[nodiscard]] QualityReport to_report(const DeviceAccumulator& counted,

@@ -178,6 +178,40 @@ __global__ void __launch_bounds__(kBlockSize)
   }
 }
 
+/// The worst element of each block's share.
+/// grid   any number of blocks of kBlockSize, a value in `worst` for each
+/// shared a value per thread
+/// order  deterministic
+template <class Real>
+__global__ void __launch_bounds__(kBlockSize)
+    worst_of_blocks_kernel(EvaluateTask task, const Vec3<Real>* positions, RankedElement* worst) {
+  __shared__ RankedElement shared[kBlockSize];
+  const ElementShape& shape = *task.shape;
+  RankedElement own{0, 0, RankedElement::kNoElement};
+  const std::size_t step = std::size_t{gridDim.x} * kBlockSize;
+  for (std::size_t e = std::size_t{blockIdx.x} * kBlockSize + threadIdx.x; e < task.count;
+       e += step) {
+    const RankedElement other = ranked(task, e, measure_in<false>(task, shape, positions, e));
+    if (other.worse_than(own)) own = other;
+  }
+  own = reduce_block(own, shared, [](const RankedElement& a, const RankedElement& b) {
+    return b.worse_than(a) ? b : a;
+  });
+  if (threadIdx.x == 0) worst[blockIdx.x] = own;
+}
+
+/// Adds the elements that are no better than `bound` to the list, which it keeps counting.
+template <class Real>
+void list_up_to(CudaExecutor& executor, const EvaluateTask& task, const Vec3<Real>* positions,
+                RankedElement bound) {
+  executor.for_each(task.count, [=] __device__(std::size_t e) {
+    const RankedElement own = ranked(task, e, measure_in<false>(task, *task.shape, positions, e));
+    if (bound.worse_than(own)) return;
+    const unsigned int at = atomicAdd(&task.accumulator->listed_count, 1U);
+    if (at < DeviceAccumulator::kMostListed) task.accumulator->listed[at] = own;
+  });
+}
+
 /// The worst of all elements that are better than `after`.
 template <class Real>
 RankedElement find_next_worst(CudaExecutor& executor, const EvaluateTask& task,
