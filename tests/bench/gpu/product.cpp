@@ -17,7 +17,7 @@ SmoothOptions plain_options(double tolerance, int max_iterations) {
 template <class Real>
 ProductFigures measure_product(Smoother& smoother, const PinnedTopology& topology,
                                PinnedPositions<Real>& positions, const SmoothOptions& options,
-                               int repeats) {
+                               int repeats, const PreparedTopology* prepared) {
   constexpr int kWarmUps = 2;
   const TopologyView view = topology.view();
   std::vector<double> wall, upload, neighbours, boundary, iterate, evaluate, download;
@@ -25,7 +25,9 @@ ProductFigures measure_product(Smoother& smoother, const PinnedTopology& topolog
   for (int run = -kWarmUps; run < repeats; ++run) {
     positions.restore();
     const auto begin = std::chrono::steady_clock::now();
-    figures.summary = smoother.smooth(view, positions.span(), options, {});
+    figures.summary = prepared != nullptr
+                          ? smoother.smooth(*prepared, positions.span(), options, {})
+                          : smoother.smooth(view, positions.span(), options, {});
     const std::chrono::duration<double, std::milli> elapsed =
         std::chrono::steady_clock::now() - begin;
     if (run < 0) continue;
@@ -64,9 +66,9 @@ double sweep_microseconds(Smoother& smoother, const PinnedTopology& topology,
 }
 
 template ProductFigures measure_product(Smoother&, const PinnedTopology&, PinnedPositions<float>&,
-                                        const SmoothOptions&, int);
+                                        const SmoothOptions&, int, const PreparedTopology*);
 template ProductFigures measure_product(Smoother&, const PinnedTopology&, PinnedPositions<double>&,
-                                        const SmoothOptions&, int);
+                                        const SmoothOptions&, int, const PreparedTopology*);
 template double sweep_microseconds(Smoother&, const PinnedTopology&, PinnedPositions<float>&, int);
 template double sweep_microseconds(Smoother&, const PinnedTopology&, PinnedPositions<double>&, int);
 

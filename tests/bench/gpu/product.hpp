@@ -69,11 +69,13 @@ struct ProductFigures {
 /// node moves farther than `tolerance` of the mesh's unit.
 [[nodiscard]] SmoothOptions plain_options(double tolerance, int max_iterations = 1000);
 
-/// Calls `smooth` `repeats` times after two warm-ups, always on the same input.
+/// Calls `smooth` `repeats` times after two warm-ups, always on the same input; on what was
+/// prepared of the topology, if it is given.
 template <class Real>
 [[nodiscard]] ProductFigures measure_product(Smoother& smoother, const PinnedTopology& topology,
                                              PinnedPositions<Real>& positions,
-                                             const SmoothOptions& options, int repeats);
+                                             const SmoothOptions& options, int repeats,
+                                             const PreparedTopology* prepared = nullptr);
 
 /// What a sweep takes: the iterations of 120 sweeps less those of 20, over 100.
 template <class Real>
