@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "smooth/cuda/quality/find_worst.cuh"
 #include "smooth/cuda/quality/kernels.cuh"
 #include "smooth/cuda/topology/element_runs.cuh"
 #include "smooth/steps/mesh_counts.hpp"
@@ -91,7 +92,9 @@ class CudaEvaluator {
     const auto& counted = *reinterpret_cast<const DeviceAccumulator*>(copy);
     const std::span blocks(reinterpret_cast<const BlockAccumulator*>(&counted + 1),
                            found.block_count);
-    return to_report(counted, blocks, find_worst(counted, found.tasks, job), job.elements.view);
+    return to_report(counted, blocks,
+                     find_worst(executor_, counted, found.tasks, job.positions.data()),
+                     job.elements.view);
   }
 
   /// Some metrics of every element, by the caller's ids.
@@ -179,66 +182,6 @@ class CudaEvaluator {
       }
     }
     return evaluation;
-  }
-
-  template <class Real>
-  [[nodiscard]] std::vector<RankedElement> find_worst(const DeviceAccumulator& counted,
-                                                      const std::vector<EvaluateTask>& tasks,
-                                                      const Mesh<Real>& job) {
-    const auto fits = [](unsigned int count) { return count <= DeviceAccumulator::kMostListed; };
-    if (fits(counted.listed_count)) {
-      return {counted.listed, counted.listed + counted.listed_count};
-    }
-    // Too many share the lowest bins, as in regular meshes.
-    DeviceAccumulator* const accumulator = tasks.front().accumulator;
-    const RankedElement bound = bound_worst(tasks, job.positions.data());
-    executor_.clear(&accumulator->listed_count, 1);
-    for (const EvaluateTask& task : tasks) {
-      list_up_to(executor_, task, job.positions.data(), bound);
-    }
-    unsigned int count = 0;
-    std::vector<RankedElement> worst(DeviceAccumulator::kMostListed);
-    executor_.download_later(&accumulator->listed_count, &count);
-    executor_.download(accumulator->listed, worst.size(), worst.data());
-    if (fits(count)) {
-      worst.resize(count);
-      return worst;
-    }
-    worst.clear();  // one by one
-    for (const EvaluateTask& task : tasks) {
-      RankedElement last{0, 0, RankedElement::kNoElement};
-      for (std::size_t n = 0; n < kWorstCount; ++n) {
-        last = find_next_worst(executor_, task, job.positions.data(), last);
-        if (last.element == RankedElement::kNoElement) break;
-        worst.push_back(last);
-      }
-    }
-    return worst;
-  }
-
-  /// An element that is no better than the last of the kWorstCount worst ones, by the worst of
-  /// each block's share; none where there are fewer blocks.
-  template <class Real>
-  [[nodiscard]] RankedElement bound_worst(const std::vector<EvaluateTask>& tasks,
-                                          const Vec3<Real>* positions) {
-    constexpr std::size_t kMostBlocks = 1024;
-    std::vector<RankedElement> worst;
-    for (const EvaluateTask& task : tasks) {
-      const unsigned int blocks = block_count(task.count, kMostBlocks);
-      auto found = executor_.allocate<RankedElement>(blocks);
-      launch<&worst_of_blocks_kernel<Real>>(executor_.stream(), {blocks}, task, positions,
-                                            found.data());
-      const std::size_t first = worst.size();
-      worst.resize(first + blocks);
-      executor_.download(found.data(), blocks, worst.data() + first);
-    }
-    executor_.check();
-    if (worst.size() < kWorstCount) return {0, 0, RankedElement::kNoElement};
-    const auto last = worst.begin() + (kWorstCount - 1);
-    std::ranges::nth_element(worst, last, [](const RankedElement& a, const RankedElement& b) {
-      return a.worse_than(b);
-    });
-    return *last;
   }
 
   [[nodiscard]] QualityReport to_report(const DeviceAccumulator& counted,
