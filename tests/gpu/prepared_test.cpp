@@ -167,7 +167,7 @@ TEST_F(CudaPrepared, RefusesBadPositionsAndStopsWhenAsked) {
   EXPECT_THROW((void)smoother->prepare(topology.view(), control), Cancelled);
 }
 
-TEST_F(CudaPrepared, IsBoundedByItsEstimateAndReturnsItsMemory) {
+TEST_F(CudaPrepared, IsBoundedByItsEstimate) {
   const auto smoother = make_smoother("cuda:0");
   for (const Mesh& mesh :
        {test::lattice(ElementType::tetrahedron, 29), test::lattice(ElementType::hexahedron, 40),
@@ -178,12 +178,6 @@ TEST_F(CudaPrepared, IsBoundedByItsEstimateAndReturnsItsMemory) {
     EXPECT_GE(estimate, bytes);
     EXPECT_LE(estimate, bytes + bytes / 5);
   }
-  const Mesh mesh = test::lattice(ElementType::tetrahedron, 40);
-  const MeshTopology topology(mesh);
-  (void)smoother->prepare(topology.view());
-  const std::int64_t before = smoother->device_space().free_bytes;
-  for (int n = 0; n < 20; ++n) (void)smoother->prepare(topology.view());
-  EXPECT_GE(smoother->device_space().free_bytes, before - (std::int64_t{64} << 20));
 }
 
 }  // namespace

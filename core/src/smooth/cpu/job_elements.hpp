@@ -98,6 +98,7 @@ inline JobElements<CpuExecutor> renumber_elements(CpuExecutor& executor,
                                                  result.view.count};
     result.view.count += items.size();
     next_nodes += items.size() * width;
+    result.view.tetrahedra = result.view.run_count == 1 && type == ElementType::tetrahedron;
   }
   return result;
 }

@@ -15,21 +15,21 @@ struct Acceptance {
 };
 
 /// `element_quality` of an element at the positions `x`.
-template <class P>
+template <bool kTetrahedra = false, class P>
 MESHSMOOTH_HD double quality_of(const Surroundings& around, const P& x, std::size_t e) {
   const ElementView element = around.elements[e];
-  return element_quality(
+  return element_quality<kTetrahedra>(
       *element.shape,
       [&](int n) { return vec3_cast<double>(x[static_cast<std::size_t>(element.nodes[n])]); },
       around.reference_of(e));
 }
 
 /// `element_quality` of an element with `node` moved to `position`.
-template <class P>
+template <bool kTetrahedra = false, class P>
 MESHSMOOTH_HD double quality_with(const Surroundings& around, const P& x, ElementId e,
                                   std::size_t node, Vec3<typename P::Real> position) {
   const ElementView element = around.elements[e];
-  return element_quality(
+  return element_quality<kTetrahedra>(
       *element.shape,
       [&](int n) {
         const auto other = static_cast<std::size_t>(element.nodes[n]);
@@ -38,13 +38,13 @@ MESHSMOOTH_HD double quality_with(const Surroundings& around, const P& x, Elemen
       around.reference_of(e));
 }
 
-template <class Team, class P>
+template <bool kTetrahedra = false, class Team, class P>
 MESHSMOOTH_HD double worst_quality(const Team& team, const Surroundings& around, const P& x,
                                    std::size_t node) {
   double worst = 2.0;
   const ElementId* const end = around.balls.end(node);
   for (const ElementId* e = around.balls.begin(node) + team.rank; e < end; e += team.size) {
-    const double quality = quality_of(around, x, *e);
+    const double quality = quality_of<kTetrahedra>(around, x, *e);
     if (quality < worst) worst = quality;
   }
   return team.lowest(worst);
@@ -57,7 +57,7 @@ inline constexpr int kMoveTrials = 4;
 /// whole step is taken. Reference of two faster versions: `limit_moves` for all nodes of a sweep
 /// at once, and a CUDA team's, which reads a ball of tetrahedra once for all trials
 /// (compared by tests/gpu/parity_test).
-template <class Team, class P>
+template <bool kTetrahedra = false, class Team, class P>
 MESHSMOOTH_HD Vec3<typename P::Real> accept_move(
     const Team& team, const Surroundings& around, const P& x, std::size_t node,
     Vec3<typename P::Real> candidate, Acceptance acceptance, bool& held,
@@ -65,17 +65,17 @@ MESHSMOOTH_HD Vec3<typename P::Real> accept_move(
   using Real = typename P::Real;
   const Vec3<Real> before = x[node];
   if (candidate == before) return before;
-  const double worst = acceptance.smart ? worst_quality(team, around, x, node) : 0.0;
+  const double worst = acceptance.smart ? worst_quality<kTetrahedra>(team, around, x, node) : 0.0;
   const auto allowed = [&](Vec3<Real> position) {
     if (acceptance.facets && !keeps_facets(team, around.sliding, x, node, position)) return false;
     bool accepted = true;
     const ElementId* const end = around.balls.end(node);
     for (const ElementId* e = around.balls.begin(node) + team.rank; accepted && e < end;
          e += team.size) {
-      const double quality = quality_with(around, x, *e, node, position);
-      accepted =
-          !(acceptance.smart && quality < worst) &&
-          !(acceptance.guard && !(quality > 0) && quality_with(around, x, *e, node, before) > 0);
+      const double quality = quality_with<kTetrahedra>(around, x, *e, node, position);
+      accepted = !(acceptance.smart && quality < worst) &&
+                 !(acceptance.guard && !(quality > 0) &&
+                   quality_with<kTetrahedra>(around, x, *e, node, before) > 0);
     }
     return team.all(accepted);
   };

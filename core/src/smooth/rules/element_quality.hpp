@@ -23,10 +23,11 @@ MESHSMOOTH_HD inline double tetrahedron_quality(Vec3d origin, Vec3d p1, Vec3d p2
 /// in a surface element the mean ratio itself.
 ///
 /// `get(n)` gives the position of local node n in double; `reference` is the
-/// normal that a surface element must not turn against.
-template <class Get>
+/// normal that a surface element must not turn against. Code for tetrahedra alone needs few
+/// registers of a device.
+template <bool kTetrahedra = false, class Get>
 MESHSMOOTH_HD double element_quality(const ElementShape& shape, const Get& get, Vec3d reference) {
-  if (shape.dimension == 3 && shape.node_count == 4) {
+  if (kTetrahedra || (shape.dimension == 3 && shape.node_count == 4)) {
     return tetrahedron_quality(get(0), get(1), get(2), get(3));
   }
   double worst = 2.0;

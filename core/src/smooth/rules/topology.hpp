@@ -34,6 +34,7 @@ struct Elements {
   Run runs[kElementTypeCount];
   int run_count = 0;
   std::size_t count = 0;
+  bool tetrahedra = false;  // known to be all
 
   [[nodiscard]] MESHSMOOTH_HD bool simplices() const {
     return run_count == 1 && is_simplex(*runs[0].shape);

@@ -10,19 +10,10 @@ namespace meshsmooth::detail {
   return n * (smart ? 3 + 8 : 3);
 }
 
-/// `accept_move` for all nodes of a sweep in which they did not see each other, in rounds:
-/// while an element or facet violates the acceptance, the moves of its nodes (guard, facets)
-/// or of the node whose ball it worsens (smart) are halved, and undone in the last trial.
-/// Terminates, because a sweep with all moves undone is acceptable.
-///
-/// returns  how many nodes were limited
-/// cost     one quality per element in the first round, for smart one per ball entry; few
-///          more rounds, which evaluate only what has changed; `limit_moves_bytes`
-/// order    deterministic
-/// tests    smoother_oracle_test compares with the oracle's node by node version
-template <Executor E, class Real>
-std::int64_t limit_moves(E& executor, const SweepContext<E, Real>& context,
-                         const Vec3<Real>* before, Vec3<Real>* after) {
+/// `limit_moves` of a mesh that is known to have tetrahedra alone, or of any.
+template <bool kTetrahedra, Executor E, class Real>
+std::int64_t limit_moves_of(E& executor, const SweepContext<E, Real>& context,
+                            const Vec3<Real>* before, Vec3<Real>* after) {
   const Surroundings& around = context.around;
   const Acceptance acceptance = context.acceptance;
   const DisplacementLimit<Real> displacement_limit = context.displacement_limit;
@@ -43,7 +34,7 @@ std::int64_t limit_moves(E& executor, const SweepContext<E, Real>& context,
     mark[node] = 0;
     changed[node] = before[node] == after[node] ? 0 : 1;
     if (acceptance.smart && changed[node] != 0)
-      floor[node] = worst_quality(SingleThread{}, around, old_x, node);
+      floor[node] = worst_quality<kTetrahedra>(SingleThread{}, around, old_x, node);
   });
   const auto touched = [=] MESHSMOOTH_HD(std::size_t e) {
     const ElementView element = around.elements[e];
@@ -53,7 +44,9 @@ std::int64_t limit_moves(E& executor, const SweepContext<E, Real>& context,
     return false;
   };
   const auto mark_if_broken = [=] MESHSMOOTH_HD(std::size_t e) {
-    if (quality_of(around, new_x, e) > 0 || !(quality_of(around, old_x, e) > 0)) return;
+    if (quality_of<kTetrahedra>(around, new_x, e) > 0 ||
+        !(quality_of<kTetrahedra>(around, old_x, e) > 0))
+      return;
     const ElementView element = around.elements[e];
     for (int n = 0; n < element.shape->node_count; ++n) {
       E::store(mark[element.nodes[n]], std::uint8_t{1});
@@ -87,7 +80,7 @@ std::int64_t limit_moves(E& executor, const SweepContext<E, Real>& context,
       executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) {
         if (before[node] == after[node]) return;
         for (const ElementId* e = around.balls.begin(node); e != around.balls.end(node); ++e) {
-          if (touched(*e) && quality_of(around, new_x, *e) < floor[node]) {
+          if (touched(*e) && quality_of<kTetrahedra>(around, new_x, *e) < floor[node]) {
             mark[node] = 1;
             return;
           }
@@ -115,6 +108,24 @@ std::int64_t limit_moves(E& executor, const SweepContext<E, Real>& context,
       node_count, std::int64_t{0},
       [=] MESHSMOOTH_HD(std::size_t node) -> std::int64_t { return cuts[node] != 0 ? 1 : 0; },
       Plus{});
+}
+
+/// `accept_move` for all nodes of a sweep in which they did not see each other, in rounds:
+/// while an element or facet violates the acceptance, the moves of its nodes (guard, facets)
+/// or of the node whose ball it worsens (smart) are halved, and undone in the last trial.
+/// Terminates, because a sweep with all moves undone is acceptable.
+///
+/// returns  how many nodes were limited
+/// cost     one quality per element in the first round, for smart one per ball entry; few
+///          more rounds, which evaluate only what has changed; `limit_moves_bytes`
+/// order    deterministic
+/// tests    smoother_oracle_test compares with the oracle's node by node version
+template <Executor E, class Real>
+std::int64_t limit_moves(E& executor, const SweepContext<E, Real>& context,
+                         const Vec3<Real>* before, Vec3<Real>* after) {
+  return context.around.elements.tetrahedra
+             ? limit_moves_of<true>(executor, context, before, after)
+             : limit_moves_of<false>(executor, context, before, after);
 }
 
 /// `limit_moves`, then the statistics of what remains of the sweep.

@@ -73,7 +73,7 @@ struct NodeMove {
 };
 
 /// `move_node` with the mean of the ring, by a team: ball and ring are fetched together.
-template <class Team, class P>
+template <bool kTetrahedra, class Team, class P>
 __device__ Vec3<typename P::Real> move_to_mean(const Team& team, const Surroundings& around,
                                                const P& x, const NodeVisit<Team>& visit,
                                                typename P::Real factor, Acceptance acceptance,
@@ -88,7 +88,7 @@ __device__ Vec3<typename P::Real> move_to_mean(const Team& team, const Surroundi
   };
   if (!acceptance.active()) return candidate();
   if (!Ball::fits(around, visit.ball)) {
-    return accept_move(team, around, x, node, candidate(), acceptance, held);
+    return accept_move<kTetrahedra>(team, around, x, node, candidate(), acceptance, held);
   }
   const Ball ball(team, around, x, visit.ball, visit.element);
   return ball.accept_move(before, candidate(), acceptance, held);
@@ -102,7 +102,7 @@ __device__ Vec3<typename P::Real> move_to_mean(const Team& team, const Surroundi
 /// fast   no launch and no host between sweeps, a grid barrier per colour. 20 smart sweeps at 100k
 ///        in 4.63 ms (H200); 38 % of a warp's time is the end of colours
 /// equals `sweep_gauss_seidel`, bit by bit
-template <int kTeam, class Mean, class Real>
+template <int kTeam, bool kTetrahedra, class Mean, class Real>
 __global__ void __launch_bounds__(kBlockSize, 2)
     gauss_seidel_kernel(Surroundings around, Mean mean, Real factor, Acceptance acceptance,
                         ColouredNodes nodes, PaddedPositions<Real> x, SweepBatch batch) {
@@ -117,7 +117,7 @@ __global__ void __launch_bounds__(kBlockSize, 2)
     const auto node = static_cast<std::size_t>(now.ball.node);
     NodeMove<Real> move{node, x[node]};
     if constexpr (std::is_same_v<Mean, UniformMean>) {
-      move.after = move_to_mean(team, around, x, now, factor, accepted, move.held);
+      move.after = move_to_mean<kTetrahedra>(team, around, x, now, factor, accepted, move.held);
     } else {
       move.after = move_node(team, around, x, node, mean, factor, accepted, move.held);
     }
@@ -139,7 +139,8 @@ __global__ void __launch_bounds__(kBlockSize, 2)
   report(grid, batch, sweep);
 }
 
-template <int kTeam, class Real, class Mean>
+/// kTetrahedra: there is nothing else.
+template <int kTeam, bool kTetrahedra = false, class Real, class Mean>
 void run_coloured_sweeps(CudaExecutor& executor, Sweeper<CudaExecutor, Real>& sweeper,
                          const Mean& mean, Real factor, ConvergenceMonitor& monitor) {
   const Surroundings& around = sweeper.around();
@@ -147,7 +148,7 @@ void run_coloured_sweeps(CudaExecutor& executor, Sweeper<CudaExecutor, Real>& sw
   auto padded = executor.allocate<Real>(PaddedPositions<Real>::size(around.node_count));
   const PaddedPositions<Real> x(padded.data(), around.node_count);
   pad_positions(executor, around.node_count, sweeper.current(), x);
-  constexpr auto kKernel = &gauss_seidel_kernel<kTeam, Mean, Real>;
+  constexpr auto kKernel = &gauss_seidel_kernel<kTeam, kTetrahedra, Mean, Real>;
   const unsigned int blocks =
       cooperative_blocks<kKernel>(executor.lane(), block_count(balls.largest * kTeam));
   run_sweep_batches(

@@ -21,6 +21,9 @@ void run_sweeps(CudaExecutor& executor, Sweeper<CudaExecutor, Real>& sweeper, co
       if (!sweeper.acceptance().active()) {
         return run_coloured_sweeps<16>(executor, sweeper, mean, f, monitor);
       }
+      if (around.elements.tetrahedra) {
+        return run_coloured_sweeps<32, true>(executor, sweeper, mean, f, monitor);
+      }
     }
     // A thread per element of an ordinary ball.
     return run_coloured_sweeps<32>(executor, sweeper, mean, f, monitor);

@@ -130,6 +130,7 @@ inline JobElements<CudaExecutor> upload_elements(CudaExecutor& executor,
     next += (begin - next) & (kRunAlignment - 1);
     elements.view.runs[elements.view.run_count++] = {
         executor.lane().shapes() + static_cast<std::size_t>(type), begin, first};
+    elements.view.tetrahedra = elements.view.run_count == 1 && type == ElementType::tetrahedron;
   }
   return elements;
 }
