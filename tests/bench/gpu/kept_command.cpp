@@ -31,6 +31,7 @@ std::vector<Task> tasks() {
           {"laplacian, 3 guarded sweeps", brief(Laplacian{}, 3, true)},
           {"taubin, 3 guarded sweeps", brief(Taubin{}, 3, true)},
           {"hc-laplacian, 3 guarded sweeps", brief(HcLaplacian{}, 3, true)},
+          {"smart-laplacian, 20 sweeps", brief(SmartLaplacian{}, 20, true)},
           {"optimize, 3 sweeps", brief(Optimize{}, 3, true)},
           {"optimize", SmoothOptions{}}};
 }
