@@ -84,7 +84,7 @@ int run(const std::string& backend, const std::filesystem::path& cache,
         const std::filesystem::path& json_file) {
   const auto smoother = make_smoother(backend);
   Table table({"mesh", "type", "task", "whole ms", "kept ms", "faster", "up", "nodes", "iterate",
-               "judge", "down", "sweeps"});
+               "evaluate", "down", "sweeps"});
   Json rows, prepared;
   for (const std::size_t nodes : {5'000UL, 100'000UL, 1'000'000UL}) {
     const BenchMesh mesh = make_cube(nodes, cache);
