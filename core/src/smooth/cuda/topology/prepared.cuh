@@ -119,6 +119,9 @@ inline std::shared_ptr<const CudaPreparedTopology> prepare_topology(CudaExecutor
 
   auto result = std::make_shared<CudaPreparedTopology>(executor.lane().device());
   result->topology = topology;
+  // However this ends, the copies end before what they fill is freed.
+  const auto wait = [](CudaExecutor* of) { cudaStreamSynchronize(of->lane().stream.get()); };
+  const std::unique_ptr<CudaExecutor, decltype(wait)> copies_end_first(&executor, wait);
   const PrepareState& found = preparation.found(executor);
   result->boundary_nodes = static_cast<std::int64_t>(found.boundary);
   const auto keep_all = [&](const auto& buffer) {
