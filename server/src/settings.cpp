@@ -240,7 +240,9 @@ void add_limits(Table& table) {
            "of the host memory limit",
            bytes)
       .add("max-topology-bytes", &C::max_topology_bytes,
-           "Memory for cached topologies, in bytes; 0: a quarter of the host memory limit", bytes);
+           "Memory for cached topologies, of host and devices together, in bytes; 0: a quarter of "
+           "the host memory limit",
+           bytes);
 }
 
 void add_times(Table& table) {
