@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "core/prepared_ways.hpp"
 #include "core/smoothing.hpp"
 #include "meshsmooth/error.hpp"
 #include "support/mesh_size.hpp"
@@ -12,29 +13,6 @@ namespace meshsmooth {
 namespace {
 
 using namespace std::chrono_literals;
-
-std::vector<SmoothOptions> all_ways() {
-  std::vector<SmoothOptions> ways;
-  const auto add = [&](const Method& method, const auto& change) {
-    SmoothOptions options;
-    options.method = method;
-    options.max_iterations = 4;
-    options.tolerance = {.value = 0, .relative = false};
-    change(options);
-    ways.push_back(options);
-  };
-  const auto as_is = [](SmoothOptions&) {};
-  add(Laplacian{}, as_is);
-  add(Laplacian{}, [](SmoothOptions& o) { o.guard = false; });
-  add(Laplacian{.weighting = Weighting::ball_volume}, as_is);
-  add(SmartLaplacian{}, as_is);
-  add(Taubin{}, as_is);
-  add(HcLaplacian{}, as_is);
-  add(Optimize{}, as_is);
-  add(SmartLaplacian{}, [](SmoothOptions& o) { o.boundary = BoundaryPolicy::slide; });
-  add(SmartLaplacian{}, [](SmoothOptions& o) { o.boundary = BoundaryPolicy::free; });
-  return ways;
-}
 
 /// The mesh, its nodes somewhere else.
 Mesh moved(const Mesh& mesh, unsigned seed) { return test::noisy(mesh, 0.08, seed); }
@@ -64,7 +42,7 @@ TEST(Prepared, PositionsAreThoseOfAJobThatPreparesForItself) {
   for (const Mesh& mesh : meshes()) {
     const MeshTopology topology(mesh);
     const auto prepared = make_smoother("cpu", 2)->prepare(topology.view());
-    for (const SmoothOptions& options : all_ways()) {
+    for (const SmoothOptions& options : test::prepared_ways()) {
       const Mesh now = moved(mesh, 7);
       const test::Job expected = test::smooth(now, options);
       const test::Job job = run(*prepared, now, options);
@@ -83,7 +61,7 @@ TEST(Prepared, JobsHaveTheSameBitsWhenPreparedAnew) {
     const auto first = make_smoother("cpu", 1)->prepare(topology.view());
     (void)run(*first, moved(mesh, 1), {});
     const auto again = make_smoother("cpu", 4)->prepare(topology.view());
-    for (SmoothOptions options : all_ways()) {
+    for (SmoothOptions options : test::prepared_ways()) {
       options.history = true;
       const Mesh now = moved(mesh, 2);
       const test::Job a = run(*first, now, options, 4);

@@ -5,6 +5,7 @@
 #include <array>
 #include <thread>
 
+#include "core/prepared_ways.hpp"
 #include "core/smoothing.hpp"
 #include "gpu/gpu_meshes.hpp"
 #include "meshsmooth/error.hpp"
@@ -16,29 +17,6 @@ namespace meshsmooth {
 namespace {
 
 class CudaPrepared : public test::CudaTest {};
-
-std::vector<SmoothOptions> all_ways() {
-  std::vector<SmoothOptions> ways;
-  const auto add = [&](const Method& method, const auto& change) {
-    SmoothOptions options;
-    options.method = method;
-    options.max_iterations = 4;
-    options.tolerance = {.value = 0, .relative = false};
-    change(options);
-    ways.push_back(options);
-  };
-  const auto as_is = [](SmoothOptions&) {};
-  add(Laplacian{}, as_is);
-  add(Laplacian{}, [](SmoothOptions& o) { o.guard = false; });
-  add(Laplacian{.weighting = Weighting::ball_volume}, as_is);
-  add(SmartLaplacian{}, as_is);
-  add(Taubin{}, as_is);
-  add(HcLaplacian{}, as_is);
-  add(Optimize{}, as_is);
-  add(SmartLaplacian{}, [](SmoothOptions& o) { o.boundary = BoundaryPolicy::slide; });
-  add(SmartLaplacian{}, [](SmoothOptions& o) { o.boundary = BoundaryPolicy::free; });
-  return ways;
-}
 
 std::vector<test::NamedMesh> meshes() {
   std::vector<test::NamedMesh> all = test::tiny_meshes();
@@ -69,7 +47,7 @@ TEST_F(CudaPrepared, PositionsAreThoseOfAJobThatPreparesForItself) {
   for (const auto& [name, mesh] : meshes()) {
     const MeshTopology topology(mesh);
     const auto prepared = smoother->prepare(topology.view());
-    for (const SmoothOptions& options : all_ways()) {
+    for (const SmoothOptions& options : test::prepared_ways()) {
       SCOPED_TRACE(name + ", " + std::string(method_name(options.method)));
       const test::Job expected = test::smooth_on(*smoother, mesh, options);
       const test::Job job = run(*smoother, *prepared, mesh, options);
@@ -92,7 +70,7 @@ TEST_F(CudaPrepared, JobsHaveTheSameBitsWhenPreparedAnewByAnotherLane) {
     const auto first = one->prepare(topology.view());
     (void)run(*one, *first, test::noisy(mesh, 0.01, 8), {});
     const auto again = other->prepare(topology.view());
-    for (SmoothOptions options : all_ways()) {
+    for (SmoothOptions options : test::prepared_ways()) {
       options.history = true;
       const test::Job a = run(*other, *first, mesh, options);
       const test::Job b = run(*one, *again, mesh, options);
