@@ -112,7 +112,7 @@ class Smoother {
   /// Finds once what many jobs on one topology need: rings, balls, boundary. Independent of
   /// positions, so that all jobs on it have the same bits; they may differ in the last digits of
   /// sums from those of a bare topology, whose nodes are ordered by their positions.
-  /// About twice the time of those steps of a job.
+  /// About twice the time of those steps of a job, on CUDA 50 to 100 times (1M nodes 82 ms, H200).
   ///
   /// @param topology  what it views must outlive the result
   /// @throws what `smooth` throws for a topology
