@@ -14,7 +14,7 @@ from conftest import cube, run_cli
 from meshes import Case, read_vtk_points
 
 import meshsmooth as ms
-from meshsmooth import _options
+from meshsmooth import _methods, _options
 
 POINTS, CELLS = cube(5)
 ROWS = [("tetra", tuple(map(int, row))) for row in CELLS["tetra"]]
@@ -85,7 +85,7 @@ def test_options_are_those_of_the_command_line(
 def test_methods_are_those_of_the_server(client: ms.Client) -> None:
     info = client.info().raw
     for name, defaults in zip(info["methods"], info["method_defaults"], strict=True):
-        method = _options._METHODS[name.replace("_", "-")]
+        method = _methods.NAMED_METHODS[name.replace("_", "-")]
         names = {_options._WIRE_NAMES.get(f.name, f.name) for f in dataclasses.fields(method)}
         assert names == set(defaults[name])
         assert method._iterations == defaults["max_iteration_count"]

@@ -30,17 +30,16 @@ from ._errors import (
 )
 from ._job import Job
 from ._mesh import MeshData
-from ._options import (
+from ._methods import (
     HcLaplacian,
-    JobOptions,
     Laplacian,
     Move,
-    MoveOptions,
     Optimize,
     SmartLaplacian,
     Taubin,
     WindowedSinc,
 )
+from ._options import JobOptions, MoveOptions
 from ._plot import plot_quality
 from ._progress import Progress
 from ._result import SmoothResult

@@ -237,7 +237,8 @@ def _meshio_cells(mesh: Any) -> Any:
     """meshio has gmsh's wedges whatever the file, and the other types as VTK has them."""
 
     def in_order_of_vtk(block: Any) -> Any:
-        if getattr(block, "type", None) != "wedge" or np.shape(block.data)[-1] != len(WEDGE_OF_GMSH):
+        is_wedge = getattr(block, "type", None) == "wedge"
+        if not is_wedge or np.shape(block.data)[-1] != len(WEDGE_OF_GMSH):
             return block
         return ("wedge", np.asarray(block.data)[:, WEDGE_OF_GMSH])
 

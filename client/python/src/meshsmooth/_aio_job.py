@@ -154,6 +154,8 @@ class AsyncSession:
     async def _run(self, request: Request, finish: Finish) -> Any:
         display = make_display(request.options.get("progress"))
         use = TopologyUse(named=True, routed=True)
-        result = await self._client._smooth(request, finish, AsyncControl(), display, use=use)
+        result = await self._client._connection.smooth(
+            request, finish, AsyncControl(), display, use=use
+        )
         self._steps.end(finish)
         return result

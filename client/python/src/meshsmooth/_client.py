@@ -3,34 +3,26 @@
 from __future__ import annotations
 
 import collections
-import contextlib
 import functools
 import os
-import threading
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Literal, TypeVar, Unpack, overload
 
-import grpc
 from numpy.typing import NDArray
 
-from . import _call, _channel, _options, _rpc
+from . import _channel, _options, _rpc
 from ._channel import Tls, Token
-from ._errors import Error
+from ._connection import Connection
 from ._job import Control, Job
 from ._options import JobOptions, MoveOptions
-from ._progress import Display, Progress, Tee, closing, make_display
-from ._request import Request, TopologyUse
-from ._result import Finish, SmoothResult, Steps, prepare, prepare_move
-from ._retry import Retry
-from ._service_error import CallFacts, to_error
+from ._progress import Progress, Tee, make_display
+from ._result import SmoothResult, Steps, prepare, prepare_move
 from ._session import Session
 from ._summary import QualityStats
 from .v1 import smoothing_pb2 as pb
 
 M = TypeVar("M")
 Array = NDArray[Any]
-
-SHORT_TIMEOUT = 30.0  # seconds, of calls that carry no mesh
 
 
 class Client:
@@ -64,23 +56,16 @@ class Client:
                 clear.
             Unavailable: no local server can be started.
         """
-        self._endpoint = _channel.make_endpoint(address, tls, token, token_file)
-        self._lock = threading.Lock()
-        self._channel: Any = None
-        self._pid = 0  # of the process that the channel belongs to
-        self._last_was_accepted = False
+        self._connection = Connection(_channel.make_endpoint(address, tls, token, token_file))
 
     @property
     def address(self) -> str:
         """The address of the server."""
-        return self._endpoint.address
+        return self._connection.address
 
     def close(self) -> None:
         """Closes the connection; calls under way end with `Cancelled`."""
-        with self._lock:
-            channel, self._channel = self._channel, None
-            if channel is not None and self._pid == os.getpid():
-                channel.close()
+        self._connection.close()
 
     def __enter__(self) -> Client:
         return self
@@ -135,7 +120,9 @@ class Client:
             KeyboardInterrupt: on Ctrl-C; the job is cancelled on the server.
         """
         request, finish = prepare(mesh, options, out, full)
-        return self._smooth(request, finish, Control(), make_display(options.get("progress")))
+        return self._connection.smooth(
+            request, finish, Control(), make_display(options.get("progress"))
+        )
 
     @overload
     def move(
@@ -182,7 +169,9 @@ class Client:
             Error: as `smooth`.
         """
         request, finish = prepare_move(mesh, options, out, full)
-        return self._smooth(request, finish, Control(), make_display(options.get("progress")))
+        return self._connection.smooth(
+            request, finish, Control(), make_display(options.get("progress"))
+        )
 
     @overload
     def submit(
@@ -212,7 +201,12 @@ class Client:
         display = make_display(options.get("progress"), alone=False)
         job._start(
             functools.partial(
-                self._smooth, request, finish, control, Tee(job._note, display), patient=patient
+                self._connection.smooth,
+                request,
+                finish,
+                control,
+                Tee(job._note, display),
+                patient=patient,
             )
         )
         return job
@@ -311,21 +305,25 @@ class Client:
         job: Job[M] = Job(self, "", control, kept=True)
         display = Tee(job._note, make_display(progress))
         control.job_name = name
-        job._start(functools.partial(self._attach, name, request, finish, control, display))
+        job._start(
+            functools.partial(self._connection.attach, name, request, finish, control, display)
+        )
         return job
 
     # --- what needs no mesh ----------------------------------------------------------------------
 
     def info(self) -> _rpc.ServerInfo:
         """Describes the server: version, methods, features, limits, backends."""
-        return _rpc.decode_info(self._unary(_rpc.GET_SERVER_INFO, pb.GetServerInfoRequest()))
+        return _rpc.decode_info(
+            self._connection.unary(_rpc.GET_SERVER_INFO, pb.GetServerInfoRequest())
+        )
 
     def jobs(self) -> list[_rpc.JobInfo]:
         """Lists the caller's jobs, running and ended, newest first."""
         found: list[_rpc.JobInfo] = []
         request = pb.ListJobsRequest()
         while True:
-            response = self._unary(_rpc.LIST_JOBS, request)
+            response = self._connection.unary(_rpc.LIST_JOBS, request)
             found += [_rpc.decode_job(job) for job in response.jobs]
             if not response.next_page_token:
                 return found
@@ -333,189 +331,32 @@ class Client:
 
     def job(self, name: str) -> _rpc.JobInfo:
         """Returns what the server knows of a job; raises NotFound."""
-        return _rpc.decode_job(self._unary(_rpc.GET_JOB, pb.GetJobRequest(name=name)).job)
+        return _rpc.decode_job(
+            self._connection.unary(_rpc.GET_JOB, pb.GetJobRequest(name=name)).job
+        )
 
     def cancel(self, name: str, *, keep_result: bool = False) -> _rpc.JobInfo:
         """Cancels a job; with `keep_result` its callers receive the positions reached so far."""
         request = pb.CancelJobRequest(name=name, result_kept=keep_result)
-        return _rpc.decode_job(self._unary(_rpc.CANCEL_JOB, request).job)
+        return _rpc.decode_job(self._connection.unary(_rpc.CANCEL_JOB, request).job)
 
     def delete_job(self, name: str) -> None:
         """Deletes a job that has ended, and its result."""
-        self._unary(_rpc.DELETE_JOB, pb.DeleteJobRequest(name=name))
+        self._connection.unary(_rpc.DELETE_JOB, pb.DeleteJobRequest(name=name))
 
     def topology(self, name: str) -> _rpc.TopologyInfo:
         """Returns what the server knows of a topology that it keeps; raises NotFound."""
         request = pb.GetTopologyRequest(name=name)
-        return _rpc.decode_topology(self._unary(_rpc.GET_TOPOLOGY, request).topology)
+        return _rpc.decode_topology(self._connection.unary(_rpc.GET_TOPOLOGY, request).topology)
 
     def delete_topology(self, name: str) -> None:
         """Makes the server drop a topology; jobs that use it continue. Raises NotFound."""
-        self._unary(_rpc.DELETE_TOPOLOGY, pb.DeleteTopologyRequest(name=name))
+        self._connection.unary(_rpc.DELETE_TOPOLOGY, pb.DeleteTopologyRequest(name=name))
 
     def health(self, timeout: float = 5.0) -> bool:
         """Returns whether the server serves, as grpc.health.v1 reports."""
-        return _rpc.is_serving(self._unary(_rpc.HEALTH, _rpc.Empty(), timeout))
+        return _rpc.is_serving(self._connection.unary(_rpc.HEALTH, _rpc.Empty(), timeout))
 
     def quality(self, mesh: Any, **options: Unpack[JobOptions]) -> QualityStats:
         """Evaluates a mesh; see `meshsmooth.quality`."""
         return self.smooth(mesh, full=True, **_rpc.evaluate_only(options)).summary.quality_before
-
-    # --- calls -----------------------------------------------------------------------------------
-
-    def _own_channel(self) -> Any:
-        _channel.fork_guard.check()
-        with self._lock:
-            if self._channel is None or self._pid != os.getpid():
-                endpoint = self._endpoint
-                options = _channel.channel_options(endpoint.address, endpoint.tls)
-                self._channel = (
-                    grpc.insecure_channel(endpoint.address, options)
-                    if endpoint.tls is None
-                    else grpc.secure_channel(
-                        endpoint.address, _channel.channel_credentials(endpoint.tls), options
-                    )
-                )
-                self._pid = os.getpid()
-            return self._channel
-
-    def _unary(self, method: _rpc.Unary, request: Any, timeout: float = SHORT_TIMEOUT) -> Any:
-        call = self._own_channel().unary_unary(
-            method.path,
-            request_serializer=_rpc.serialize,
-            response_deserializer=method.response.FromString,
-        )
-        try:
-            return call(request, timeout=timeout, metadata=self._endpoint.metadata())
-        except grpc.RpcError as error:
-            raise to_error(error, CallFacts(self.address, timeout)) from None  # type: ignore[arg-type]
-
-    def _smooth(
-        self,
-        request: Request,
-        finish: Finish,
-        control: Control,
-        display: Display | None,
-        *,
-        use: TopologyUse | None = None,
-        patient: bool = False,
-    ) -> Any:
-        """Runs a job in as many attempts as it may have."""
-        attempts = _call.Attempts(
-            request,
-            finish.memory,
-            use,
-            patient=patient,
-            with_progress=display is not None,
-            last_was_accepted=self._last_was_accepted,
-        )
-        with closing(display):
-            while True:
-                control.check()
-                call = attempts.begin()
-                try:
-                    self._run_smooth(call, request, control, display, attempts.retry.left())
-                    self._last_was_accepted = True
-                    return finish(call.result, call.job_name)
-                except Error as error:
-                    self._last_was_accepted = False
-                    control.wait(attempts.after(error, call))
-
-    def _run_smooth(
-        self,
-        call: _call.SmoothCall,
-        request: Request,
-        control: Control,
-        display: Display | None,
-        left: float,
-    ) -> None:
-        upload = call.upload
-        wake = threading.Event()  # the upload may continue, or the call has ended
-        ended = False
-
-        def messages() -> Iterator[bytes]:
-            yield call.first
-            while not ended:
-                yield from upload.chunks()
-                if upload.complete:
-                    return
-                wake.wait()
-                wake.clear()
-
-        def end() -> None:
-            nonlocal ended
-            ended = True
-            wake.set()
-
-        stream = self._own_channel().stream_stream(_call.SMOOTH)(
-            messages(), timeout=left, metadata=self._endpoint.metadata() + call.metadata
-        )
-        if not stream.add_callback(end):
-            end()
-
-        def receive(message: bytes) -> Progress | None:
-            progress = call.receive(message)
-            control.job_name = call.job_name
-            wake.set()
-            return progress
-
-        facts = functools.partial(CallFacts, self.address, request.timeout)
-        try:
-            self._drain(stream, receive, control, display, facts, lambda: bool(call.job_name))
-        except KeyboardInterrupt:
-            self._interrupted(control, request)
-            raise
-
-    def _attach(
-        self, name: str, request: Request, finish: Finish, control: Control, display: Display
-    ) -> Any:
-        retry = Retry(request.timeout, request.max_attempts)
-        call = _call.AttachCall(name, request, finish.memory)
-        facts = functools.partial(CallFacts, self.address, request.timeout)
-        with closing(display):
-            while True:
-                control.check()
-                before = call.result.received_bytes
-                try:
-                    stream = self._own_channel().unary_stream(_call.ATTACH)(
-                        call.first(), timeout=retry.left(), metadata=self._endpoint.metadata()
-                    )
-                    self._drain(stream, call.receive, control, display, facts, lambda: True)
-                    return finish(call.result, name)
-                except Error as error:
-                    if call.result.received_bytes > before:
-                        retry.succeeded_in_part()
-                    control.wait(retry.delay_after(error))
-
-    @staticmethod
-    def _drain(
-        stream: Any,
-        receive: Callable[[bytes], Progress | None],
-        control: Control,
-        display: Display | None,
-        facts: Callable[..., CallFacts],
-        answered: Callable[[], bool],
-    ) -> None:
-        """Takes all answers of a call; raises the error that it ends with."""
-        control.begin(stream.cancel)
-        try:
-            for message in stream:
-                progress = receive(message)
-                if progress is not None and display is not None and display(progress) is False:
-                    control.cancel()
-        except grpc.RpcError as error:
-            raise to_error(
-                error,  # type: ignore[arg-type]
-                facts(cancelled_by_caller=control.cancelled, answered=answered()),
-            ) from None
-        except BaseException:
-            stream.cancel()
-            raise
-        finally:
-            control.end()
-
-    def _interrupted(self, control: Control, request: Request) -> None:
-        """Ends a job that would outlive its call."""
-        if "result_ttl" in request.options and control.job_name:
-            with contextlib.suppress(Error):
-                self._unary(_rpc.CANCEL_JOB, pb.CancelJobRequest(name=control.job_name), 1.0)

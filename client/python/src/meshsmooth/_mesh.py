@@ -254,8 +254,8 @@ def node_vectors(mesh: Mesh, name: str) -> NDArray[Any]:
 
 
 # Cell arrays that tell regions, as the command line takes them: Gmsh's physical groups, Medit's
-# references, TetGen's first attribute, Gmsh's entities; in files that it converted, the materials of
-# Abaqus and the cell zones of OpenFOAM.
+# references, TetGen's first attribute, Gmsh's entities; in files that it converted, the materials
+# of Abaqus and the cell zones of OpenFOAM.
 _REGION_ARRAYS = (
     "gmsh:physical",
     "medit:ref",

@@ -8,20 +8,17 @@ from __future__ import annotations
 import datetime
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
-from typing import Any, ClassVar, Literal, TypedDict, cast
+from dataclasses import fields, replace
+from typing import Any, Literal, TypedDict, cast
 
 from google.protobuf import duration_pb2
 from numpy.typing import ArrayLike
 
 from ._errors import InvalidOption
+from ._methods import NAMED_METHODS, Goal, Method, MethodName, Move, Optimize, Target
 from ._progress import Progress
 from .v1 import smoothing_pb2 as pb
 
-Goal = Literal["average", "balanced", "worst"]
-Target = Literal["automatic", "ideal", "input", "reference"]
-Weighting = Literal["uniform", "inverse-edge-length", "edge-length", "ball-volume"]
-Window = Literal["nuttall", "hamming"]
 Boundary = Literal["fixed", "slide", "free"]
 Form = Literal["jacobi", "gauss-seidel", "asynchronous"]
 Metric = Literal[
@@ -33,152 +30,7 @@ Metric = Literal[
     "min_angle",
     "max_angle",
 ]
-MethodName = Literal[
-    "optimize",
-    "laplacian",
-    "smart-laplacian",
-    "taubin",
-    "hc-laplacian",
-    "windowed-sinc",
-    "move",
-    "weighted-laplacian",
-]
 Duration = float | str | datetime.timedelta
-
-# The server's default limits for methods that converge long before.
-_MOST_ITERATIONS = 1000
-_MOST_OF_ALL_STEPS = 10_000
-
-
-@dataclass(frozen=True, kw_only=True)
-class Optimize:
-    """Moves each node down the energy of the elements around it; a valid mesh stays valid.
-
-    Attributes:
-        goal: elements to improve: all, the worst, or both [balanced].
-        target: shape that elements aim at [automatic].
-        stay: weight that holds nodes at their input positions, 0 or more [0].
-    """
-
-    goal: Goal | None = None
-    target: Target | None = None
-    stay: float | None = None
-
-    _name: ClassVar[str] = "optimize"
-    _iterations: ClassVar[int] = _MOST_ITERATIONS
-
-
-@dataclass(frozen=True, kw_only=True)
-class Laplacian:
-    """Moves each node towards the weighted mean of its neighbours.
-
-    Attributes:
-        weighting: weights of the neighbours [uniform].
-        relaxation: share of the step that is taken, (0, 1] [1].
-    """
-
-    weighting: Weighting | None = None
-    relaxation: float | None = None
-
-    _name: ClassVar[str] = "laplacian"
-    _iterations: ClassVar[int] = _MOST_ITERATIONS
-
-
-@dataclass(frozen=True, kw_only=True)
-class SmartLaplacian:
-    """A Laplacian step that is taken only if the worst mean ratio around the node does not fall.
-
-    Attributes:
-        weighting: weights of the neighbours [uniform].
-        relaxation: share of the step that is taken, (0, 1] [1].
-    """
-
-    weighting: Weighting | None = None
-    relaxation: float | None = None
-
-    _name: ClassVar[str] = "smart_laplacian"
-    _iterations: ClassVar[int] = _MOST_ITERATIONS
-
-
-@dataclass(frozen=True, kw_only=True)
-class Taubin:
-    """A step with lambda, then one with mu: keeps the volume of a surface.
-
-    Attributes:
-        lambda_: factor of the first step, (0, 1] [0.6307].
-        mu: factor of the second step, below -lambda [-0.6732].
-    """
-
-    lambda_: float | None = None
-    mu: float | None = None
-
-    _name: ClassVar[str] = "taubin"
-    _iterations: ClassVar[int] = 20
-
-
-@dataclass(frozen=True, kw_only=True)
-class HcLaplacian:
-    """Averages, then pushes nodes back towards their original and previous positions.
-
-    Attributes:
-        alpha: weight of the original position, [0, 1] [0].
-        beta: share of the node's own difference, [0, 1] [0.5].
-    """
-
-    alpha: float | None = None
-    beta: float | None = None
-
-    _name: ClassVar[str] = "hc_laplacian"
-    _iterations: ClassVar[int] = 10
-
-
-@dataclass(frozen=True, kw_only=True)
-class WindowedSinc:
-    """A low-pass filter of as many terms as iterations: keeps the volume of a surface.
-
-    Attributes:
-        window: window of the filter's series [nuttall].
-        pass_band: eigenvalue of the ring operator below which the shape stays, [0.001, 2] [0.1].
-    """
-
-    window: Window | None = None
-    pass_band: float | None = None
-
-    _name: ClassVar[str] = "windowed_sinc"
-    _iterations: ClassVar[int] = 20
-
-
-@dataclass(frozen=True, kw_only=True)
-class Move:
-    """The method of `move`: some nodes go to given positions, the mesh follows and stays valid.
-
-    Attributes:
-        target: shape that elements aim at: "ideal", or the one that they have in the mesh [theirs].
-        least_step: smallest share of the motion that is tried, (0, 1] [1/64].
-    """
-
-    target: Target | None = None
-    least_step: float | None = None
-
-    _name: ClassVar[str] = "move"
-    _iterations: ClassVar[int] = _MOST_OF_ALL_STEPS
-
-
-Method = Optimize | Laplacian | SmartLaplacian | Taubin | HcLaplacian | WindowedSinc | Move
-
-_METHODS: dict[str, Method] = {
-    method._name.replace("_", "-"): method
-    for method in (
-        Optimize(),
-        Laplacian(),
-        SmartLaplacian(),
-        Taubin(),
-        HcLaplacian(),
-        WindowedSinc(),
-        Move(),
-    )
-}
-_METHODS["weighted-laplacian"] = Laplacian(weighting="inverse-edge-length")
 
 # Fields that are called otherwise on the wire.
 _WIRE_NAMES = {"lambda_": "lambda", "relaxation": "relaxation_factor"}
@@ -302,11 +154,11 @@ def to_method(options: JobOptions) -> Method | None:
     method = options.get("method")
     if isinstance(method, str):
         name = method.replace("_", "-")
-        if name not in _METHODS:
+        if name not in NAMED_METHODS:
             raise out_of_range(
-                "method", f"method is {method!r}, it must be one of {', '.join(_METHODS)}"
+                "method", f"method is {method!r}, it must be one of {', '.join(NAMED_METHODS)}"
             )
-        method = _METHODS[name]
+        method = NAMED_METHODS[name]
     elif method is not None and not isinstance(method, Method):
         raise out_of_range("method", f"method is {method!r}, it must be a name or ms.Optimize(…)")
     short: dict[str, Any] = {

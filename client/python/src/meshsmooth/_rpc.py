@@ -11,6 +11,8 @@ from ._options import JobOptions
 from ._progress import Progress, decode_progress, enum_name
 from .v1 import smoothing_pb2 as pb
 
+SHORT_TIMEOUT = 30.0  # seconds
+
 _SERVICE = "/meshsmooth.v1.SmoothingService/"
 
 Empty = empty_pb2.Empty

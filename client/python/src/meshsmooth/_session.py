@@ -123,6 +123,6 @@ class Session:
     def _run(self, request: Request, finish: Finish) -> Any:
         display = make_display(request.options.get("progress"))
         use = TopologyUse(named=True, routed=True)
-        result = self._client._smooth(request, finish, Control(), display, use=use)
+        result = self._client._connection.smooth(request, finish, Control(), display, use=use)
         self._steps.end(finish)
         return result

@@ -1,0 +1,192 @@
+"""The calls of one server on asyncio."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import functools
+from collections.abc import AsyncIterator, Callable
+from typing import Any
+
+import grpc.aio
+
+from . import _call, _channel, _rpc
+from ._aio_job import AsyncControl
+from ._errors import Error
+from ._progress import Display, Progress, closing
+from ._request import Request, TopologyUse
+from ._result import Finish
+from ._retry import Retry
+from ._service_error import CallFacts, to_error
+from .v1 import smoothing_pb2 as pb
+
+
+class AsyncConnection:
+    """A channel to a server, opened by the first call, and the calls on it, for one event loop."""
+
+    def __init__(self, endpoint: _channel.Endpoint) -> None:
+        self._endpoint = endpoint
+        self._channel: Any = None
+        self._last_was_accepted = False
+
+    @property
+    def address(self) -> str:
+        """The address of the server."""
+        return self._endpoint.address
+
+    async def close(self) -> None:
+        """Closes the channel."""
+        channel, self._channel = self._channel, None
+        if channel is not None:
+            await channel.close()
+
+    def _own_channel(self) -> Any:
+        _channel.fork_guard.check()
+        if self._channel is None:
+            endpoint = self._endpoint
+            options = _channel.channel_options(endpoint.address, endpoint.tls)
+            self._channel = (
+                grpc.aio.insecure_channel(endpoint.address, options)
+                if endpoint.tls is None
+                else grpc.aio.secure_channel(
+                    endpoint.address, _channel.channel_credentials(endpoint.tls), options
+                )
+            )
+        return self._channel
+
+    async def unary(
+        self, method: _rpc.Unary, request: Any, timeout: float = _rpc.SHORT_TIMEOUT
+    ) -> Any:
+        call = self._own_channel().unary_unary(
+            method.path,
+            request_serializer=_rpc.serialize,
+            response_deserializer=method.response.FromString,
+        )
+        try:
+            return await call(request, timeout=timeout, metadata=self._endpoint.metadata())
+        except grpc.aio.AioRpcError as error:
+            raise to_error(error, CallFacts(self.address, timeout)) from None
+
+    async def smooth(
+        self,
+        request: Request,
+        finish: Finish,
+        control: AsyncControl,
+        display: Display | None,
+        *,
+        use: TopologyUse | None = None,
+        patient: bool = False,
+    ) -> Any:
+        attempts = _call.Attempts(
+            request,
+            finish.memory,
+            use,
+            patient=patient,
+            with_progress=display is not None,
+            last_was_accepted=self._last_was_accepted,
+        )
+        with closing(display):
+            while True:
+                control.check()
+                call = attempts.begin()
+                try:
+                    await self._run_smooth(call, request, control, display, attempts.retry.left())
+                    self._last_was_accepted = True
+                    return finish(call.result, call.job_name)
+                except Error as error:
+                    self._last_was_accepted = False
+                    await asyncio.sleep(attempts.after(error, call))
+
+    async def _run_smooth(
+        self,
+        call: _call.SmoothCall,
+        request: Request,
+        control: AsyncControl,
+        display: Display | None,
+        left: float,
+    ) -> None:
+        upload = call.upload
+        wake = asyncio.Event()
+
+        async def messages() -> AsyncIterator[bytes]:
+            yield call.first
+            while True:
+                for chunk in upload.chunks():
+                    yield chunk
+                if upload.complete:
+                    return
+                await wake.wait()
+                wake.clear()
+
+        def receive(message: bytes) -> Progress | None:
+            progress = call.receive(message)
+            control.job_name = call.job_name
+            wake.set()
+            return progress
+
+        stream = self._own_channel().stream_stream(_call.SMOOTH)(
+            messages(), timeout=left, metadata=self._endpoint.metadata() + call.metadata
+        )
+        facts = functools.partial(CallFacts, self.address, request.timeout)
+        try:
+            await self._drain(stream, receive, control, display, facts, lambda: bool(call.job_name))
+        except asyncio.CancelledError:  # the task's; a job that would outlive its call ends too
+            if "result_ttl" in request.options and control.job_name:
+                with contextlib.suppress(Error):
+                    cancel = pb.CancelJobRequest(name=control.job_name)
+                    await self.unary(_rpc.CANCEL_JOB, cancel, 1.0)
+            raise
+
+    async def attach(
+        self, name: str, request: Request, finish: Finish, control: AsyncControl, display: Display
+    ) -> Any:
+        retry = Retry(request.timeout, request.max_attempts)
+        call = _call.AttachCall(name, request, finish.memory)
+        facts = functools.partial(CallFacts, self.address, request.timeout)
+        with closing(display):
+            while True:
+                control.check()
+                before = call.result.received_bytes
+                try:
+                    stream = self._own_channel().unary_stream(_call.ATTACH)(
+                        call.first(), timeout=retry.left(), metadata=self._endpoint.metadata()
+                    )
+                    await self._drain(stream, call.receive, control, display, facts, lambda: True)
+                    return finish(call.result, name)
+                except Error as error:
+                    if call.result.received_bytes > before:
+                        retry.succeeded_in_part()
+                    await asyncio.sleep(retry.delay_after(error))
+
+    @staticmethod
+    async def _drain(
+        stream: Any,
+        receive: Callable[[bytes], Progress | None],
+        control: AsyncControl,
+        display: Display | None,
+        facts: Callable[..., CallFacts],
+        answered: Callable[[], bool],
+    ) -> None:
+        """Takes all answers of a call; raises the error that it ends with."""
+        control.call = stream
+        if control.cancelled:
+            stream.cancel()
+        try:
+            async for message in stream:
+                progress = receive(message)
+                if progress is not None and display is not None and display(progress) is False:
+                    control.cancel()
+        except grpc.aio.AioRpcError as error:
+            raise to_error(
+                error,
+                facts(cancelled_by_caller=control.cancelled, answered=answered()),
+            ) from None
+        except asyncio.CancelledError:
+            stream.cancel()
+            control.check()  # the call was cancelled, not the task
+            raise
+        except BaseException:
+            stream.cancel()
+            raise
+        finally:
+            control.call = None

@@ -1,0 +1,202 @@
+"""The blocking calls of one server."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import os
+import threading
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import grpc
+
+from . import _call, _channel, _rpc
+from ._errors import Error
+from ._job import Control
+from ._progress import Display, Progress, closing
+from ._request import Request, TopologyUse
+from ._result import Finish
+from ._retry import Retry
+from ._service_error import CallFacts, to_error
+from .v1 import smoothing_pb2 as pb
+
+
+class Connection:
+    """A channel to a server, opened by the first call, and the calls on it. Thread-safe."""
+
+    def __init__(self, endpoint: _channel.Endpoint) -> None:
+        self._endpoint = endpoint
+        self._lock = threading.Lock()
+        self._channel: Any = None
+        self._pid = 0  # of the process that the channel belongs to
+        self._last_was_accepted = False
+
+    @property
+    def address(self) -> str:
+        """The address of the server."""
+        return self._endpoint.address
+
+    def close(self) -> None:
+        """Closes the channel; calls under way end with `Cancelled`."""
+        with self._lock:
+            channel, self._channel = self._channel, None
+            if channel is not None and self._pid == os.getpid():
+                channel.close()
+
+    def _own_channel(self) -> Any:
+        _channel.fork_guard.check()
+        with self._lock:
+            if self._channel is None or self._pid != os.getpid():
+                endpoint = self._endpoint
+                options = _channel.channel_options(endpoint.address, endpoint.tls)
+                self._channel = (
+                    grpc.insecure_channel(endpoint.address, options)
+                    if endpoint.tls is None
+                    else grpc.secure_channel(
+                        endpoint.address, _channel.channel_credentials(endpoint.tls), options
+                    )
+                )
+                self._pid = os.getpid()
+            return self._channel
+
+    def unary(self, method: _rpc.Unary, request: Any, timeout: float = _rpc.SHORT_TIMEOUT) -> Any:
+        call = self._own_channel().unary_unary(
+            method.path,
+            request_serializer=_rpc.serialize,
+            response_deserializer=method.response.FromString,
+        )
+        try:
+            return call(request, timeout=timeout, metadata=self._endpoint.metadata())
+        except grpc.RpcError as error:
+            raise to_error(error, CallFacts(self.address, timeout)) from None  # type: ignore[arg-type]
+
+    def smooth(
+        self,
+        request: Request,
+        finish: Finish,
+        control: Control,
+        display: Display | None,
+        *,
+        use: TopologyUse | None = None,
+        patient: bool = False,
+    ) -> Any:
+        """Runs a job in as many attempts as it may have."""
+        attempts = _call.Attempts(
+            request,
+            finish.memory,
+            use,
+            patient=patient,
+            with_progress=display is not None,
+            last_was_accepted=self._last_was_accepted,
+        )
+        with closing(display):
+            while True:
+                control.check()
+                call = attempts.begin()
+                try:
+                    self._run_smooth(call, request, control, display, attempts.retry.left())
+                    self._last_was_accepted = True
+                    return finish(call.result, call.job_name)
+                except Error as error:
+                    self._last_was_accepted = False
+                    control.wait(attempts.after(error, call))
+
+    def _run_smooth(
+        self,
+        call: _call.SmoothCall,
+        request: Request,
+        control: Control,
+        display: Display | None,
+        left: float,
+    ) -> None:
+        upload = call.upload
+        wake = threading.Event()  # the upload may continue, or the call has ended
+        ended = False
+
+        def messages() -> Iterator[bytes]:
+            yield call.first
+            while not ended:
+                yield from upload.chunks()
+                if upload.complete:
+                    return
+                wake.wait()
+                wake.clear()
+
+        def end() -> None:
+            nonlocal ended
+            ended = True
+            wake.set()
+
+        stream = self._own_channel().stream_stream(_call.SMOOTH)(
+            messages(), timeout=left, metadata=self._endpoint.metadata() + call.metadata
+        )
+        if not stream.add_callback(end):
+            end()
+
+        def receive(message: bytes) -> Progress | None:
+            progress = call.receive(message)
+            control.job_name = call.job_name
+            wake.set()
+            return progress
+
+        facts = functools.partial(CallFacts, self.address, request.timeout)
+        try:
+            self._drain(stream, receive, control, display, facts, lambda: bool(call.job_name))
+        except KeyboardInterrupt:
+            self._interrupted(control, request)
+            raise
+
+    def attach(
+        self, name: str, request: Request, finish: Finish, control: Control, display: Display
+    ) -> Any:
+        retry = Retry(request.timeout, request.max_attempts)
+        call = _call.AttachCall(name, request, finish.memory)
+        facts = functools.partial(CallFacts, self.address, request.timeout)
+        with closing(display):
+            while True:
+                control.check()
+                before = call.result.received_bytes
+                try:
+                    stream = self._own_channel().unary_stream(_call.ATTACH)(
+                        call.first(), timeout=retry.left(), metadata=self._endpoint.metadata()
+                    )
+                    self._drain(stream, call.receive, control, display, facts, lambda: True)
+                    return finish(call.result, name)
+                except Error as error:
+                    if call.result.received_bytes > before:
+                        retry.succeeded_in_part()
+                    control.wait(retry.delay_after(error))
+
+    @staticmethod
+    def _drain(
+        stream: Any,
+        receive: Callable[[bytes], Progress | None],
+        control: Control,
+        display: Display | None,
+        facts: Callable[..., CallFacts],
+        answered: Callable[[], bool],
+    ) -> None:
+        """Takes all answers of a call; raises the error that it ends with."""
+        control.begin(stream.cancel)
+        try:
+            for message in stream:
+                progress = receive(message)
+                if progress is not None and display is not None and display(progress) is False:
+                    control.cancel()
+        except grpc.RpcError as error:
+            raise to_error(
+                error,  # type: ignore[arg-type]
+                facts(cancelled_by_caller=control.cancelled, answered=answered()),
+            ) from None
+        except BaseException:
+            stream.cancel()
+            raise
+        finally:
+            control.end()
+
+    def _interrupted(self, control: Control, request: Request) -> None:
+        """Ends a job that would outlive its call."""
+        if "result_ttl" in request.options and control.job_name:
+            with contextlib.suppress(Error):
+                self.unary(_rpc.CANCEL_JOB, pb.CancelJobRequest(name=control.job_name), 1.0)

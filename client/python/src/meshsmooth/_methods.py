@@ -1,0 +1,159 @@
+"""Methods, with the parameters of each.
+
+What is unset stays unset: the server's default holds, in brackets here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+Goal = Literal["average", "balanced", "worst"]
+Target = Literal["automatic", "ideal", "input", "reference"]
+Weighting = Literal["uniform", "inverse-edge-length", "edge-length", "ball-volume"]
+Window = Literal["nuttall", "hamming"]
+MethodName = Literal[
+    "optimize",
+    "laplacian",
+    "smart-laplacian",
+    "taubin",
+    "hc-laplacian",
+    "windowed-sinc",
+    "move",
+    "weighted-laplacian",
+]
+
+# The server's default limits for methods that converge long before.
+_MOST_ITERATIONS = 1000
+_MOST_OF_ALL_STEPS = 10_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class Optimize:
+    """Moves each node down the energy of the elements around it; a valid mesh stays valid.
+
+    Attributes:
+        goal: elements to improve: all, the worst, or both [balanced].
+        target: shape that elements aim at [automatic].
+        stay: weight that holds nodes at their input positions, 0 or more [0].
+    """
+
+    goal: Goal | None = None
+    target: Target | None = None
+    stay: float | None = None
+
+    _name: ClassVar[str] = "optimize"
+    _iterations: ClassVar[int] = _MOST_ITERATIONS
+
+
+@dataclass(frozen=True, kw_only=True)
+class Laplacian:
+    """Moves each node towards the weighted mean of its neighbours.
+
+    Attributes:
+        weighting: weights of the neighbours [uniform].
+        relaxation: share of the step that is taken, (0, 1] [1].
+    """
+
+    weighting: Weighting | None = None
+    relaxation: float | None = None
+
+    _name: ClassVar[str] = "laplacian"
+    _iterations: ClassVar[int] = _MOST_ITERATIONS
+
+
+@dataclass(frozen=True, kw_only=True)
+class SmartLaplacian:
+    """A Laplacian step that is taken only if the worst mean ratio around the node does not fall.
+
+    Attributes:
+        weighting: weights of the neighbours [uniform].
+        relaxation: share of the step that is taken, (0, 1] [1].
+    """
+
+    weighting: Weighting | None = None
+    relaxation: float | None = None
+
+    _name: ClassVar[str] = "smart_laplacian"
+    _iterations: ClassVar[int] = _MOST_ITERATIONS
+
+
+@dataclass(frozen=True, kw_only=True)
+class Taubin:
+    """A step with lambda, then one with mu: keeps the volume of a surface.
+
+    Attributes:
+        lambda_: factor of the first step, (0, 1] [0.6307].
+        mu: factor of the second step, below -lambda [-0.6732].
+    """
+
+    lambda_: float | None = None
+    mu: float | None = None
+
+    _name: ClassVar[str] = "taubin"
+    _iterations: ClassVar[int] = 20
+
+
+@dataclass(frozen=True, kw_only=True)
+class HcLaplacian:
+    """Averages, then pushes nodes back towards their original and previous positions.
+
+    Attributes:
+        alpha: weight of the original position, [0, 1] [0].
+        beta: share of the node's own difference, [0, 1] [0.5].
+    """
+
+    alpha: float | None = None
+    beta: float | None = None
+
+    _name: ClassVar[str] = "hc_laplacian"
+    _iterations: ClassVar[int] = 10
+
+
+@dataclass(frozen=True, kw_only=True)
+class WindowedSinc:
+    """A low-pass filter of as many terms as iterations: keeps the volume of a surface.
+
+    Attributes:
+        window: window of the filter's series [nuttall].
+        pass_band: eigenvalue of the ring operator below which the shape stays, [0.001, 2] [0.1].
+    """
+
+    window: Window | None = None
+    pass_band: float | None = None
+
+    _name: ClassVar[str] = "windowed_sinc"
+    _iterations: ClassVar[int] = 20
+
+
+@dataclass(frozen=True, kw_only=True)
+class Move:
+    """The method of `move`: some nodes go to given positions, the mesh follows and stays valid.
+
+    Attributes:
+        target: shape that elements aim at: "ideal", or the one that they have in the mesh [theirs].
+        least_step: smallest share of the motion that is tried, (0, 1] [1/64].
+    """
+
+    target: Target | None = None
+    least_step: float | None = None
+
+    _name: ClassVar[str] = "move"
+    _iterations: ClassVar[int] = _MOST_OF_ALL_STEPS
+
+
+Method = Optimize | Laplacian | SmartLaplacian | Taubin | HcLaplacian | WindowedSinc | Move
+
+NAMED_METHODS: dict[str, Method] = {
+    method._name.replace("_", "-"): method
+    for method in (
+        Optimize(),
+        Laplacian(),
+        SmartLaplacian(),
+        Taubin(),
+        HcLaplacian(),
+        WindowedSinc(),
+        Move(),
+    )
+}
+NAMED_METHODS["weighted-laplacian"] = Laplacian(weighting="inverse-edge-length")
