@@ -37,6 +37,15 @@ struct DeviceOrder {
 };
 [[nodiscard]] DeviceOrder order_nodes_on_device(const Mesh& mesh);
 
+/// What a topology that is prepared without positions is ordered by.
+struct DeviceLandmarks {
+  std::vector<NodeId> nodes;
+  std::vector<std::vector<int>> steps;  // by landmark and node; -1: no way
+  std::vector<Vec3d> places;            // of nodes
+};
+[[nodiscard]] DeviceLandmarks place_by_edges_on_device(
+    const std::vector<std::vector<NodeId>>& rings);
+
 /// What `prepare_job` finds, by the caller's ids.
 struct DeviceTopology {
   std::vector<std::vector<std::int64_t>> balls;  // empty where they are not kept

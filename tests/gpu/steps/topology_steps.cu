@@ -1,6 +1,7 @@
 #include "gpu/steps/cuda_steps.hpp"
 #include "gpu/steps/device_session.cuh"
 #include "smooth/cuda/device/backend.cuh"
+#include "smooth/cuda/topology/landmarks.cuh"
 
 namespace meshsmooth::test {
 namespace {
@@ -94,6 +95,35 @@ DeviceTopology prepare(const Mesh& mesh, const std::vector<Vec3<Real>>& position
 
 DeviceOrder order_nodes_on_device(const Mesh& mesh) {
   return std::visit([](const auto& positions) { return order_nodes(positions); }, mesh.positions);
+}
+
+DeviceLandmarks place_by_edges_on_device(const std::vector<std::vector<NodeId>>& rings) {
+  DeviceSession device;
+  CudaExecutor& executor = device.executor;
+  const std::size_t count = rings.size();
+  std::vector<std::int64_t> offsets = {0};
+  std::vector<NodeId> entries;
+  for (const auto& ring : rings) {
+    entries.insert(entries.end(), ring.begin(), ring.end());
+    offsets.push_back(static_cast<std::int64_t>(entries.size()));
+  }
+  const auto there_offsets = uploaded(executor, offsets);
+  const auto there_entries = uploaded(executor, entries);
+  const detail::Rows<NodeId> rows{there_offsets.data(), there_entries.data()};
+  auto places = executor.allocate<Vec3f>(count);
+
+  const detail::Landmarks landmarks = detail::find_landmarks(executor, count, rows);
+  detail::place_by_edges(executor, count, rows, places.data());
+
+  DeviceLandmarks found;
+  found.nodes.assign(std::begin(landmarks.nodes), std::end(landmarks.nodes));
+  const auto steps = downloaded(executor, landmarks.steps.data(), landmarks.steps.size());
+  found.steps.assign(found.nodes.size(), std::vector<int>(count));
+  for (std::size_t k = 0; k < steps.size(); ++k) {
+    found.steps[k / count][k % count] = steps[k] == detail::Landmarks::kUnreached ? -1 : steps[k];
+  }
+  found.places = positions_as<double>(downloaded(executor, places.data(), count));
+  return found;
 }
 
 DeviceTopology prepare_on_device(const Mesh& mesh, const SmoothOptions& options) {
