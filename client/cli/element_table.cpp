@@ -28,7 +28,7 @@ struct Places {
   explicit Places(const Mesh& mesh) {
     const PositionsView positions = mesh.positions_view();
     for (const ElementBlock& block : mesh.blocks) {
-      const auto width = static_cast<std::size_t>(element_shape(block.type).node_count);
+      const auto width = element_width(block.type);
       for (std::size_t at = 0; at < block.nodes.size(); at += width) {
         types.push_back(block.type);
         centres.push_back(centre_of(positions, std::span(block.nodes).subspan(at, width)));
@@ -42,7 +42,7 @@ template <class Visit>
 void for_each_row(const formats::MeshFile& file, const ElementTable& table, const Visit& visit) {
   const Places places(file.mesh);
   for (std::size_t e = 0; e < places.types.size(); ++e) {
-    visit(file.file_element_id(static_cast<std::int64_t>(e)), element_shape(places.types[e]).name,
+    visit(file.file_element_id(static_cast<std::int64_t>(e)), element_name(places.types[e]),
           places.centres[e], kStateNames[static_cast<std::size_t>(table.states[e])], e);
   }
 }
@@ -287,8 +287,8 @@ std::string describe_requirement(const Requirement& requirement, const Requireme
     const auto e = static_cast<std::size_t>(element);
     const Vec3d at = places.centres[e];
     text += fmt::format("  element {} ({}) at ({:.6g}, {:.6g}, {:.6g}): {} {:.6g}\n",
-                        file.file_element_id(element), element_shape(places.types[e]).name, at.x,
-                        at.y, at.z, element_metric_name(metric_of(requirement)), value);
+                        file.file_element_id(element), element_name(places.types[e]), at.x, at.y,
+                        at.z, element_metric_name(metric_of(requirement)), value);
   }
   return text;
 }

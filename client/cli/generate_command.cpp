@@ -18,9 +18,9 @@ ExitCode run(const std::filesystem::path& output, const std::function<formats::M
   std::cout << output.string() << ": "
             << counted(static_cast<std::int64_t>(file.mesh.node_count()), "node");
   for (const ElementBlock& block : file.mesh.blocks) {
-    const ElementShape& shape = element_shape(block.type);
-    const auto count = static_cast<std::int64_t>(block.nodes.size()) / shape.node_count;
-    std::cout << ", " << with_commas(count) << " x " << shape.name;
+    const std::size_t count = block.nodes.size() / element_width(block.type);
+    std::cout << ", " << with_commas(static_cast<std::int64_t>(count)) << " x "
+              << element_name(block.type);
   }
   std::cout << std::endl;
   return ExitCode::done;

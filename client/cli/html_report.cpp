@@ -135,7 +135,7 @@ std::vector<std::uint8_t> fixed_nodes(const formats::MeshFile& file, const Smoot
   std::vector<std::size_t> first(file.mesh.node_count(), regions.size());  // element of a node
   std::size_t element = 0;
   for (const ElementBlock& block : file.mesh.blocks) {
-    const auto width = static_cast<std::size_t>(element_shape(block.type).node_count);
+    const auto width = element_width(block.type);
     for (std::size_t n = 0; n < block.nodes.size(); ++n) {
       const auto node = static_cast<std::size_t>(block.nodes[n]);
       const std::size_t own = element + n / width;

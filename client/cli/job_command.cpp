@@ -46,7 +46,7 @@ void fix_named_nodes(formats::MeshFile& file, const JobFlags& flags) {
     mark_fixed(file.mesh.fixed, formats::find_node_set(file, name), node_count);
   }
   for (const ElementBlock& block : file.mesh.blocks) {
-    const std::string_view type = element_shape(block.type).name;
+    const std::string_view type = element_name(block.type);
     if (std::ranges::find(flags.fixed_types, type) == flags.fixed_types.end()) continue;
     mark_fixed(file.mesh.fixed, block.nodes, node_count);
   }
@@ -172,7 +172,7 @@ void add_job_flags(CLI::App& command, JobFlags& flags, const std::string& input_
                   "file (not 0: fixed); may be repeated")
       ->allow_extra_args(false);
   std::vector<std::string> types;
-  for (const ElementType type : kElementTypes) types.emplace_back(element_shape(type).name);
+  for (const ElementType type : kElementTypes) types.emplace_back(element_name(type));
   command
       .add_option("--fixed-types", flags.fixed_types,
                   "Element types whose nodes are fixed, separated by commas")

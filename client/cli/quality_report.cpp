@@ -34,9 +34,8 @@ std::string worst_lines(const QualityStats& stats,
   std::string text = fmt::format("\nworst {:>12} {:<12} {:>10} {:>16}\n", "element", "type",
                                  "mean ratio", "scaled jacobian");
   for (const ElementQuality& element : stats.worst) {
-    text +=
-        fmt::format("{:>18} {:<12} {:>10.4f} {:>16.4f}\n", file_element_id(element.element),
-                    element_shape(element.type).name, element.mean_ratio, element.scaled_jacobian);
+    text += fmt::format("{:>18} {:<12} {:>10.4f} {:>16.4f}\n", file_element_id(element.element),
+                        element_name(element.type), element.mean_ratio, element.scaled_jacobian);
   }
   return text;
 }

@@ -36,16 +36,15 @@ void compare_meshes(const MeshFile& a, const MeshFile& b, Differences& differenc
   for (std::size_t n = 0; n < std::min(a.mesh.blocks.size(), b.mesh.blocks.size()); ++n) {
     const ElementBlock& own = a.mesh.blocks[n];
     const ElementBlock& other = b.mesh.blocks[n];
-    const ElementShape& shape = element_shape(own.type);
+    const std::string name(element_name(own.type));
     if (own.type != other.type) {
-      element_differs(" is a " + std::string(shape.name) + " and a " +
-                      std::string(element_shape(other.type).name));
+      element_differs(" is a " + name + " and a " + std::string(element_name(other.type)));
       return;
     }
     const auto [at, there] = std::ranges::mismatch(own.nodes, other.nodes);
-    element += (at - own.nodes.begin()) / shape.node_count;
+    element += (at - own.nodes.begin()) / static_cast<std::ptrdiff_t>(element_width(own.type));
     if (at != own.nodes.end() && there != other.nodes.end()) {
-      element_differs(" (" + std::string(shape.name) + ") has other nodes");
+      element_differs(" (" + name + ") has other nodes");
       return;
     }
     if (own.nodes.size() != other.nodes.size()) {

@@ -71,8 +71,11 @@ class Blocks {
 
  private:
   static constexpr std::size_t kNowhere = std::numeric_limits<std::size_t>::max();
-  std::array<std::size_t, kElementTypeCount> places_ = {kNowhere, kNowhere, kNowhere,
-                                                        kNowhere, kNowhere, kNowhere};
+  std::array<std::size_t, kElementTypeCount> places_ = [] {
+    std::array<std::size_t, kElementTypeCount> none{};
+    none.fill(kNowhere);
+    return none;
+  }();
   std::vector<ElementBlock> blocks_;
   std::vector<std::vector<std::int64_t>> cells_;
 };

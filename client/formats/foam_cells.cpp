@@ -83,7 +83,7 @@ std::vector<std::int64_t> order_nodes(ElementType type, const CellFacets& facets
   std::vector<std::int64_t> nodes(base.begin(),
                                   base.begin() + static_cast<std::ptrdiff_t>(base_size));
   if (type != ElementType::wedge) std::reverse(nodes.begin(), nodes.end());  // it looks inward
-  const auto node_count = static_cast<std::size_t>(element_shape(type).node_count);
+  const auto node_count = element_width(type);
   for (std::size_t corner = 0; nodes.size() < node_count; ++corner) {
     nodes.push_back(node_above(facets, base, nodes[corner]));
   }

@@ -235,8 +235,7 @@ void check_cells(const path& file, const Mesh& mesh) {
   for (const ElementBlock& block : mesh.blocks) {
     if (!can_carry(extension_of(file), block.type)) {
       fail("ELEMENT_NOT_SUPPORTED", file,
-           extension_of(file) + " files cannot carry a " +
-               std::string(element_shape(block.type).name));
+           extension_of(file) + " files cannot carry a " + std::string(element_name(block.type)));
     }
   }
 }

@@ -56,7 +56,7 @@ std::string make_obj(const Mesh& mesh) {
       },
       mesh.positions_view());
   for (const ElementBlock& block : mesh.blocks) {
-    const auto corners = static_cast<std::size_t>(element_shape(block.type).node_count);
+    const auto corners = element_width(block.type);
     for (std::size_t corner = 0; corner < block.nodes.size(); ++corner) {
       text += corner % corners == 0 ? "f " : " ";
       text += std::to_string(block.nodes[corner] + 1);
@@ -104,7 +104,7 @@ void write_obj(const std::filesystem::path& path, const MeshFile& file) {
   for (const ElementBlock& block : file.mesh.blocks) {
     if (element_shape(block.type).dimension == 3) {
       fail("ELEMENT_NOT_SUPPORTED", path,
-           ".obj files cannot carry a " + std::string(element_shape(block.type).name));
+           ".obj files cannot carry a " + std::string(element_name(block.type)));
     }
   }
   write_bytes(path, make_obj(file.mesh));

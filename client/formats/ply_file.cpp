@@ -316,7 +316,7 @@ void write_ply(const std::filesystem::path& path, const MeshFile& file) {
   for (const ElementBlock& block : file.mesh.blocks) {
     if (element_shape(block.type).dimension == 3) {
       fail("ELEMENT_NOT_SUPPORTED", path,
-           ".ply files cannot carry a " + std::string(element_shape(block.type).name));
+           ".ply files cannot carry a " + std::string(element_name(block.type)));
     }
   }
   write_bytes(path, make_ply(file));

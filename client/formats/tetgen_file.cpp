@@ -178,7 +178,7 @@ void write_tetgen(const path& file, const MeshFile& mesh_file) {
   for (const ElementBlock& block : mesh_file.mesh.blocks) {
     if (block.type != ElementType::tetrahedron) {
       fail("ELEMENT_NOT_SUPPORTED", file,
-           "TetGen files cannot carry a " + std::string(element_shape(block.type).name));
+           "TetGen files cannot carry a " + std::string(element_name(block.type)));
     }
   }
   const std::shared_ptr<const Dataset> dataset = dataset_of(mesh_file);

@@ -293,6 +293,8 @@ ElementType decode_element_type(v1::ElementType type, const std::string& field) 
 
 static_assert(static_cast<int>(ElementType::triangle) + 1 == v1::ELEMENT_TYPE_TRIANGLE &&
               static_cast<int>(ElementType::hexahedron) + 1 == v1::ELEMENT_TYPE_HEXAHEDRON &&
+              static_cast<int>(ElementType::tetrahedron10) + 1 == v1::ELEMENT_TYPE_TETRAHEDRON10 &&
+              static_cast<int>(ElementType::hexahedron27) + 1 == v1::ELEMENT_TYPE_HEXAHEDRON27 &&
               kElementTypeCount + 1 == v1::ElementType_ARRAYSIZE);
 
 v1::Stage encode_stage(Stage stage) {

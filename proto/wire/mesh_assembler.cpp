@@ -52,8 +52,7 @@ TopologyArrays::TopologyArrays(const MeshLayout& layout, std::pmr::memory_resour
   const auto* nodes = reinterpret_cast<const NodeId*>(elements_.data());
   blocks_.reserve(layout.blocks.size());
   for (const MeshLayout::Block& block : layout.blocks) {
-    const std::size_t node_count = size_of(block.element_count) *
-                                   static_cast<std::size_t>(element_shape(block.type).node_count);
+    const std::size_t node_count = size_of(block.element_count) * element_width(block.type);
     blocks_.push_back({block.type, {nodes, node_count}});
     nodes += node_count;
   }

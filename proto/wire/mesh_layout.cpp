@@ -111,25 +111,30 @@ MeshLayout decode_layout(const v1::TopologySpec& topology, v1::ScalarType coordi
   need_not_negative(layout.node_count, "inline_topology.node_count");
 
   std::int64_t element_count = 0;
-  int dimension = 0;
+  std::optional<ElementType> first;
   for (const v1::ElementBlock& block : topology.element_blocks()) {
     const ElementType type =
         decode_element_type(block.element_type(), "inline_topology.element_blocks.element_type");
     need_not_negative(block.element_count(), "inline_topology.element_blocks.element_count");
-    const ElementShape& shape = element_shape(type);
-    if (dimension != 0 && dimension != shape.dimension) {
-      throw InvalidMesh("MIXED_DIMENSIONS",
-                        "element block " + std::to_string(layout.blocks.size()) + " (" +
-                            std::string(shape.name) +
-                            ") mixes surface and volume elements; send them as separate meshes",
-                        {{"block", std::to_string(layout.blocks.size())}});
+    const auto refuse_mix = [&](const char* reason, const char* what) {
+      const std::string number = std::to_string(layout.blocks.size());
+      throw InvalidMesh(
+          reason,
+          "element block " + number + " (" + std::string(element_name(type)) + ") mixes " + what,
+          {{"block", number}});
+    };
+    if (!first) first = type;
+    if (element_shape(*first).dimension != element_shape(type).dimension) {
+      refuse_mix("MIXED_DIMENSIONS", "surface and volume elements; send them as separate meshes");
     }
-    dimension = shape.dimension;
+    if (is_second_order(*first) != is_second_order(type)) {
+      refuse_mix("MIXED_ORDERS", "linear elements and such of second order");
+    }
     element_count = saturating_add(element_count, block.element_count());
     layout.elements_bytes = saturating_add(
         layout.elements_bytes,
         saturating_multiply(block.element_count(),
-                            shape.node_count * static_cast<std::int64_t>(sizeof(NodeId))));
+                            static_cast<std::int64_t>(element_width(type) * sizeof(NodeId))));
     layout.blocks.push_back({type, block.element_count()});
   }
   if (layout.node_count == 0) throw InvalidMesh("MESH_EMPTY", "the mesh has no nodes");

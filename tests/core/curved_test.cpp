@@ -119,12 +119,12 @@ class CurvedWay : public testing::TestWithParam<test::Way> {};
 INSTANTIATE_TEST_SUITE_P(Curved, CurvedWay, testing::ValuesIn(test::ways(true)), test::way_name);
 
 TEST_P(CurvedWay, KeepsTheInputsFacetsCreasesAndCorners) {
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     const auto shapes = test::shapes(kCells);
     for (std::size_t b = 0; b < kBends.size(); ++b) {
       for (std::size_t s = b; s < shapes.size(); s += kBends.size()) {
         SCOPED_TRACE(kBends[b].first + " " + shapes[s].first + " of " +
-                     std::string(element_shape(type).name));
+                     std::string(element_name(type)));
         const Cells cells(type, kCells, shapes[s].second);
         const Mesh mesh = curved(cells, kBends[b].second, 1);
 
@@ -148,10 +148,10 @@ TEST_P(CurvedWay, KeepsTheInputsFacetsCreasesAndCorners) {
 }
 
 TEST(Curved, CountsWhatItFinds) {
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     for (const auto& [bend_name, bend] : kBends) {
       for (const auto& [name, region] : test::shapes(kCells)) {
-        SCOPED_TRACE(bend_name + " " + name + " of " + std::string(element_shape(type).name));
+        SCOPED_TRACE(bend_name + " " + name + " of " + std::string(element_name(type)));
         if (bend == wave && test::oracle::is_surface(type)) continue;  // four straight edges
         const Cells cells(type, kCells, region);
         const std::vector<bool> used = cells.used();
@@ -200,7 +200,7 @@ TEST(Curved, SaysNothingWhereAllIsPlane) {
 }
 
 TEST(Curved, KeepsItsPromisesInFloat32) {
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     const Cells cells(type, kCells, test::shapes(kCells)[4].second);
     const Mesh mesh = test::as_float32(curved(cells, pipe, 5));
     ASSERT_TRUE(is_valid(mesh));
@@ -253,9 +253,9 @@ TEST(Curved, KeepsTheCallersNodesAndTheMovementLimit) {
 }
 
 TEST(Curved, MakesABetterMeshThanAFixedBoundaryAndNeverMoreEnergy) {
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     for (const auto& [name, bend] : kBends) {
-      SCOPED_TRACE(name + " of " + std::string(element_shape(type).name));
+      SCOPED_TRACE(name + " of " + std::string(element_name(type)));
       const Cells cells(type, kCells, test::shapes(kCells)[0].second);
       const Mesh mesh = curved(cells, bend, 8);
       SmoothOptions options = sliding();

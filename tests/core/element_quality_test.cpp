@@ -78,9 +78,9 @@ std::vector<std::pair<std::string, Mesh>> meshes() {
       {"sphere", test::noisy(test::sphere(4), 0.01, 4)},
       {"tangled", test::noisy(test::lattice(ElementType::tetrahedron, 9), 0.45, 7)},
   };
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     const int n = element_shape(type).dimension == 2 ? 61 : 13;
-    result.emplace_back(element_shape(type).name, test::noisy(test::lattice(type, n), 0.2, 3));
+    result.emplace_back(element_name(type), test::noisy(test::lattice(type, n), 0.2, 3));
   }
   return result;
 }
@@ -99,7 +99,7 @@ TEST(MeasureElements, GivesEachElementItsOwnMeasures) {
 }
 
 TEST(MeasureElements, IsDefinedWhereTheTypeHasTheMetric) {
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     const Mesh mesh = test::single(type);
 
     const ElementQualityArrays found = measure_elements(
@@ -107,7 +107,7 @@ TEST(MeasureElements, IsDefinedWhereTheTypeHasTheMetric) {
 
     for (std::size_t m = 0; m < kAll.size(); ++m) {
       EXPECT_EQ(has_metric(type, kAll[m]), !std::isnan(found.of(m).front()))
-          << element_shape(type).name << ", " << metric_name(kAll[m]);
+          << element_name(type) << ", " << metric_name(kAll[m]);
     }
   }
 }

@@ -24,9 +24,7 @@ TEST(Jacobian, OfAHexahedronMayBeNegativeBetweenPositiveCorners) {
 
 class CertifyElements : public testing::TestWithParam<ElementType> {};
 INSTANTIATE_TEST_SUITE_P(Types, CertifyElements, testing::ValuesIn(test::kTypesWithAnInside),
-                         [](const auto& type) {
-                           return std::string(element_shape(type.param).name);
-                         });
+                         [](const auto& type) { return std::string(element_name(type.param)); });
 
 TEST_P(CertifyElements, AgreesWithIntervalSubdivision) {
   const ElementType type = GetParam();

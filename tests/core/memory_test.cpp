@@ -87,9 +87,9 @@ TEST_P(EveryWay, BoundsTheMemoryOfATetrahedralMesh) {
 }
 
 TEST(Estimate, BoundsTheMemoryOfEveryElementType) {
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     const Mesh mesh = large(type);
-    const std::string name(element_shape(type).name);
+    const std::string name(element_name(type));
     for (const Method& method : std::vector<Method>{Laplacian{}, SmartLaplacian{}}) {
       expect_bounded(name, mesh, {.method = method, .max_iterations = 1});
       expect_bounded(name + " float32", test::as_float32(mesh),
@@ -106,9 +106,9 @@ TEST(Estimate, BoundsTheMemoryOfMixedAndCurvedMeshes) {
 }
 
 TEST(Estimate, BoundsTheMemoryOfSlidingNodes) {
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     Mesh mesh = large(type);
-    const std::string name(element_shape(type).name);
+    const std::string name(element_name(type));
     mesh.regions.assign(mesh.element_count() / 2, 1);  // the lower half
     mesh.regions.resize(mesh.element_count(), 2);
     for (const Method& method : std::vector<Method>{Laplacian{}, SmartLaplacian{}, Optimize{}}) {
@@ -128,7 +128,7 @@ TEST(Estimate, BoundsTheMemoryOfSlidingNodes) {
 
 TEST(Estimate, BoundsTheMemoryOfOptimizeOnSurfaces) {
   for (const ElementType type : {ElementType::triangle, ElementType::quad}) {
-    const std::string name(element_shape(type).name);
+    const std::string name(element_name(type));
     for (const BoundaryPolicy boundary : {BoundaryPolicy::fixed, BoundaryPolicy::slide}) {
       const SmoothOptions options{.max_iterations = 1, .boundary = boundary};
       expect_bounded(name + " curved", test::wavy_if_surface(large(type)), options, 1.3);
@@ -139,29 +139,29 @@ TEST(Estimate, BoundsTheMemoryOfOptimizeOnSurfaces) {
 }
 
 TEST(Estimate, BoundsTheMemoryOfRegionsUnderAFixedBoundary) {
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     Mesh mesh = large(type);
     mesh.regions.assign(mesh.element_count() / 2, 1);
     mesh.regions.resize(mesh.element_count(), 2);
-    expect_bounded(std::string(element_shape(type).name), mesh,
+    expect_bounded(std::string(element_name(type)), mesh,
                    {.method = SmartLaplacian{}, .max_iterations = 1});
   }
 }
 
 TEST(Estimate, BoundsTheMemoryOfALongDescent) {
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     const int n = test::oracle::is_surface(type) ? 225 : type == ElementType::pyramid ? 29 : 37;
     const Mesh mesh = test::long_error(type, n);
-    const std::string name(element_shape(type).name);
+    const std::string name(element_name(type));
     expect_bounded(name, mesh, {.max_iterations = 20});
     expect_bounded(name + " float32", test::as_float32(mesh), {.max_iterations = 20});
   }
 }
 
 TEST(Estimate, BoundsTheMemoryOfTheQualityOfElements) {
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     const Mesh mesh = large(type);
-    const std::string name(element_shape(type).name);
+    const std::string name(element_name(type));
     for (const Method& method : std::vector<Method>{Laplacian{}, SmartLaplacian{}}) {
       SmoothOptions options = {.method = method, .max_iterations = 1};
       options.element_quality_metrics = {QualityMetric::mean_ratio};

@@ -37,8 +37,8 @@ bool is_valid(const QualityStats& quality) {
 /// Noisy but valid meshes of every type, and a mixed one.
 std::vector<std::pair<std::string, Mesh>> valid_meshes() {
   std::vector<std::pair<std::string, Mesh>> meshes;
-  for (const ElementType type : kElementTypes) {
-    meshes.emplace_back(element_shape(type).name, test::noisy(test::lattice(type, 4), 0.14, 6));
+  for (const ElementType type : kLinearTypes) {
+    meshes.emplace_back(element_name(type), test::noisy(test::lattice(type, 4), 0.14, 6));
   }
   meshes.emplace_back("mixed", test::noisy(test::mixed_stack(4), 0.12, 7));
   return meshes;
@@ -128,7 +128,7 @@ TEST(Optimize, RepairsMeshesThrownAboutToTheSameOptimum) {
       options.tolerance = {1e-7};
       const double best = mean_ratio(test::smooth(good, options).summary.quality_after).mean;
       for (const double share : {0.075, 0.3, 0.45}) {
-        SCOPED_TRACE(std::string(element_shape(type).name) + " " + std::to_string(share));
+        SCOPED_TRACE(std::string(element_name(type)) + " " + std::to_string(share));
         const Mesh tangled = test::thrown_about(good, share, 10);
         ASSERT_NEAR(test::inverted_share(tangled), share, 0.03);
 
@@ -352,7 +352,7 @@ TEST(MovementLimit, HoldsEveryMethod) {
 
 TEST(Optimize, LeavesTheWorstElementNoWorseThanBalanced) {
   std::vector<Mesh> meshes;
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     meshes.push_back(test::noisy(test::lattice(type, 8), 0.3, 6));
   }
   // One bad ball among good ones.
@@ -360,7 +360,7 @@ TEST(Optimize, LeavesTheWorstElementNoWorseThanBalanced) {
   test::points(damaged)[555] += Vec3d{0.9, 0.05, 0.1};
   const auto smoother = make_smoother("cpu", 2);
   for (const Mesh& mesh : meshes) {
-    const std::string name(element_shape(mesh.blocks[0].type).name);
+    const std::string name(element_name(mesh.blocks[0].type));
     test::expect_worst_no_worse_than_balanced(*smoother, name, mesh);
   }
 }

@@ -32,7 +32,7 @@ std::map<int, double> region_volumes(const Mesh& mesh) {
   std::map<int, double> volumes;
   std::size_t element = 0;
   for (const ElementBlock& block : mesh.blocks) {
-    const auto width = static_cast<std::size_t>(element_shape(block.type).node_count);
+    const auto width = element_width(block.type);
     for (std::size_t at = 0; at < block.nodes.size(); at += width, ++element) {
       Vec3d corners[8];
       for (std::size_t k = 0; k < width; ++k) corners[k] = x[block.nodes[at + k]];
@@ -48,8 +48,8 @@ std::map<int, double> region_volumes(const Mesh& mesh) {
 class RandomMesh {
  public:
   explicit RandomMesh(unsigned seed) : random_(seed), seed_(seed) {
-    const int kind = pick(0, static_cast<int>(kElementTypeCount));
-    const bool mixed = kind == static_cast<int>(kElementTypeCount);
+    const int kind = pick(0, static_cast<int>(kLinearTypeCount));
+    const bool mixed = kind == static_cast<int>(kLinearTypeCount);
     lattice_ = mixed ? test::mixed_stack(pick(2, 3))
                      : test::lattice(static_cast<ElementType>(kind), pick(2, 4));
     if (pick(0, 1) == 1) {

@@ -36,7 +36,7 @@ Mesh unit_stack() {
 /// Each element, and all volume elements in one mesh.
 std::vector<Mesh> references() {
   std::vector<Mesh> meshes;
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     meshes.push_back(test::unit_lattice(type, element_shape(type).dimension == 2 ? 8 : 4));
   }
   meshes.push_back(unit_stack());

@@ -32,7 +32,7 @@ TEST(ShapeMetrics, HaveNamesThatFindThem) {
 }
 
 TEST(ShapeMetrics, AreIdealForIdealElements) {
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     const std::vector<Vec3d> corners = ideal_points(type);
     for (const ShapeMetric metric : kShapeMetrics) {
       const double value = measure_shape(type, corners.data(), metric);
@@ -41,15 +41,15 @@ TEST(ShapeMetrics, AreIdealForIdealElements) {
         EXPECT_TRUE(std::isnan(value));
       } else {
         EXPECT_NEAR(value, metric == ShapeMetric::equiangle_skew ? 0 : 1, 1e-13)
-            << element_shape(type).name << ' ' << element_metric_name(metric);
+            << element_name(type) << ' ' << element_metric_name(metric);
       }
     }
   }
 }
 
 TEST(ShapeMetrics, AreInfiniteWhereNothingIsLeftOfAnElement) {
-  const std::vector<Vec3d> point(kMaxElementNodes, Vec3d{1, 2, 3});
-  for (const ElementType type : kElementTypes) {
+  const std::vector<Vec3d> point(kMaxCorners, Vec3d{1, 2, 3});
+  for (const ElementType type : kLinearTypes) {
     for (const ShapeMetric metric :
          {ShapeMetric::aspect_ratio, ShapeMetric::edge_ratio, ShapeMetric::condition_number}) {
       if (!has_element_metric(type, metric)) continue;
@@ -64,7 +64,7 @@ TEST(ShapeMetrics, TableHasEveryMetricOfEveryElement) {
   const MeshTopology topology(mesh);
   std::size_t element = 0;
   for (const ElementBlock& block : mesh.blocks) {
-    const auto width = static_cast<std::size_t>(element_shape(block.type).node_count);
+    const auto width = element_width(block.type);
     for (std::size_t at = 0; at < block.nodes.size(); at += width, ++element) {
       std::vector<Vec3d> corners;
       for (std::size_t n = 0; n < width; ++n) {

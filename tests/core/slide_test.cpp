@@ -54,9 +54,9 @@ class SlidingWay : public testing::TestWithParam<test::Way> {};
 INSTANTIATE_TEST_SUITE_P(Slide, SlidingWay, testing::ValuesIn(test::ways(true)), test::way_name);
 
 TEST_P(SlidingWay, KeepsPlanesCreasesAndCornersToTheBit) {
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     for (const auto& [name, region] : shapes(4)) {
-      SCOPED_TRACE(name + " of " + std::string(element_shape(type).name));
+      SCOPED_TRACE(name + " of " + std::string(element_name(type)));
       const Cells cells(type, 4, region);
       const Mesh mesh = valid_mesh(cells, 1);
 
@@ -77,9 +77,9 @@ TEST_P(SlidingWay, KeepsPlanesCreasesAndCornersToTheBit) {
 TEST_P(SlidingWay, StaysValidOnARotatedPlane) {
   const Eigen::Matrix3d turn =
       (Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized())).toRotationMatrix();
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     for (const auto& [name, region] : shapes(4)) {
-      SCOPED_TRACE(name + " of " + std::string(element_shape(type).name));
+      SCOPED_TRACE(name + " of " + std::string(element_name(type)));
       const Cells cells(type, 4, region);
       const auto turned = [&](const Eigen::Matrix3d& by, const Mesh& mesh) {
         return test::mapped(mesh, [&](Vec3d p) {
@@ -111,9 +111,9 @@ TEST_P(SlidingWay, StaysValidOnARotatedPlane) {
 }
 
 TEST(Slide, CountsWhatItFinds) {
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     for (const auto& [name, region] : shapes(4)) {
-      SCOPED_TRACE(name + " of " + std::string(element_shape(type).name));
+      SCOPED_TRACE(name + " of " + std::string(element_name(type)));
       const Cells cells(type, 4, region);
       const std::vector<bool> used = cells.used();
       const bool flat = test::oracle::is_surface(type);
@@ -136,7 +136,7 @@ TEST(Slide, CountsWhatItFinds) {
 }
 
 TEST(Slide, MakesABetterMeshThanAFixedBoundary) {
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     const Cells cells(type, 5, [](int, int, int) { return 0; });
     const Mesh mesh = valid_mesh(cells, 4, 0.35);
     SmoothOptions fixed = sliding();
@@ -147,7 +147,7 @@ TEST(Slide, MakesABetterMeshThanAFixedBoundary) {
 
     EXPECT_GT(mean_ratio(slid.summary.quality_after).mean,
               mean_ratio(held.summary.quality_after).mean + 0.02)
-        << element_shape(type).name;
+        << element_name(type);
   }
 }
 
@@ -195,9 +195,9 @@ Mesh tangled_inside(const Cells& cells, int inner, unsigned seed = 7, double siz
 }
 
 TEST(Slide, UntanglesInsideAPlaneBoundary) {
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     for (const auto& [name, region] : shapes(4)) {
-      SCOPED_TRACE(name + " of " + std::string(element_shape(type).name));
+      SCOPED_TRACE(name + " of " + std::string(element_name(type)));
       const Cells cells(type, 4, region);
       const Mesh mesh = tangled_inside(cells, test::oracle::is_surface(type) ? 2 : 3);
       SmoothOptions options = sliding();
@@ -347,9 +347,9 @@ TEST(Slide, LeavesTheFrontOfASlitWhereItIs) {
 }
 
 TEST(Regions, AreKeptLikeTheBoundary) {
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     for (const auto& [name, region] : shapes(4)) {
-      SCOPED_TRACE(name + " of " + std::string(element_shape(type).name));
+      SCOPED_TRACE(name + " of " + std::string(element_name(type)));
       const Cells cells(type, 4, region);
       const Mesh mesh = valid_mesh(cells, 8);
       const int inner = test::oracle::is_surface(type) ? 2 : 3;

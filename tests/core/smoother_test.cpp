@@ -80,7 +80,7 @@ INSTANTIATE_TEST_SUITE_P(Smoother, EveryRepeatableWay, testing::ValuesIn(test::w
 
 TEST_P(EveryWay, LeavesFixedAndIsolatedNodesAndConnectivityBitForBit) {
   for (const bool guard : {false, true}) {
-    for (const ElementType type : kElementTypes) {
+    for (const ElementType type : kLinearTypes) {
       Mesh mesh = test::with_isolated_node(noisy_lattice(type));
       mesh.fixed.assign(mesh.node_count(), 0);
       for (std::size_t n = 0; n < mesh.node_count(); n += 4) mesh.fixed[n] = 255;
@@ -115,7 +115,7 @@ TEST_P(EveryWay, LeavesFixedAndIsolatedNodesAndConnectivityBitForBit) {
 }
 
 TEST_P(EveryWay, HoldsARegularLatticeStill) {
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     const Mesh mesh = test::lattice(type, 5);
     for (const bool guard : {false, true}) {
       SmoothOptions how = options(10);
@@ -125,7 +125,7 @@ TEST_P(EveryWay, HoldsARegularLatticeStill) {
 
       // VTK's filter changes the size.
       const double near = is_filter() ? 1e-5 : 1e-14;
-      EXPECT_LT(difference(job.mesh, to_points(mesh)), near) << element_shape(type).name;
+      EXPECT_LT(difference(job.mesh, to_points(mesh)), near) << element_name(type);
     }
   }
 }
@@ -173,14 +173,14 @@ TEST_P(EveryRepeatableWay, CommutesWithMovingAndTurningTheMesh) {
     return Vec3d{0.6 * p.x - 0.8 * p.y + 7, 0.28 * (0.8 * p.x + 0.6 * p.y) - 0.96 * p.z,
                  0.96 * (0.8 * p.x + 0.6 * p.y) + 0.28 * p.z - 3};
   };
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     const Mesh mesh = noisy_lattice(type);
     const Mesh smoothed = test::smooth(mesh, options(3)).mesh;
 
     const Mesh turned = test::smooth(test::mapped(mesh, turn), options(3)).mesh;
 
     EXPECT_LT(difference(turned, to_points(test::mapped(smoothed, turn))), 1e-12)
-        << element_shape(type).name;
+        << element_name(type);
   }
 }
 
@@ -189,13 +189,13 @@ TEST_P(EveryRepeatableWay, CommutesBitForBitWithScalingByAPowerOfTwo) {
   for (const bool guard : {false, true}) {
     SmoothOptions how = options(3);
     how.guard = guard;
-    for (const ElementType type : kElementTypes) {
+    for (const ElementType type : kLinearTypes) {
       const Mesh mesh = noisy_lattice(type);
       const Mesh smoothed = test::smooth(mesh, how).mesh;
 
       EXPECT_TRUE(same_bits(test::smooth(test::mapped(mesh, scale), how).mesh,
                             test::mapped(smoothed, scale)))
-          << element_shape(type).name;
+          << element_name(type);
     }
   }
 }
@@ -203,7 +203,7 @@ TEST_P(EveryRepeatableWay, CommutesBitForBitWithScalingByAPowerOfTwo) {
 TEST_P(EveryWay, KeepsAValidMeshValidUnderTheGuard) {
   SmoothOptions how = options(15);
   how.guard = true;
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     for (unsigned seed = 0; seed < 6; ++seed) {
       const Mesh mesh =
           seed % 2 == 0 ? horseshoe(type, seed) : test::noisy(test::lattice(type, 6), 0.12, seed);
@@ -214,8 +214,8 @@ TEST_P(EveryWay, KeepsAValidMeshValidUnderTheGuard) {
         const Job job = test::smooth(start, how);
 
         EXPECT_GT(test::oracle::worst_mean_ratio(job.mesh), 0)
-            << element_shape(type).name << ", seed " << seed;
-        EXPECT_TRUE(is_valid(job.mesh)) << element_shape(type).name << ", seed " << seed;
+            << element_name(type) << ", seed " << seed;
+        EXPECT_TRUE(is_valid(job.mesh)) << element_name(type) << ", seed " << seed;
         EXPECT_EQ(job.summary.quality_after.inverted_count, 0);
         EXPECT_EQ(job.summary.quality_after.degenerate_count, 0);
       }
@@ -486,11 +486,11 @@ TEST_P(EveryWay, ReportsProgressStageByStageAndSweepBySweep) {
 // --- single promises ------------------------------------------------------------
 
 TEST(Guard, IsNeededOnTheHorseshoe) {
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     const Job job = test::smooth(horseshoe(type, 0), sweeps(15, Laplacian{}));
 
     EXPECT_GT(job.summary.quality_after.inverted_count, 0)
-        << "the guard's test proves nothing for " << element_shape(type).name;
+        << "the guard's test proves nothing for " << element_name(type);
   }
 }
 
@@ -514,14 +514,14 @@ TEST(Guard, CountsTheNodesThatItHeld) {
 
 TEST(SmartLaplacian, NeverMakesTheWorstElementWorse) {
   for (const Form form : {Form::automatic, Form::jacobi, Form::gauss_seidel, Form::asynchronous}) {
-    for (const ElementType type : kElementTypes) {
+    for (const ElementType type : kLinearTypes) {
       Mesh mesh = horseshoe(type, 3);
       double worst = test::oracle::worst_mean_ratio(mesh);
       for (int sweep = 0; sweep < 8; ++sweep) {
         mesh = test::smooth(mesh, sweeps(1, SmartLaplacian{}, form)).mesh;
         const double now = test::oracle::worst_mean_ratio(mesh);
 
-        EXPECT_GE(now, worst - 1e-12) << element_shape(type).name;
+        EXPECT_GE(now, worst - 1e-12) << element_name(type);
         worst = now;
       }
     }
@@ -529,13 +529,13 @@ TEST(SmartLaplacian, NeverMakesTheWorstElementWorse) {
 }
 
 TEST(SmartLaplacian, ImprovesANoisyMesh) {
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     const Job job =
         test::smooth(test::noisy(test::lattice(type, 6), 0.2, 8), {.method = SmartLaplacian{}});
 
     EXPECT_GT(job.summary.quality_after.metrics[0].mean,
               job.summary.quality_before.metrics[0].mean + 0.01)
-        << element_shape(type).name;
+        << element_name(type);
     EXPECT_GE(job.summary.quality_after.metrics[0].min, job.summary.quality_before.metrics[0].min);
   }
 }

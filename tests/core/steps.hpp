@@ -127,9 +127,9 @@ inline std::vector<std::pair<std::string, Mesh>> step_meshes() {
       {"isolated_node", with_isolated_node(lattice(ElementType::wedge, 2))},
       {"many_chunks", noisy(lattice(ElementType::tetrahedron, 17), 0.1, 2)},
   };
-  for (const ElementType type : kElementTypes) {
-    meshes.emplace_back("single_" + std::string(element_shape(type).name), single(type));
-    meshes.emplace_back("lattice_" + std::string(element_shape(type).name),
+  for (const ElementType type : kLinearTypes) {
+    meshes.emplace_back("single_" + std::string(element_name(type)), single(type));
+    meshes.emplace_back("lattice_" + std::string(element_name(type)),
                         noisy(lattice(type, 5), 0.1, 3));
   }
   return meshes;

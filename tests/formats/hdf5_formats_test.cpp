@@ -64,7 +64,7 @@ std::vector<NodeId> set_of(const MeshFile& file, const std::string& name) {
 std::set<std::vector<NodeId>> elements_of(const Mesh& mesh) {
   std::set<std::vector<NodeId>> elements;
   for (const ElementBlock& block : mesh.blocks) {
-    const auto corners = static_cast<std::size_t>(element_shape(block.type).node_count);
+    const auto corners = element_width(block.type);
     for (std::size_t first = 0; first < block.nodes.size(); first += corners) {
       const auto begin = block.nodes.begin() + static_cast<std::ptrdiff_t>(first);
       elements.insert(named(mesh, {begin, begin + static_cast<std::ptrdiff_t>(corners)}));

@@ -25,7 +25,7 @@ vtkNew<vtkPolyData> to_vtk(const Mesh& mesh) {
   data->SetPoints(points);
   vtkNew<vtkCellArray> cells;
   for (const ElementBlock& block : mesh.blocks) {
-    const auto width = static_cast<std::size_t>(element_shape(block.type).node_count);
+    const auto width = element_width(block.type);
     for (std::size_t at = 0; at < block.nodes.size(); at += width) {
       cells->InsertNextCell(static_cast<int>(width));
       for (std::size_t n = at; n < at + width; ++n) cells->InsertCellPoint(block.nodes[n]);

@@ -29,7 +29,7 @@ inline void check_mesh(const formats::MeshFile& file) {
   std::size_t element = 0;
   formats::Cell cell;
   for (const ElementBlock& block : mesh.blocks) {
-    const auto corners = static_cast<std::size_t>(element_shape(block.type).node_count);
+    const auto corners = element_width(block.type);
     for (std::size_t first = 0; first < block.nodes.size(); first += corners, ++element) {
       dataset.get_cell(file.content()->element_cells.at(element), cell);
       require(cell.nodes.size() == corners, "a cell has the corners of its element");

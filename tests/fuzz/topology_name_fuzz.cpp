@@ -17,8 +17,8 @@ Mesh make_mesh(Choices& choices) {
   Mesh mesh;
   mesh.positions = std::vector<Vec3d>(choices.below(40));
   for (std::size_t left = choices.below(4); left > 0; --left) {
-    const ElementType type = kElementTypes[choices.below(kElementTypeCount)];
-    const auto corners = static_cast<std::size_t>(element_shape(type).node_count);
+    const ElementType type = kLinearTypes[choices.below(kLinearTypeCount)];
+    const auto corners = element_width(type);
     ElementBlock& block = mesh.blocks.emplace_back(ElementBlock{type, {}});
     for (std::size_t node = choices.below(5) * corners; node > 0; --node) {
       block.nodes.push_back(static_cast<NodeId>(choices.number()));

@@ -59,13 +59,13 @@ TEST_F(CudaElementQuality, IsAbsentUnlessAskedFor) {
 
 TEST_F(CudaElementQuality, TakesNoMoreMemoryThanEstimated) {
   const auto smoother = make_smoother("cuda");
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     const int n = element_shape(type).dimension == 2 ? 321 : 47;
     const Mesh start = test::noisy(test::lattice(type, n), 0.1, 1);
     for (const Method& method : std::vector<Method>{Laplacian{}, SmartLaplacian{}, Optimize{}}) {
       for (const std::size_t count : {std::size_t{1}, kAll.size()}) {
-        SCOPED_TRACE(std::string(element_shape(type).name) + ", " +
-                     std::string(method_name(method)) + ", " + std::to_string(count) + " metrics");
+        SCOPED_TRACE(std::string(element_name(type)) + ", " + std::string(method_name(method)) +
+                     ", " + std::to_string(count) + " metrics");
         SmoothOptions options = test::sweeps(2, method, Form::automatic);
         options.element_quality_metrics.assign(kAll.begin(),
                                                kAll.begin() + static_cast<std::ptrdiff_t>(count));
@@ -100,9 +100,7 @@ Mesh random_elements(ElementType type, double size, std::mt19937_64& random) {
 class CudaCertifyElements : public test::CudaTest,
                             public testing::WithParamInterface<ElementType> {};
 INSTANTIATE_TEST_SUITE_P(Types, CudaCertifyElements, testing::ValuesIn(test::kTypesWithAnInside),
-                         [](const auto& type) {
-                           return std::string(element_shape(type.param).name);
-                         });
+                         [](const auto& type) { return std::string(element_name(type.param)); });
 
 TEST_P(CudaCertifyElements, AgreesWithTheCpu) {
   const auto smoother = make_smoother("cuda");

@@ -48,8 +48,8 @@ inline std::vector<NamedMesh> tiny_meshes() {
       {"masked", with_mask(noisy(lattice(ElementType::hexahedron, 4), 0.1, 6))},
       {"tangled", noisy(lattice(ElementType::tetrahedron, 4), 0.45, 7)},
   };
-  for (const ElementType type : kElementTypes) {
-    const std::string name(element_shape(type).name);
+  for (const ElementType type : kLinearTypes) {
+    const std::string name(element_name(type));
     meshes.emplace_back("single_" + name, single(type));
     meshes.emplace_back("lattice_" + name, noisy(lattice(type, 4), 0.1, 3));
   }
@@ -64,8 +64,8 @@ inline std::vector<NamedMesh> small_meshes() {
       {"masked", with_mask(noisy(lattice(ElementType::tetrahedron, 13), 0.15, 6))},
       {"tangled", noisy(lattice(ElementType::tetrahedron, 11), 0.45, 7)},
   };
-  for (const ElementType type : kElementTypes) {
-    const std::string name(element_shape(type).name);
+  for (const ElementType type : kLinearTypes) {
+    const std::string name(element_name(type));
     const int n = element_shape(type).dimension == 2 ? 61 : 13;
     meshes.emplace_back("lattice_" + name, noisy(lattice(type, n), 0.15, 3));
     meshes.emplace_back("horseshoe_" + name, horseshoe(type, n));

@@ -33,11 +33,11 @@ std::vector<test::NamedMesh> meshes() {
     {"damaged cube", formats::generate_damage({}).mesh},
     {"hub", test::hub(24, 10, 0).mesh()}
   };
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     const int cells = element_shape(type).dimension == 2 ? 40 : 12;
     for (const double size : {0.25, 0.45}) {
       result.emplace_back(
-          std::string(element_shape(type).name) + " lattice, jitter " + std::to_string(size),
+          std::string(element_name(type)) + " lattice, jitter " + std::to_string(size),
           test::noisy(test::lattice(type, cells), size, 6));
     }
   }

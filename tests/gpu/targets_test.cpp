@@ -139,7 +139,7 @@ TEST_F(CudaTargets, AnchorsFlatReferencesAndBadElementsAreAsOnTheCpu) {
 TEST_F(CudaTargets, LeaveNoElementInvalidBetweenItsCorners) {
   for (const ElementType type :
        {ElementType::hexahedron, ElementType::wedge, ElementType::pyramid}) {
-    expect_alike("tangled " + std::string(element_shape(type).name),
+    expect_alike("tangled " + std::string(element_name(type)),
                  test::noisy(test::lattice(type, 20), 0.45, 5), {});
   }
 }

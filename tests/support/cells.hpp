@@ -17,7 +17,7 @@ class Cells {
       : n_(n), flat_(oracle::is_surface(type)), region_(region), mesh_(lattice(type, n)) {
     std::vector<NodeId> kept;
     const std::vector<NodeId> all = std::move(mesh_.blocks[0].nodes);
-    const auto width = static_cast<std::size_t>(element_shape(type).node_count);
+    const auto width = element_width(type);
     for (std::size_t first = 0; first < all.size(); first += width) {
       Vec3d centre{0, 0, 0};
       for (std::size_t k = 0; k < width; ++k) centre += points(mesh_)[all[first + k]];

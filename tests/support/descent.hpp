@@ -44,7 +44,7 @@ inline std::vector<Corner> find_corners(ElementType type) {
 inline const std::vector<Corner>& corners_of(ElementType type) {
   static const std::vector<std::vector<Corner>> all = [] {
     std::vector<std::vector<Corner>> table;
-    for (const ElementType each : kElementTypes) table.push_back(find_corners(each));
+    for (const ElementType each : kLinearTypes) table.push_back(find_corners(each));
     return table;
   }();
   return all[static_cast<std::size_t>(type)];

@@ -264,7 +264,7 @@ inline Mesh with_isolated_node(Mesh mesh) {
 /// Every element turned inside out by its node order.
 inline Mesh inverted(Mesh mesh) {
   for (ElementBlock& block : mesh.blocks) {
-    const auto width = static_cast<std::size_t>(element_shape(block.type).node_count);
+    const auto width = element_width(block.type);
     for (std::size_t at = 0; at < block.nodes.size(); at += width) {
       NodeId* const nodes = &block.nodes[at];
       switch (block.type) {
@@ -317,7 +317,7 @@ inline Mesh scattered_blocks(int n = 3) {
   std::vector<ElementBlock> halves;
   for (const bool second : {true, false}) {
     for (const ElementBlock& block : mesh.blocks) {
-      const auto width = static_cast<std::size_t>(element_shape(block.type).node_count);
+      const auto width = element_width(block.type);
       const auto middle = static_cast<std::ptrdiff_t>(block.nodes.size() / width / 2 * width);
       const auto begin = block.nodes.begin() + (second ? middle : 0);
       const auto end = second ? block.nodes.end() : block.nodes.begin() + middle;

@@ -20,7 +20,7 @@ bool can_be_told(const TopologyView& topology, const SmoothOptions& options) {
   if (options.boundary == BoundaryPolicy::slide || options.movement_limit || options.only_below)
     return false;
   return std::ranges::all_of(topology.blocks, [&](const ElementBlockView& block) {
-    return element_shape(block.type).dimension == 3 &&
+    return element_shape(block.type).dimension == 3 && !is_second_order(block.type) &&
            (method->target == Target::ideal ||
             (method->target == Target::automatic && block.type == ElementType::tetrahedron));
   });
@@ -41,7 +41,7 @@ class Balls {
         wanted[static_cast<std::size_t>(node)] = 1;
     }
     for (const ElementBlockView& block : topology.blocks) {
-      const auto width = static_cast<std::size_t>(element_shape(block.type).node_count);
+      const auto width = element_width(block.type);
       for (std::size_t at = 0; at < block.nodes.size(); at += width) {
         const Cell cell{block.type, &block.nodes[at]};
         for (const NodeId node : nodes_of(cell)) {
@@ -52,7 +52,7 @@ class Balls {
   }
 
   [[nodiscard]] static std::span<const NodeId> nodes_of(const Cell& cell) {
-    return {cell.nodes, static_cast<std::size_t>(element_shape(cell.type).node_count)};
+    return {cell.nodes, element_width(cell.type)};
   }
   [[nodiscard]] const std::vector<Cell>& operator[](NodeId node) const { return cells_.at(node); }
 

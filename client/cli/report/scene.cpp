@@ -134,7 +134,7 @@ std::string elements_json(const DrawnMesh& mesh, const Frame& frame,
       if (added) nodes.push_back(shown.nodes[n]);
       connectivity.push_back(found->second);
     }
-    types.push_back(static_cast<std::uint8_t>(shown.type));
+    types.push_back(static_cast<std::uint8_t>(linear_type(shown.type)));
     // Bits that page.js knows: states come after the marks.
     marks.push_back(static_cast<std::uint8_t>(
         shown.marks | shown.before.inverted << 3 | shown.measure.inverted << 4 |
@@ -155,7 +155,7 @@ std::string elements_json(const DrawnMesh& mesh, const Frame& frame,
 /// Name and facets of every element type; a surface element is its own facet.
 std::string types_json() {
   std::string json = "[";
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     const ElementShape& shape = element_shape(type);
     std::vector<std::vector<int>> facets;
     if (shape.dimension == 2) {

@@ -116,7 +116,7 @@ std::string worst_html(const DrawnMesh& mesh, std::span<const ShownElement> elem
       return (two ? fmt::format("<td>{:.4f}</td>", shown.before.*value) : "") +
              fmt::format("<td>{:.4f}</td>", shown.measure.*value);
     };
-    const auto node_count = static_cast<std::size_t>(element_shape(shown.type).node_count);
+    const auto node_count = element_width(shown.type);
     const Vec3d centre = centre_of(mesh.positions, {shown.nodes, node_count});
     std::string note = condition(shown.measure);
     for (const auto& [mark, text] : kMarkTexts) {
@@ -125,7 +125,7 @@ std::string worst_html(const DrawnMesh& mesh, std::span<const ShownElement> elem
     const std::int64_t id = file.file_element_id(static_cast<std::int64_t>(shown.element));
     html += fmt::format(
         R"(<tr><td><button type="button" data-element="{}">{}</button></td><td class="text">{}</td>{}{}<td>{:.5g}, {:.5g}, {:.5g}</td><td class="text">{}</td></tr>)",
-        id, id, element_shape(shown.type).name, values(&ElementMeasure::mean_ratio),
+        id, id, element_name(shown.type), values(&ElementMeasure::mean_ratio),
         values(&ElementMeasure::scaled_jacobian), centre.x, centre.y, centre.z, note);
   }
   return html + "</table></div>";

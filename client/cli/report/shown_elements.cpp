@@ -12,7 +12,7 @@ namespace {
 
 ElementMeasure measure(const DrawnMesh& mesh, const PositionsView& positions,
                        const ShownElement& shown) {
-  std::array<Vec3d, kMaxElementNodes> corners;
+  std::array<Vec3d, kMaxCorners> corners;
   const int count = element_shape(shown.type).node_count;
   for (int n = 0; n < count; ++n) corners[n] = position_of(positions, shown.nodes[n]);
   return measure_element(shown.type, corners.data(), mesh.orientation.reference(shown.element));
@@ -23,7 +23,7 @@ ShownElement find_element(const TopologyView& topology, std::size_t element) {
   std::size_t first = 0;
   for (const ElementBlockView& block : topology.blocks) {
     if (const std::size_t index = element - first; index < block.element_count()) {
-      const auto width = static_cast<std::size_t>(element_shape(block.type).node_count);
+      const auto width = element_width(block.type);
       return {.element = element, .type = block.type, .nodes = &block.nodes[index * width]};
     }
     first += block.element_count();
@@ -41,7 +41,7 @@ std::vector<float> rank_elements(const DrawnMesh& mesh, const PositionsView& pos
   for (const ElementBlockView& block : mesh.topology.blocks) {
     const bool simplex =
         block.type == ElementType::triangle || block.type == ElementType::tetrahedron;
-    const auto width = static_cast<std::size_t>(element_shape(block.type).node_count);
+    const auto width = element_width(block.type);
     for (std::size_t e = 0; e < block.element_count(); ++e, ++element) {
       // Between the corners of a better element the Jacobian does not change its sign.
       if (simplex || ranks[element] > 0.5) continue;
@@ -68,8 +68,7 @@ std::vector<std::size_t> find_worst(const std::vector<float>& ranks, std::size_t
 
 std::uint8_t marks_of(const DrawnMesh& mesh, const ShownElement& shown,
                       std::span<const std::uint8_t> fixed) {
-  const std::span nodes(shown.nodes,
-                        static_cast<std::size_t>(element_shape(shown.type).node_count));
+  const std::span nodes(shown.nodes, element_width(shown.type));
   std::uint8_t marks = 0;
   if (!fixed.empty() && std::ranges::all_of(nodes, [&](NodeId n) {
         return fixed[static_cast<std::size_t>(n)] != 0;

@@ -76,7 +76,7 @@ class FacetsByNode {
     std::uint32_t element = 0;
     for (const ElementBlockView& block : topology.blocks) {
       const ElementShape& shape = element_shape(block.type);
-      const auto width = static_cast<std::size_t>(shape.node_count);
+      const std::size_t width = element_width(block.type);
       for (std::size_t e = 0; e < block.element_count(); ++e, ++element) {
         for (int f = 0; f < shape.facet_count; ++f) {
           const Facet nodes = nodes_of(shape.facets[f], &block.nodes[e * width]);
@@ -108,8 +108,7 @@ class Elements {
     const auto b =
         static_cast<std::size_t>(std::ranges::upper_bound(first_, element) - first_.begin()) - 1;
     const ElementShape& shape = element_shape(blocks_[b].type);
-    return {shape,
-            &blocks_[b].nodes[(element - first_[b]) * static_cast<std::size_t>(shape.node_count)]};
+    return {shape, &blocks_[b].nodes[(element - first_[b]) * element_width(blocks_[b].type)]};
   }
 
  private:
@@ -156,12 +155,12 @@ Surface find_surface(const TopologyView& topology) {
   } else {
     std::size_t element = 0;
     for (const ElementBlockView& block : topology.blocks) {
-      const int width = element_shape(block.type).node_count;
+      const int corner_count = element_shape(block.type).node_count;
       for (std::size_t e = 0; e < block.element_count(); ++e) {
         Facet nodes{-1, -1, -1, -1};
-        for (int n = 0; n < width; ++n)
-          nodes[n] = block.nodes[e * static_cast<std::size_t>(width) + static_cast<std::size_t>(n)];
-        add_facet(surface, drawn, nodes, width, element++);
+        for (int n = 0; n < corner_count; ++n)
+          nodes[n] = block.nodes[e * element_width(block.type) + static_cast<std::size_t>(n)];
+        add_facet(surface, drawn, nodes, corner_count, element++);
       }
     }
   }

@@ -127,7 +127,7 @@ class LayerMesh {
 
   [[nodiscard]] Elements make_elements() const {
     const ElementType type = type_of(options_.elements);
-    const auto corners = static_cast<std::size_t>(element_shape(type).node_count);
+    const auto corners = element_width(type);
     Elements made{{type, {}}, {type, {}}, {}};
     const auto add = [&](int level, const std::array<NodeId, 8>& cell) {
       std::vector<NodeId>& nodes = (level < layers_ ? made.layers : made.core).nodes;

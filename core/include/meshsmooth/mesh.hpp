@@ -16,9 +16,7 @@ struct ElementBlockView {
   ElementType type;
   std::span<const NodeId> nodes;  // element_count() x nodes of the type
 
-  [[nodiscard]] std::size_t element_count() const {
-    return nodes.size() / static_cast<std::size_t>(element_shape(type).node_count);
-  }
+  [[nodiscard]] std::size_t element_count() const { return nodes.size() / element_width(type); }
 };
 
 /// A mesh without its positions, not owned. Element ids count through all blocks in order; all

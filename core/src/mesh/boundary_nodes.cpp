@@ -11,7 +11,7 @@ std::vector<NodeId> find_boundary_nodes(const TopologyView& topology) {
   for (const ElementBlockView& block : topology.blocks) {
     const ElementShape& shape = element_shape(block.type);
     for (std::size_t e = 0; e < block.element_count(); ++e) {
-      const NodeId* const nodes = &block.nodes[e * static_cast<std::size_t>(shape.node_count)];
+      const NodeId* const nodes = &block.nodes[e * element_width(block.type)];
       for (int f = 0; f < shape.facet_count; ++f) {
         Facet facet{-1, -1, -1, -1};
         for (int n = 0; n < shape.facets[f].node_count; ++n) {

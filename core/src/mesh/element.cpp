@@ -35,7 +35,7 @@ constexpr IdealCorner kCube = kSquare;
 
 // name, dimension, nodes, edges, facets, corners; then the lists in this order.
 // clang-format off
-constexpr std::array<ElementShape, kElementTypeCount> kTable = {{
+constexpr std::array<ElementShape, kLinearTypeCount> kTable = {{
     {"triangle", 2, 3, 3, 3, 3,
      {{{0, 1}, {1, 2}, {2, 0}}},
      {{{2, {0, 1}}, {2, {1, 2}}, {2, {2, 0}}}},
@@ -87,7 +87,7 @@ constexpr int facets_at(const ElementShape& shape, int node) {
 }
 
 constexpr bool keeps_limits(const ElementShape& shape) {
-  if (shape.node_count > kMaxElementNodes || shape.facet_count > kMaxElementFacets) return false;
+  if (shape.node_count > kMaxCorners || shape.facet_count > kMaxElementFacets) return false;
   for (int node = 0; node < shape.node_count; ++node) {
     if (edges_at(shape, node) > kMaxNodeEdges || facets_at(shape, node) > kMaxNodeFacets) {
       return false;
@@ -104,7 +104,7 @@ static_assert(std::all_of(kTable.begin(), kTable.end(), keeps_limits),
               "an element type exceeds a limit of element.hpp: raise it, and what relies on it");
 static_assert(
     [] {
-      for (const ElementType type : kElementTypes) {
+      for (const ElementType type : kLinearTypes) {
         const ElementShape& shape = kTable[static_cast<std::size_t>(type)];
         const bool four = shape.dimension == 3 && shape.node_count == 4;
         if (four != (type == ElementType::tetrahedron)) return false;
@@ -114,19 +114,87 @@ static_assert(
     "steps take a volume element with four nodes for a tetrahedron");
 static_assert(
     [] {
-      for (std::size_t type = 0; type < kElementTypeCount; ++type) {
+      for (std::size_t type = 0; type < kLinearTypeCount; ++type) {
         if (kTable[type].node_count != kNodesPerElement[type]) return false;
       }
       return true;
     }(),
     "kNodesPerElement differs from the element table");
 
-}  // namespace
+constexpr std::array<std::string_view, kElementTypeCount> kNames = {
+    "triangle",   "quad",      "tetrahedron", "pyramid",      "wedge",
+    "hexahedron", "triangle6", "quad8",       "quad9",        "tetrahedron10",
+    "pyramid13",  "wedge15",   "wedge18",     "hexahedron20", "hexahedron27"};
+static_assert(
+    [] {
+      for (std::size_t type = 0; type < kLinearTypeCount; ++type) {
+        if (kTable[type].name != kNames[type]) return false;
+      }
+      return true;
+    }(),
+    "the names differ from the element table");
 
-const ElementShape& element_shape(ElementType type) noexcept {
-  return kTable[static_cast<std::size_t>(type)];
+struct MidNodes {
+  std::size_t count = 0;
+  std::array<MidNode, 19> nodes{};
+};
+
+/// VTK's order: along the edges of the table, then, where the type has them, on its faces with four
+/// corners, then in the element.
+constexpr MidNodes list_mid_nodes(ElementType type) {
+  MidNodes result;
+  if (!is_second_order(type)) return result;
+  const ElementShape& shape = kTable[static_cast<std::size_t>(linear_type(type))];
+  const std::size_t count = element_width(type) - static_cast<std::size_t>(shape.node_count);
+  for (int e = 0; e < shape.edge_count; ++e) {
+    result.nodes[result.count++] = {2, {shape.edges[e][0], shape.edges[e][1]}};
+  }
+  if (count == result.count) return result;
+  for (int f = 0; shape.dimension == 3 && f < shape.facet_count; ++f) {
+    const auto& c = shape.facets[f].nodes;
+    if (shape.facets[f].node_count != 4) continue;
+    result.nodes[result.count++] = {4, {c[0], c[1], c[2], c[3]}};
+  }
+  if (count == result.count) return result;
+  MidNode centre{shape.node_count, {}};
+  for (std::int8_t n = 0; n < shape.node_count; ++n) centre.corners[n] = n;
+  result.nodes[result.count++] = centre;
+  return result;
 }
 
-const std::array<ElementShape, kElementTypeCount>& element_table() noexcept { return kTable; }
+constexpr std::array<MidNodes, kElementTypeCount> kMidNodes = [] {
+  std::array<MidNodes, kElementTypeCount> table{};
+  for (const ElementType type : kElementTypes) {
+    table[static_cast<std::size_t>(type)] = list_mid_nodes(type);
+  }
+  return table;
+}();
+static_assert(std::all_of(kElementTypes.begin(), kElementTypes.end(),
+                          [](ElementType type) {
+                            const auto row = static_cast<std::size_t>(type);
+                            const ElementShape& shape =
+                                kTable[static_cast<std::size_t>(linear_type(type))];
+                            return kMidNodes[row].count +
+                                       static_cast<std::size_t>(shape.node_count) ==
+                                   element_width(type);
+                          }),
+              "kNodesPerElement differs from the nodes in the middle of edges and faces");
+
+}  // namespace
+
+std::string_view element_name(ElementType type) noexcept {
+  return kNames[static_cast<std::size_t>(type)];
+}
+
+const ElementShape& element_shape(ElementType type) noexcept {
+  return kTable[static_cast<std::size_t>(linear_type(type))];
+}
+
+const std::array<ElementShape, kLinearTypeCount>& element_table() noexcept { return kTable; }
+
+std::span<const MidNode> mid_nodes(ElementType type) noexcept {
+  const MidNodes& row = kMidNodes[static_cast<std::size_t>(type)];
+  return std::span(row.nodes).first(row.count);
+}
 
 }  // namespace meshsmooth

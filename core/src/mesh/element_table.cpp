@@ -57,11 +57,12 @@ ElementTable tabulate_elements(const TopologyView& topology, const PositionsView
   const auto measure_all = [&](auto places) {
     std::size_t first = 0;
     for (const ElementBlockView& block : topology.blocks) {
-      const auto width = static_cast<std::size_t>(element_shape(block.type).node_count);
+      const std::size_t width = element_width(block.type);
+      const auto corner_count = static_cast<std::size_t>(element_shape(block.type).node_count);
       parallel_for_ranges(block.element_count(), [&](std::size_t begin, std::size_t end) {
-        std::array<Vec3d, kMaxElementNodes> corners{};
+        std::array<Vec3d, kMaxCorners> corners{};
         for (std::size_t e = begin; e < end; ++e) {
-          for (std::size_t n = 0; n < width; ++n) {
+          for (std::size_t n = 0; n < corner_count; ++n) {
             corners[n] = vec3_cast<double>(places[block.nodes[e * width + n]]);
           }
           measure_alone(block.type, corners.data(), orientation.reference(first + e), first + e,

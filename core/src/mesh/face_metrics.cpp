@@ -139,7 +139,7 @@ class Elements {
   [[nodiscard]] const NodeId* nodes_of(std::size_t element) const {
     const std::size_t block = block_of(element);
     const ElementBlockView& view = topology_.blocks[block];
-    const auto width = static_cast<std::size_t>(element_shape(view.type).node_count);
+    const auto width = element_width(view.type);
     return view.nodes.data() + (element - first_[block]) * width;
   }
 

@@ -43,21 +43,26 @@ void validate_sizes(const TopologyView& topology) {
     throw_size("the mesh has regions for " + std::to_string(topology.regions.size()) +
                " elements, but " + std::to_string(topology.element_count()) + " elements");
   }
-  const ElementShape& first = element_shape(topology.blocks.front().type);
+  const ElementType first = topology.blocks.front().type;
   for (std::size_t b = 0; b < topology.blocks.size(); ++b) {
     const ElementBlockView& block = topology.blocks[b];
-    const ElementShape& shape = element_shape(block.type);
-    if (block.nodes.size() % static_cast<std::size_t>(shape.node_count) != 0) {
-      throw_size("block " + std::to_string(b) + " (" + std::string(shape.name) + ") has " +
+    const std::string name(element_name(block.type));
+    if (block.nodes.size() % element_width(block.type) != 0) {
+      throw_size("block " + std::to_string(b) + " (" + name + ") has " +
                  std::to_string(block.nodes.size()) + " nodes, that is no multiple of " +
-                 std::to_string(shape.node_count));
+                 std::to_string(element_width(block.type)));
     }
-    if (shape.dimension != first.dimension) {
+    const std::string blocks = "block " + std::to_string(b) + " (" + name + ") and block 0 (" +
+                               std::string(element_name(first)) + ") are of different ";
+    if (element_shape(block.type).dimension != element_shape(first).dimension) {
       throw InvalidMesh("MIXED_DIMENSIONS",
-                        "block " + std::to_string(b) + " (" + std::string(shape.name) +
-                            ") and block 0 (" + std::string(first.name) +
-                            ") are of different dimension; send surface and volume elements as "
-                            "separate meshes");
+                        blocks + "dimension; send surface and volume elements as separate meshes");
+    }
+    if (is_second_order(block.type) != is_second_order(first)) {
+      throw InvalidMesh("MIXED_ORDERS",
+                        blocks +
+                            "order; the elements of a mesh are all linear or all of second "
+                            "order");
     }
   }
 }
@@ -80,8 +85,7 @@ int find_wrong_node(const NodeId* nodes, int count, std::size_t node_count) {
 
 void validate_elements(const ElementBlockView& block, std::size_t first_id,
                        std::size_t node_count) {
-  const ElementShape& shape = element_shape(block.type);
-  const int width = shape.node_count;
+  const auto width = static_cast<int>(element_width(block.type));
   const auto nodes_of = [&](std::size_t e) {
     return block.nodes.data() + e * static_cast<std::size_t>(width);
   };
@@ -94,7 +98,7 @@ void validate_elements(const ElementBlockView& block, std::size_t first_id,
   const std::string element_id = std::to_string(first_id + wrong);
   const std::string node_id = std::to_string(node);
   const std::string where =
-      "element " + element_id + " (" + std::string(shape.name) + "): node " + node_id;
+      "element " + element_id + " (" + std::string(element_name(block.type)) + "): node " + node_id;
   const ErrorDetails details{{"element", element_id}, {"node", node_id}};
   if (node < 0 || static_cast<std::size_t>(node) >= node_count) {
     throw InvalidMesh("INDEX_OUT_OF_RANGE",

@@ -90,7 +90,7 @@ Vec3d find_plane(const TopologyView& topology, std::span<const Vec3<Real>> posit
 template <class Real>
 double sum_areas(const ElementBlockView& block, std::span<const Vec3<Real>> positions,
                  Vec3d normal) {
-  const auto width = static_cast<std::size_t>(element_shape(block.type).node_count);
+  const auto width = element_width(block.type);
   return detail::parallel_reduce(
       block.element_count(), 0.0,
       [&](std::size_t e) {
@@ -105,7 +105,7 @@ void find_normals(const TopologyView& topology, std::span<const Vec3<Real>> posi
   normals.resize(topology.element_count());
   PackedDirection* first = normals.data();
   for (const ElementBlockView& block : topology.blocks) {
-    const auto width = static_cast<std::size_t>(element_shape(block.type).node_count);
+    const auto width = element_width(block.type);
     detail::parallel_for_ranges(block.element_count(), [&](std::size_t begin, std::size_t end) {
       for (std::size_t e = begin; e != end; ++e) {
         const Vec3d area = area_vector(positions, block.type, &block.nodes[e * width]);

@@ -31,22 +31,22 @@ struct ElementRun {
   std::size_t first_id;    // of the block
   const Vec3<Real>* positions;
   const std::uint32_t* names;  // of all elements, or null
-  std::size_t width = static_cast<std::size_t>(element_shape(type).node_count);
+  std::size_t width = element_width(type);
 
   [[nodiscard]] std::int64_t id_of(std::size_t element) const {
     const std::size_t index = first_id + element;
     return names == nullptr ? static_cast<std::int64_t>(index) : names[index];
   }
-  [[nodiscard]] std::span<const NodeId> nodes_of(std::size_t element) const {
-    return {nodes + element * width, width};
+  [[nodiscard]] std::span<const NodeId> corners_of(std::size_t element) const {
+    return {nodes + element * width, static_cast<std::size_t>(element_shape(type).node_count)};
   }
 };
 
 template <class Real>
-std::array<Vec3d, kMaxElementNodes> corners_of(const ElementRun<Real>& run, std::size_t element) {
-  std::array<Vec3d, kMaxElementNodes> corners;
+std::array<Vec3d, kMaxCorners> corners_of(const ElementRun<Real>& run, std::size_t element) {
+  std::array<Vec3d, kMaxCorners> corners;
   std::size_t n = 0;
-  for (const NodeId node : run.nodes_of(element)) {
+  for (const NodeId node : run.corners_of(element)) {
     corners[n++] = vec3_cast<double>(run.positions[node]);
   }
   return corners;
@@ -55,7 +55,7 @@ std::array<Vec3d, kMaxElementNodes> corners_of(const ElementRun<Real>& run, std:
 template <class Real>
 ElementMeasure measure_in(const ElementRun<Real>& run, std::size_t element,
                           const SurfaceOrientation& orientation) {
-  const std::array<Vec3d, kMaxElementNodes> corners = corners_of(run, element);
+  const std::array<Vec3d, kMaxCorners> corners = corners_of(run, element);
   return detail::measure_element(element_shape(run.type), corners.data(),
                                  orientation.reference(run.first_id + element));
 }
@@ -82,7 +82,7 @@ void accumulate_briefly(const ElementRun<Real>& run, const SurfaceOrientation& o
     const int count =
         static_cast<int>(std::min<std::size_t>(TetrahedronBatch::kSize, run.end - first));
     for (int t = 0; t < count; ++t) {
-      batch.set(t, run.positions, run.nodes_of(first + static_cast<std::size_t>(t)).data());
+      batch.set(t, run.positions, run.corners_of(first + static_cast<std::size_t>(t)).data());
     }
     batch.compute(accumulate.cube_below_which_kept());
     for (int t = 0; t < count; ++t) {
@@ -218,7 +218,7 @@ LockedStats measure_locked(const TopologyView& topology, std::span<const std::ui
     parallel_for(runs.size(), [&](std::size_t r) {
       const ElementRun<Real>& run = runs[r];
       for (std::size_t e = run.begin; e < run.end; ++e) {
-        const auto nodes = run.nodes_of(e);
+        const auto nodes = run.corners_of(e);
         if (!std::ranges::all_of(nodes, [&](NodeId n) { return fixed[n] != 0; })) continue;
         const ElementMeasure measure = measure_in(run, e, orientation);
         merge(per_thread.local(),

@@ -45,7 +45,7 @@ void add(Hash& hash, const Convergence& c) {
 }
 
 void add(Hash& hash, const ElementQuality& element) {
-  hash.add(element.element).add_text(element_shape(element.type).name);
+  hash.add(element.element).add_text(element_name(element.type));
   hash.add(element.mean_ratio).add(element.scaled_jacobian);
 }
 
@@ -84,7 +84,7 @@ std::string mesh_hash(const Mesh& mesh) {
   Hash hash;
   add_positions(hash, mesh);
   for (const ElementBlock& block : mesh.blocks) {
-    hash.add_text(element_shape(block.type).name).add_array(block.nodes);
+    hash.add_text(element_name(block.type)).add_array(block.nodes);
   }
   return hash.add_array(mesh.fixed).add_array(mesh.regions).finish();
 }

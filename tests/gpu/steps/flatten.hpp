@@ -41,7 +41,7 @@ inline FlatMesh flatten(const Mesh& mesh, bool boundary_fixed = true) {
   const std::vector<oracle::Element> elements = oracle::elements(mesh);
   flat.dimension = oracle::is_surface(elements.front().type) ? 2 : 3;
   std::vector<std::uint32_t> internal_element(elements.size());
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     FlatMesh::Run run{type, {}};
     for (std::size_t e = 0; e < elements.size(); ++e) {
       if (elements[e].type != type) continue;

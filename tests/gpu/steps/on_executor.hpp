@@ -56,8 +56,7 @@ struct OnExecutor {
       const ElementType type = flat.runs[r].type;
       elements.runs[elements.run_count++] = {shapes + static_cast<std::size_t>(type),
                                              connectivity.data() + begins[r], elements.count};
-      elements.count +=
-          flat.runs[r].nodes.size() / static_cast<std::size_t>(element_shape(type).node_count);
+      elements.count += flat.runs[r].nodes.size() / element_width(type);
     }
     around = {.node_count = flat.node_count(),
               .elements = elements,

@@ -36,8 +36,8 @@ inline std::vector<NamedMesh> sweep_meshes() {
       {"mixed_stack", noisy(mixed_stack(4), 0.12, 12)},
       {"masked", with_mask(noisy(lattice(ElementType::tetrahedron, 5), 0.12, 14))},
   };
-  for (const ElementType type : kElementTypes) {
-    meshes.emplace_back("lattice_" + std::string(element_shape(type).name),
+  for (const ElementType type : kLinearTypes) {
+    meshes.emplace_back("lattice_" + std::string(element_name(type)),
                         noisy(lattice(type, 5), 0.12, 11));
   }
   return meshes;

@@ -298,11 +298,11 @@ TEST_P(CudaColouredSweeps, TakeOnlyMovesThatTheOracleFindsSmart) {
 
 TEST_P(CudaColouredSweeps, HoldWhatTheGuardHoldsOnTheCpu) {
   int held = 0;
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     const Mesh mesh = test::horseshoe(type, element_shape(type).dimension == 2 ? 15 : 6);
     const FlatMesh flat = flatten(mesh);
     for (const bool smart : {false, true}) {
-      SCOPED_TRACE(std::string(element_shape(type).name) + (smart ? ", smart" : ""));
+      SCOPED_TRACE(std::string(element_name(type)) + (smart ? ", smart" : ""));
       SmoothOptions options =
           sweeps(4, smart ? Method(SmartLaplacian{}) : Method(Laplacian{}), Form::gauss_seidel);
       options.guard = true;
@@ -391,11 +391,11 @@ class CudaLimitMoves : public test::CudaTest {};
 /// the CPU.
 TEST_F(CudaLimitMoves, CutBackWhatTheCpuCutsBack) {
   int held = 0;
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     const Mesh mesh = test::horseshoe(type, element_shape(type).dimension == 2 ? 15 : 6);
     const FlatMesh flat = flatten(mesh);
     for (const bool smart : {false, true}) {
-      SCOPED_TRACE(std::string(element_shape(type).name) + (smart ? ", smart" : ""));
+      SCOPED_TRACE(std::string(element_name(type)) + (smart ? ", smart" : ""));
       SmoothOptions options =
           sweeps(4, smart ? Method(SmartLaplacian{}) : Method(Laplacian{}), Form::jacobi);
       options.guard = true;

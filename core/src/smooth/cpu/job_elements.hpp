@@ -24,8 +24,7 @@ namespace meshsmooth::detail {
 /// The caller's elements of one type, wherever their blocks are.
 class SourceElements {
  public:
-  SourceElements(const TopologyView& topology, ElementType type)
-      : width_(static_cast<std::size_t>(element_shape(type).node_count)) {
+  SourceElements(const TopologyView& topology, ElementType type) : width_(element_width(type)) {
     std::size_t first_caller = 0;
     for (const ElementBlockView& block : topology.blocks) {
       const std::size_t elements = block.element_count();
@@ -76,7 +75,7 @@ inline JobElements<CpuExecutor> renumber_elements(CpuExecutor& executor,
   result.caller_ids = executor.allocate<ElementId>(topology.element_count());
 
   NodeId* next_nodes = result.connectivity.data();
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     const SourceElements items(topology, type);
     if (items.size() == 0) continue;
     const auto visit_lowest_node = [&items, internal_of](std::size_t item, const auto& emit) {
@@ -88,7 +87,7 @@ inline JobElements<CpuExecutor> renumber_elements(CpuExecutor& executor,
                                             visit_lowest_node, [](ElementId item) { return item; });
     const ElementId* const order = by_lowest_node.entries.data();
     ElementId* const caller_ids = result.caller_ids.data() + result.view.count;
-    const auto width = static_cast<std::size_t>(element_shape(type).node_count);
+    const auto width = element_width(type);
     executor.for_each(items.size(), [&](std::size_t element) {
       caller_ids[element] = items.caller_id(order[element]);
       NodeId* to = next_nodes + element * width;

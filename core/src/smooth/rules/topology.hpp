@@ -31,7 +31,7 @@ struct Elements {
     const NodeId* nodes;
     std::size_t first;  // id of its first element
   };
-  Run runs[kElementTypeCount];
+  Run runs[kLinearTypeCount];
   int run_count = 0;
   std::size_t count = 0;
   bool tetrahedra = false;  // known to be all

@@ -38,7 +38,7 @@ struct MeshCounts {
   MeshCounts counts{.nodes = size.node_count, .position_bytes = size.float64 ? 24 : 12};
   double half_edges = 0;  // edges = nodes + sum of this
   std::int64_t edge_bound = 0;
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     const ElementShape& shape = element_shape(type);
     const std::int64_t count = size.element_counts[static_cast<std::size_t>(type)];
     if (count == 0) continue;

@@ -30,14 +30,14 @@ int attribute(cudaDeviceAttr attribute, int device) {
 CudaLane::CudaLane(int device)
     : device_(device),
       pool_(stream, device, release_threshold(), arena_bytes()),
-      shapes_(kElementTypeCount, {pool_, resident_}),
+      shapes_(kLinearTypeCount, {pool_, resident_}),
       ticket_(1, {pool_, resident_}) {
   constexpr int kStaticBytes = 256;  // static shared memory of a kernel
   limits_.multiprocessors = attribute(cudaDevAttrMultiProcessorCount, device);
   limits_.shared_bytes = static_cast<std::size_t>(
       attribute(cudaDevAttrMaxSharedMemoryPerBlockOptin, device) - kStaticBytes);
   check_cuda(cudaMemcpyAsync(shapes_.data(), element_table().data(),
-                             kElementTypeCount * sizeof(ElementShape), cudaMemcpyHostToDevice,
+                             kLinearTypeCount * sizeof(ElementShape), cudaMemcpyHostToDevice,
                              stream.get()),
              "copying to the device");
   check_cuda(cudaMemsetAsync(ticket_.data(), 0, sizeof(unsigned int), stream.get()),

@@ -65,7 +65,7 @@ struct EvaluateTask {
 template <bool kTetrahedra, class Real>
 __device__ ElementMeasure measure_in(const EvaluateTask& task, const ElementShape& shape,
                                      const Vec3<Real>* positions, std::size_t e) {
-  Vec3d corners[kTetrahedra ? 4 : kMaxElementNodes];
+  Vec3d corners[kTetrahedra ? 4 : kMaxCorners];
   for (int n = 0; n < (kTetrahedra ? 4 : shape.node_count); ++n) {
     corners[n] = vec3_cast<double>(positions[task.node(shape, e, n)]);
   }

@@ -11,11 +11,11 @@ namespace meshsmooth::detail {
 template <class Body>
 void with_width(ElementType type, const Body& body) {
   [&]<std::size_t... kType>(std::index_sequence<kType...>) {
-    static_cast<void>(((type == kElementTypes[kType] &&
+    static_cast<void>(((type == kLinearTypes[kType] &&
                         (body.template operator()<kNodesPerElement[kType]>(), true)) ||
                        ...));
   }
-  (std::make_index_sequence<kElementTypeCount>());
+  (std::make_index_sequence<kLinearTypeCount>());
 }
 
 /// Calls `body.operator()<nodes per element>(run, its element count)` for each run.

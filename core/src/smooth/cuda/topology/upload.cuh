@@ -34,7 +34,7 @@ inline DeviceBuffer<NodeId> allocate_connectivity(CudaExecutor& executor,
                                                   const TopologyView& topology) {
   std::size_t size = 0;
   for (const ElementBlockView& block : topology.blocks) size += block.nodes.size();
-  return executor.allocate<NodeId>(size + kElementTypeCount * kRunAlignment);
+  return executor.allocate<NodeId>(size + kLinearTypeCount * kRunAlignment);
 }
 
 /// Uploads one run: the elements of one type, in chunks. The copies are queued when `add` is called
@@ -44,7 +44,7 @@ class RunUpload {
   RunUpload(CudaExecutor& executor, ElementType type, std::size_t element_count, NodeId* to,
             std::vector<UploadedChunk>& chunks)
       : executor_(executor),
-        width_(static_cast<std::size_t>(element_shape(type).node_count)),
+        width_(element_width(type)),
         left_(element_count),
         size_(chunk_size(element_count)),
         open_{to, 0, type, 0},
@@ -102,7 +102,7 @@ inline JobElements<CudaExecutor> upload_elements(CudaExecutor& executor,
   const bool in_order = grouped_by_type(topology);
   if (!in_order) elements.caller_ids = executor.allocate<ElementId>(topology.element_count());
 
-  for (const ElementType type : kElementTypes) {
+  for (const ElementType type : kLinearTypes) {
     const std::size_t first = elements.view.count;
     std::size_t run_size = 0;
     for (const ElementBlockView& block : topology.blocks) {
