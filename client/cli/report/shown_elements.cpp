@@ -12,10 +12,10 @@ namespace {
 
 ElementMeasure measure(const DrawnMesh& mesh, const PositionsView& positions,
                        const ShownElement& shown) {
-  std::array<Vec3d, kMaxCorners> corners;
-  const int count = element_shape(shown.type).node_count;
-  for (int n = 0; n < count; ++n) corners[n] = position_of(positions, shown.nodes[n]);
-  return measure_element(shown.type, corners.data(), mesh.orientation.reference(shown.element));
+  std::array<Vec3d, kMaxElementNodes> nodes;
+  const std::size_t count = element_width(shown.type);
+  for (std::size_t n = 0; n < count; ++n) nodes[n] = position_of(positions, shown.nodes[n]);
+  return measure_element(shown.type, nodes.data(), mesh.orientation.reference(shown.element));
 }
 
 /// The elements of blocks by their ids.

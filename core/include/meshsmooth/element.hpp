@@ -72,6 +72,7 @@ inline constexpr std::array<int, kElementTypeCount> kNodesPerElement = {3, 4,  4
 
 /// Limits of the table, which arrays of a fixed size and packed keys rely on (element.cpp
 /// asserts them).
+inline constexpr int kMaxElementNodes = 27;
 inline constexpr int kMaxCorners = 8;
 inline constexpr int kMaxFacetNodes = 4;
 inline constexpr int kMaxElementFacets = 6;

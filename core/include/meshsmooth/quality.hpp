@@ -153,10 +153,10 @@ class SurfaceOrientation {
 
 /// Measures one element.
 ///
-/// @param corners    positions of its nodes in VTK order
+/// @param nodes      positions of its nodes in VTK's order. Of a type of second order the measures
+///                   are those of its corners, and it is inverted or degenerate by all of it
 /// @param reference  unit reference normal of a surface element; zero accepts its own
-[[nodiscard]] ElementMeasure measure_element(ElementType type, const Vec3d* corners,
-                                             Vec3d reference);
+[[nodiscard]] ElementMeasure measure_element(ElementType type, const Vec3d* nodes, Vec3d reference);
 
 /// Evaluates every element of a valid mesh in double, at all its corners. O(elements),
 /// multi-threaded; the same bits for every number of threads.

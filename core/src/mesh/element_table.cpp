@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "mesh/accumulator.hpp"
+#include "mesh/curved_jacobian.hpp"
 #include "mesh/face_metrics.hpp"
 #include "mesh/measure.hpp"
 #include "mesh/parallel.hpp"
@@ -23,10 +24,10 @@ bool of_faces(ElementMetric metric) {
 }
 
 /// What an element has by itself.
-void measure_alone(ElementType type, const Vec3d* corners, Vec3d reference, std::size_t element,
+void measure_alone(ElementType type, const Vec3d* nodes, Vec3d reference, std::size_t element,
                    ElementTable& table) {
   const ElementShape& shape = element_shape(type);
-  const ElementMeasure measure = detail::measure_element(shape, corners, reference);
+  const ElementMeasure measure = detail::measure_nodes(type, nodes, reference);
   table.states[element] = measure.inverted     ? ElementState::inverted
                           : measure.degenerate ? ElementState::degenerate
                                                : ElementState::valid;
@@ -34,7 +35,7 @@ void measure_alone(ElementType type, const Vec3d* corners, Vec3d reference, std:
     if (of_faces(table.metrics[m])) continue;
     double& value = table.columns[m][element];
     if (const auto* own = std::get_if<ShapeMetric>(&table.metrics[m])) {
-      value = measure_shape(type, corners, *own);
+      value = measure_shape(linear_type(type), nodes, *own);
       continue;
     }
     for_each_metric(shape, measure, [&](int, QualityMetric metric, double measured) {
@@ -58,14 +59,13 @@ ElementTable tabulate_elements(const TopologyView& topology, const PositionsView
     std::size_t first = 0;
     for (const ElementBlockView& block : topology.blocks) {
       const std::size_t width = element_width(block.type);
-      const auto corner_count = static_cast<std::size_t>(element_shape(block.type).node_count);
       parallel_for_ranges(block.element_count(), [&](std::size_t begin, std::size_t end) {
-        std::array<Vec3d, kMaxCorners> corners{};
+        std::array<Vec3d, kMaxElementNodes> nodes{};
         for (std::size_t e = begin; e < end; ++e) {
-          for (std::size_t n = 0; n < corner_count; ++n) {
-            corners[n] = vec3_cast<double>(places[block.nodes[e * width + n]]);
+          for (std::size_t n = 0; n < width; ++n) {
+            nodes[n] = vec3_cast<double>(places[block.nodes[e * width + n]]);
           }
-          measure_alone(block.type, corners.data(), orientation.reference(first + e), first + e,
+          measure_alone(block.type, nodes.data(), orientation.reference(first + e), first + e,
                         table);
         }
       });

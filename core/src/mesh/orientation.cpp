@@ -15,8 +15,8 @@ Vec3d area_vector(std::span<const Vec3<Real>> positions, ElementType type, const
   const auto at = [&](int n) {
     return vec3_cast<double>(positions[static_cast<std::size_t>(nodes[n])]);
   };
-  return type == ElementType::triangle ? cross(at(1) - at(0), at(2) - at(0))
-                                       : cross(at(2) - at(0), at(3) - at(1));
+  return linear_type(type) == ElementType::triangle ? cross(at(1) - at(0), at(2) - at(0))
+                                                    : cross(at(2) - at(0), at(3) - at(1));
 }
 
 /// The greatest `value(node)` over all nodes of elements, 0 if none is greater,

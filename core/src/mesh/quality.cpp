@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "mesh/accumulator.hpp"
+#include "mesh/curved_jacobian.hpp"
 #include "mesh/measure.hpp"
 #include "mesh/metric_columns.hpp"
 #include "mesh/parallel.hpp"
@@ -37,27 +38,27 @@ struct ElementRun {
     const std::size_t index = first_id + element;
     return names == nullptr ? static_cast<std::int64_t>(index) : names[index];
   }
-  [[nodiscard]] std::span<const NodeId> corners_of(std::size_t element) const {
-    return {nodes + element * width, static_cast<std::size_t>(element_shape(type).node_count)};
+  [[nodiscard]] std::span<const NodeId> nodes_of(std::size_t element) const {
+    return {nodes + element * width, width};
   }
 };
 
 template <class Real>
-std::array<Vec3d, kMaxCorners> corners_of(const ElementRun<Real>& run, std::size_t element) {
-  std::array<Vec3d, kMaxCorners> corners;
+std::array<Vec3d, kMaxElementNodes> positions_of(const ElementRun<Real>& run, std::size_t element) {
+  std::array<Vec3d, kMaxElementNodes> positions;
   std::size_t n = 0;
-  for (const NodeId node : run.corners_of(element)) {
-    corners[n++] = vec3_cast<double>(run.positions[node]);
+  for (const NodeId node : run.nodes_of(element)) {
+    positions[n++] = vec3_cast<double>(run.positions[node]);
   }
-  return corners;
+  return positions;
 }
 
 template <class Real>
 ElementMeasure measure_in(const ElementRun<Real>& run, std::size_t element,
                           const SurfaceOrientation& orientation) {
-  const std::array<Vec3d, kMaxCorners> corners = corners_of(run, element);
-  return detail::measure_element(element_shape(run.type), corners.data(),
-                                 orientation.reference(run.first_id + element));
+  const std::array<Vec3d, kMaxElementNodes> positions = positions_of(run, element);
+  return detail::measure_nodes(run.type, positions.data(),
+                               orientation.reference(run.first_id + element));
 }
 
 template <class Real>
@@ -82,7 +83,7 @@ void accumulate_briefly(const ElementRun<Real>& run, const SurfaceOrientation& o
     const int count =
         static_cast<int>(std::min<std::size_t>(TetrahedronBatch::kSize, run.end - first));
     for (int t = 0; t < count; ++t) {
-      batch.set(t, run.positions, run.corners_of(first + static_cast<std::size_t>(t)).data());
+      batch.set(t, run.positions, run.nodes_of(first + static_cast<std::size_t>(t)).data());
     }
     batch.compute(accumulate.cube_below_which_kept());
     for (int t = 0; t < count; ++t) {
@@ -143,8 +144,8 @@ QualityStats measure_runs(const std::vector<ElementRun<Real>>& runs,
 
 }  // namespace
 
-ElementMeasure measure_element(ElementType type, const Vec3d* corners, Vec3d reference) {
-  return detail::measure_element(element_shape(type), corners, reference);
+ElementMeasure measure_element(ElementType type, const Vec3d* nodes, Vec3d reference) {
+  return detail::measure_nodes(type, nodes, reference);
 }
 
 std::string_view metric_name(QualityMetric metric) {
@@ -218,7 +219,7 @@ LockedStats measure_locked(const TopologyView& topology, std::span<const std::ui
     parallel_for(runs.size(), [&](std::size_t r) {
       const ElementRun<Real>& run = runs[r];
       for (std::size_t e = run.begin; e < run.end; ++e) {
-        const auto nodes = run.corners_of(e);
+        const auto nodes = run.nodes_of(e);
         if (!std::ranges::all_of(nodes, [&](NodeId n) { return fixed[n] != 0; })) continue;
         const ElementMeasure measure = measure_in(run, e, orientation);
         merge(per_thread.local(),

@@ -17,7 +17,8 @@ constexpr std::array<std::string_view, kShapeMetrics.size()> kNames = {
     "aspect_ratio",     "edge_ratio",        "equiangle_skew",
     "condition_number", "non_orthogonality", "skewness"};
 
-bool has_shape_metric(ElementType type, ShapeMetric metric) {
+bool has_shape_metric(ElementType of, ShapeMetric metric) {
+  const ElementType type = linear_type(of);
   switch (metric) {
     case ShapeMetric::aspect_ratio:
       return type == ElementType::triangle || type == ElementType::quad ||

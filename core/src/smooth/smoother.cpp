@@ -4,6 +4,7 @@
 #include "meshsmooth/error.hpp"
 #include "smooth/cpu/cpu_smoother.hpp"
 #include "smooth/cuda/device/smoother.hpp"
+#include "smooth/second_order/second_order_smoother.hpp"
 
 namespace meshsmooth {
 namespace {
@@ -56,11 +57,13 @@ std::unique_ptr<Smoother> make_smoother(std::string_view backend, int thread_cou
       break;
     }
   }
-  if (name == "cpu") return detail::make_cpu_smoother(thread_count);
+  if (name == "cpu") {
+    return detail::make_second_order_smoother(detail::make_cpu_smoother(thread_count));
+  }
   const int device = detail::cuda_device(name);
   for (const BackendInfo& info : detail::list_cuda_backends()) {
     if (info.available && info.name == to_string({.kind = BackendKind::cuda, .device = device})) {
-      return detail::make_cuda_smoother(device);
+      return detail::make_second_order_smoother(detail::make_cuda_smoother(device));
     }
   }
   throw_not_available(backend);

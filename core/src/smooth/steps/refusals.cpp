@@ -20,7 +20,7 @@ void throw_overused_facet(const TopologyView& topology) {
   for (const ElementBlockView& block : topology.blocks) {
     const ElementShape& shape = element_shape(block.type);
     for (std::size_t e = 0; e < block.element_count(); ++e, ++element) {
-      const ElementView view{&shape, &block.nodes[e * static_cast<std::size_t>(shape.node_count)]};
+      const ElementView view{&shape, &block.nodes[e * element_width(block.type)]};
       for (int f = 0; f < shape.facet_count; ++f) uses.push_back({facet_key(view, f), element});
     }
   }

@@ -1,0 +1,33 @@
+#pragma once
+
+#include "mesh/jacobian.hpp"
+#include "meshsmooth/quality.hpp"
+
+namespace meshsmooth::detail {
+
+/// The sign of the Jacobian of an element of second order, everywhere in it and rounding included,
+/// by the Bézier coefficients of the whole Jacobian: triangle6 6, quad8 and quad9 16,
+/// tetrahedron10 20, wedges 90, pyramids 144, hexahedra 216. Where they do not tell, the element is
+/// bisected.
+///
+/// Where a type has no nodes on its faces or in its middle, these points lie where the shape
+/// functions of the serendipity element put them; a pyramid is a hexahedron with one face drawn to
+/// a point.
+///
+/// Source: Johnen, Remacle, Geuzaine 2013, "Geometrical validity of curvilinear finite elements".
+///
+/// @param nodes      positions of all its nodes, in VTK's order
+/// @param reference  of a surface element: the unit normal that it shall have, or zero: that of its
+///                   corners
+/// Thread-safe.
+[[nodiscard]] JacobianSign curved_jacobian_sign(ElementType type, const Vec3d* nodes,
+                                                Vec3d reference);
+
+/// @returns whether the nodes after the corners lie in the middle of their parts, to the rounding
+/// of double: the element is what its corners are. Of a linear type: true.
+[[nodiscard]] bool is_straight(ElementType type, const Vec3d* nodes);
+
+/// Measures an element of any type: by its corners, but whether it is inverted by the whole of it.
+[[nodiscard]] ElementMeasure measure_nodes(ElementType type, const Vec3d* nodes, Vec3d reference);
+
+}  // namespace meshsmooth::detail

@@ -1,0 +1,318 @@
+#include "smooth/second_order/second_order_smoother.hpp"
+
+#include <algorithm>
+#include <type_traits>
+#include <utility>
+
+#include "meshsmooth/error.hpp"
+#include "smooth/second_order/carry.hpp"
+#include "smooth/steps/mesh_counts.hpp"
+#include "smooth/steps/refusals.hpp"
+
+namespace meshsmooth::detail {
+namespace {
+
+/// A topology of second order that is kept: the mesh of its corners, prepared.
+struct PreparedSecondOrder final : PreparedTopology {
+  explicit PreparedSecondOrder(const TopologyView& view) : corners(view) { topology = view; }
+
+  [[nodiscard]] MemoryEstimate bytes() const override {
+    MemoryEstimate sum = linear->bytes();
+    sum.host_bytes += corners.bytes();
+    return sum;
+  }
+  [[nodiscard]] std::int64_t boundary_node_count() const override {
+    return linear->boundary_node_count();
+  }
+
+  CornerMesh corners;
+  std::shared_ptr<const PreparedTopology> linear;  // of `corners`
+};
+
+/// The prescribed nodes of a job by what they are.
+template <class Real>
+struct Prescribed {
+  std::vector<NodeId> corners;  // of the linear mesh
+  std::vector<Vec3<Real>> corner_positions;
+  std::vector<NodeId> mids;  // the caller's ids
+  std::vector<Vec3<Real>> mid_positions;
+
+  Prescribed(const PrescribedNodes& given, const CornerMesh& mesh) {
+    std::visit(
+        [&](const auto& positions) {
+          for (std::size_t n = 0; n < given.nodes.size(); ++n) {
+            const NodeId corner = mesh.corner_of(given.nodes[n]);
+            const auto to = vec3_cast<Real>(positions[n]);
+            (corner >= 0 ? corners : mids).push_back(corner >= 0 ? corner : given.nodes[n]);
+            (corner >= 0 ? corner_positions : mid_positions).push_back(to);
+          }
+        },
+        given.positions);
+  }
+};
+
+template <class Real>
+std::vector<Vec3<Real>> gather(std::span<const Vec3<Real>> positions, const CornerMesh& mesh) {
+  std::vector<Vec3<Real>> corners;
+  corners.reserve(mesh.nodes().size());
+  for (const NodeId node : mesh.nodes()) {
+    corners.push_back(positions[static_cast<std::size_t>(node)]);
+  }
+  return corners;
+}
+
+/// A job on a mesh of second order. `run(positions, options, fixed)` smooths the linear mesh in
+/// place; `fixed` are further nodes that it shall hold, or empty.
+template <class Real, class Run>
+class Job {
+ public:
+  Job(const TopologyView& topology, const CornerMesh& mesh, std::span<Vec3<Real>> positions,
+      const SmoothOptions& options, const Run& run)
+      : topology_(topology),
+        mesh_(mesh),
+        positions_(positions),
+        options_(options),
+        run_(run),
+        orientation_(topology, std::span<const Vec3<Real>>(positions)),
+        carry_(topology, mesh, positions, orientation_) {}
+
+  SmoothSummary smooth() {
+    const bool moves = std::holds_alternative<Move>(options_.method);
+    QualityStats before;
+    if (carry_.any_curved()) {
+      before = measure(positions_);
+      refuse_tangled(before, options_.tangled, element_dimension() == 3);
+      if (moves) refuse_tangled_reference(before);
+    }
+    const bool keeps_shape = options_.boundary == BoundaryPolicy::slide ||
+                             (element_dimension() == 2 && !orientation_.plane());
+    // A corner that slides along the facets of the input leaves the curve that they approximate.
+    const auto held = keeps_shape ? carry_.corners_of_curved() : std::vector<NodeId>();
+
+    std::vector<Vec3<Real>> after;
+    SmoothSummary summary = moves ? move(held, after) : sweep(held, after);
+    summary.nodes.curved += static_cast<std::int64_t>(held.size());
+    report(summary, std::move(before), after);
+    std::copy(after.begin(), after.end(), positions_.begin());
+    return summary;
+  }
+
+ private:
+  using Positions = std::span<const Vec3<Real>>;
+
+  [[nodiscard]] int element_dimension() const {
+    return element_shape(topology_.blocks.front().type).dimension;
+  }
+
+  SmoothSummary sweep(const std::vector<NodeId>& held, std::vector<Vec3<Real>>& after) {
+    std::vector<Vec3<Real>> corners = gather(Positions(positions_), mesh_);
+    SmoothSummary summary = run_(corners, with_reference(options_), held);
+    if (options_.guard) {
+      summary.convergence.held_node_count += carry_.place_validly(corners, after);
+    } else {
+      after = carry_.place(corners);
+    }
+    return summary;
+  }
+
+  /// As far as curved elements stay valid: with half the motion until they do.
+  SmoothSummary move(const std::vector<NodeId>& held, std::vector<Vec3<Real>>& after) {
+    validate_prescribed(topology_, options_.prescribed);
+    const Prescribed<Real> prescribed(options_.prescribed, mesh_);
+    SmoothOptions options = with_reference(options_);
+    const double least = std::get<Move>(options.method).least_step;
+    SmoothSummary summary;
+    for (double share = 1;; share /= 2) {
+      if (share < least) share = 0;
+      std::vector<Vec3<Real>> corners = gather(Positions(positions_), mesh_);
+      std::vector<Vec3<Real>> to = prescribed.corner_positions;
+      for (std::size_t n = 0; n < to.size(); ++n) {
+        const Vec3<Real> from = corners[static_cast<std::size_t>(prescribed.corners[n])];
+        if (share < 1) to[n] = towards(from, to[n], share);
+      }
+      options.prescribed = {prescribed.corners, std::span<const Vec3<Real>>(to)};
+      summary = run_(corners, options, held);
+      MotionStats& motion = *summary.motion;
+      motion.reached *= share;
+      after = carry_.place(corners);
+      for (std::size_t n = 0; n < prescribed.mids.size(); ++n) {
+        const auto node = static_cast<std::size_t>(prescribed.mids[n]);
+        after[node] = motion.reached == 1
+                          ? prescribed.mid_positions[n]
+                          : towards(positions_[node], prescribed.mid_positions[n], motion.reached);
+      }
+      if (share == 0 || carry_.stays_valid(after)) return summary;
+    }
+  }
+
+  [[nodiscard]] static Vec3<Real> towards(Vec3<Real> from, Vec3<Real> to, double share) {
+    const auto start = vec3_cast<double>(from);
+    return vec3_cast<Real>(start + share * (vec3_cast<double>(to) - start));
+  }
+
+  /// The options with the reference of the linear mesh.
+  [[nodiscard]] SmoothOptions with_reference(SmoothOptions options) {
+    if (position_count(options.reference) == 0) return options;
+    validate_reference(topology_, options.reference);
+    std::visit(
+        [&]<class R>(std::span<const Vec3<R>> all) {
+          reference_ = gather(all, mesh_);
+          options.reference = std::span<const Vec3<R>>(std::get<std::vector<Vec3<R>>>(reference_));
+        },
+        options.reference);
+    return options;
+  }
+
+  [[nodiscard]] QualityStats measure(Positions positions) const {
+    return measure_quality(topology_, positions, orientation_, {}, options_.quality_detail);
+  }
+
+  /// Says what the linear mesh's summary does not know.
+  void report(SmoothSummary& summary, QualityStats before, Positions after) const {
+    if (carry_.any_curved()) {
+      summary.quality_before = std::move(before);
+      summary.quality_after = measure(after);
+    }
+    for (QualityStats* quality : {&summary.quality_before, &summary.quality_after}) {
+      for (ElementQuality& element : quality->worst) element.type = type_of(element.element);
+    }
+    if (summary.locked.worst) {
+      summary.locked.worst->type = type_of(summary.locked.worst->element);
+    }
+    summary.nodes.total = static_cast<std::int64_t>(topology_.node_count);
+    summary.nodes.moved = 0;
+    for (std::size_t n = 0; n < after.size(); ++n) {
+      if (!(after[n] == positions_[n])) ++summary.nodes.moved;
+    }
+  }
+
+  [[nodiscard]] ElementType type_of(std::int64_t element) const {
+    auto rest = static_cast<std::size_t>(element);
+    for (const ElementBlockView& block : topology_.blocks) {
+      if (rest < block.element_count()) return block.type;
+      rest -= block.element_count();
+    }
+    return topology_.blocks.back().type;
+  }
+
+  const TopologyView& topology_;
+  const CornerMesh& mesh_;
+  std::span<Vec3<Real>> positions_;
+  const SmoothOptions& options_;
+  const Run& run_;
+  SurfaceOrientation orientation_;
+  Carry<Real> carry_;
+  std::variant<std::vector<Vec3f>, std::vector<Vec3d>> reference_;
+};
+
+class SecondOrderSmoother final : public Smoother {
+ public:
+  explicit SecondOrderSmoother(std::unique_ptr<Smoother> linear) : linear_(std::move(linear)) {}
+
+  [[nodiscard]] std::string_view backend() const override { return linear_->backend(); }
+  [[nodiscard]] DeviceSpace device_space() const override { return linear_->device_space(); }
+
+  [[nodiscard]] MemoryEstimate estimate(const MeshSize& size,
+                                        const SmoothOptions& options) const override {
+    MemoryEstimate sum = linear_->estimate(CornerMesh::size_of(size), options);
+    sum.host_bytes += job_bytes(size) + CornerMesh::estimate_bytes(size);
+    return sum;
+  }
+  [[nodiscard]] MemoryEstimate estimate_prepared(const MeshSize& size) const override {
+    MemoryEstimate sum = linear_->estimate_prepared(CornerMesh::size_of(size));
+    sum.host_bytes += CornerMesh::estimate_bytes(size);
+    return sum;
+  }
+
+  [[nodiscard]] std::shared_ptr<const PreparedTopology> prepare(
+      const TopologyView& topology, const JobControl& control) override {
+    if (!is_second_order(topology)) return linear_->prepare(topology, control);
+    validate(topology);
+    auto result = std::make_shared<PreparedSecondOrder>(topology);
+    result->linear = with_own_facets(
+        topology, [&] { return linear_->prepare(result->corners.view(), control); });
+    return result;
+  }
+
+  using Smoother::smooth;
+  SmoothSummary smooth(const TopologyView& topology, PositionsSpan positions,
+                       const SmoothOptions& options, const JobControl& control) override {
+    if (!is_second_order(topology)) return linear_->smooth(topology, positions, options, control);
+    validate(options);
+    validate(topology, as_view(positions));
+    const CornerMesh corners(topology);
+    return run(topology, corners, nullptr, positions, options, control);
+  }
+
+  SmoothSummary smooth(const PreparedTopology& prepared, PositionsSpan positions,
+                       const SmoothOptions& options, const JobControl& control) override {
+    const auto* own = dynamic_cast<const PreparedSecondOrder*>(&prepared);
+    if (own == nullptr) return linear_->smooth(prepared, positions, options, control);
+    validate(options);
+    validate_positions(own->topology, as_view(positions));
+    return run(own->topology, own->corners, own->linear.get(), positions, options, control);
+  }
+
+ private:
+  /// Positions of all nodes and of the corners, those of a reference, and marks.
+  [[nodiscard]] static std::int64_t job_bytes(const MeshSize& size) {
+    if (!is_second_order(size)) return 0;
+    const std::int64_t position = size.float64 ? sizeof(Vec3d) : sizeof(Vec3f);
+    return size.node_count * (position + 2) +
+           CornerMesh::size_of(size).node_count *
+               (position + static_cast<std::int64_t>(sizeof(Vec3d)) + 1);
+  }
+
+  /// Errors about facets name the caller's nodes.
+  template <class Work>
+  static std::invoke_result_t<const Work&> with_own_facets(const TopologyView& topology,
+                                                           const Work& work) {
+    try {
+      return work();
+    } catch (const InvalidMesh& error) {
+      if (error.reason() == "FACET_OVERUSED") throw_overused_facet(topology);
+      throw;
+    }
+  }
+
+  SmoothSummary run(const TopologyView& topology, const CornerMesh& mesh,
+                    const PreparedTopology* prepared, PositionsSpan positions,
+                    const SmoothOptions& options, const JobControl& control) {
+    return std::visit(
+        [&]<class Real>(std::span<Vec3<Real>> span) {
+          const auto smooth_corners = [&](std::vector<Vec3<Real>>& corners,
+                                          const SmoothOptions& of_corners,
+                                          const std::vector<NodeId>& held) {
+            return with_own_facets(topology, [&] {
+              const std::span<Vec3<Real>> all(corners);
+              if (held.empty() && prepared != nullptr) {
+                return linear_->smooth(*prepared, all, of_corners, control);
+              }
+              TopologyView view = mesh.view();
+              std::vector<std::uint8_t> fixed(view.fixed.begin(), view.fixed.end());
+              if (!held.empty()) {
+                fixed.resize(view.node_count);
+                for (const NodeId node : held) fixed[static_cast<std::size_t>(node)] = 1;
+                view.fixed = fixed;
+              }
+              return linear_->smooth(view, all, of_corners, control);
+            });
+          };
+          Job job(topology, mesh, span, options, smooth_corners);
+          SmoothSummary summary = job.smooth();
+          summary.host_peak_bytes += mesh.bytes() + job_bytes(detail::size_of(topology));
+          return summary;
+        },
+        positions);
+  }
+
+  std::unique_ptr<Smoother> linear_;
+};
+
+}  // namespace
+
+std::unique_ptr<Smoother> make_second_order_smoother(std::unique_ptr<Smoother> linear) {
+  return std::make_unique<SecondOrderSmoother>(std::move(linear));
+}
+
+}  // namespace meshsmooth::detail
