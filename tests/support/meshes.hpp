@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 #include <random>
+#include <stdexcept>
 #include <vector>
 
 #include "meshsmooth/mesh.hpp"
@@ -37,8 +38,9 @@ inline std::vector<Vec3d> ideal_points(ElementType type) {
     case ElementType::hexahedron:
       return {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
               {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+    default:
+      throw std::logic_error("second_order.hpp makes these");
   }
-  return {};
 }
 
 inline Mesh make_mesh(std::vector<Vec3d> positions, std::vector<ElementBlock> blocks) {
@@ -197,6 +199,8 @@ inline Mesh lattice(ElementType type, int n) {
           case ElementType::hexahedron:
             add({a, b, c, d, e, f, g, h});
             break;
+          default:
+            throw std::logic_error("second_order.hpp makes these");
         }
       }
     }
@@ -282,6 +286,8 @@ inline Mesh inverted(Mesh mesh) {
         case ElementType::hexahedron:
           for (int n = 0; n < 4; ++n) std::swap(nodes[n], nodes[n + 4]);
           break;
+        default:
+          throw std::logic_error("of linear types only");
       }
     }
   }

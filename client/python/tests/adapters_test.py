@@ -213,8 +213,8 @@ def test_registered_adapter(client: ms.Client, monkeypatch: pytest.MonkeyPatch) 
     [
         ({}, "MESH_EMPTY"),
         ({"line": [[0, 1]]}, "MESH_EMPTY"),
-        ({"tetra10": np.zeros((1, 10), int)}, "ELEMENT_NOT_SUPPORTED"),
-        ((np.array([2, 0, 1, 3, 0, 1, 2]), np.array([3, 25])), "ELEMENT_NOT_SUPPORTED"),
+        ({"tetra20": np.zeros((1, 20), int)}, "ELEMENT_NOT_SUPPORTED"),
+        ((np.array([2, 0, 1, 3, 0, 1, 2]), np.array([3, 71])), "ELEMENT_NOT_SUPPORTED"),
         ((np.array([5, 0, 1, 2, 3, 4]), np.array([7])), "ELEMENT_NOT_SUPPORTED"),
         ({"tetra": [[0, 1, 2]]}, "ARRAY_SIZE_MISMATCH"),
         (np.zeros((1, 4), int), "ARRAY_SIZE_MISMATCH"),

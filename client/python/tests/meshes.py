@@ -166,3 +166,40 @@ def random_case(seed: int) -> Case:
 
 
 CASES = st.integers(0, 2**32 - 1).map(random_case)
+
+
+_EDGES = {
+    "triangle": [(0, 1), (1, 2), (2, 0)],
+    "quad": [(0, 1), (1, 2), (2, 3), (3, 0)],
+    "tetra": [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)],
+    "pyramid": [(0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 4), (2, 4), (3, 4)],
+    "wedge": [(0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)],
+    "hexahedron": [
+        *((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6)),
+        *((6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)),
+    ],
+}
+_FACES = {
+    "wedge18": [(0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)],
+    "hexahedron27": [
+        *((0, 4, 7, 3), (1, 2, 6, 5), (0, 1, 5, 4)),
+        *((3, 7, 6, 2), (0, 3, 2, 1), (4, 5, 6, 7)),
+    ],
+}
+_CENTRES = {"quad9": [tuple(range(4))], "hexahedron27": [tuple(range(8))]}
+
+
+def middles_of(name: str) -> list[tuple[int, ...]]:
+    """The corners in whose middle each further node of a type of second order lies, in VTK's order."""
+    linear = name.rstrip("0123456789")
+    return [*_EDGES[linear], *_FACES.get(name, []), *_CENTRES.get(name, [])]
+
+
+def second_order(points: Any, cells: dict[str, Any]) -> tuple[Any, dict[str, Any]]:
+    """A mesh of tetrahedra with a node in the middle of each edge, after its own."""
+    rows = cells["tetra"]
+    ends = np.sort(np.concatenate([rows[:, list(of)] for of in middles_of("tetra10")]), axis=1)
+    edges, place = np.unique(ends, axis=0, return_inverse=True)
+    middles = place.reshape(6, len(rows)).T + len(points)
+    more = np.concatenate([points, (points[edges[:, 0]] + points[edges[:, 1]]) / 2])
+    return more, {"tetra10": np.concatenate([rows, middles], axis=1)}

@@ -11,7 +11,7 @@ import pytest
 from adapters_test import SETTINGS, assert_same, cli_points
 from conftest import cube, run_cli
 from hypothesis import given
-from meshes import CASES, Case, read_vtk_points
+from meshes import CASES, Case, middles_of, read_vtk_points
 
 import meshsmooth as ms
 
@@ -256,6 +256,37 @@ def test_model_open_in_gmsh(gmsh: Any, tmp_path: pathlib.Path) -> None:
     assert max(np.abs(np.subtract(ours[tag], theirs[tag])).max() for tag in ours) < 1e-12
 
 
+def test_gmsh_orders_of_second_order(gmsh: Any) -> None:
+    """Each node after the corners lies where gmsh's own element has the middle of its part."""
+    from meshsmooth.gmsh import _TYPES
+
+    for kind, (name, order) in _TYPES.items():
+        _, _, degree, count, coordinates, corner_count = gmsh.model.mesh.getElementProperties(kind)
+        if degree != 2 or name == "line3":
+            continue
+        nodes = np.array(coordinates).reshape(count, -1)
+        nodes = nodes if order is None else nodes[order]
+        middles = [nodes[list(of)].mean(axis=0) for of in middles_of(name)]
+        assert np.allclose(nodes[corner_count:], middles), name
+
+
+@pytest.mark.usefixtures("server")
+def test_second_order_of_gmsh(gmsh: Any) -> None:
+    gmsh.model.occ.addSphere(0, 0, 0, 1)
+    gmsh.model.occ.synchronize()
+    gmsh.option.setNumber("Mesh.MeshSizeMax", 0.4)
+    gmsh.model.mesh.generate(3)
+    gmsh.model.mesh.setOrder(2)
+
+    summary = ms.gmsh.smooth()
+
+    assert summary.quality_before.inverted_count == 0
+    assert summary.quality_after.inverted_count == 0
+    assert summary.moved_node_count > 0
+    surface = gmsh.model.mesh.getNodes(2, 1)[1].reshape(-1, 3)
+    assert np.allclose(np.linalg.norm(surface, axis=1), 1)
+
+
 @pytest.mark.usefixtures("server")
 def test_gmsh_errors_have_its_tags(gmsh: Any) -> None:
     with pytest.raises(ms.InvalidMesh) as caught:
@@ -268,7 +299,7 @@ def test_gmsh_errors_have_its_tags(gmsh: Any) -> None:
     with pytest.raises(ms.InvalidMesh) as caught:
         ms.gmsh.smooth()
     assert (caught.value.reason, caught.value.node) == ("NON_FINITE_COORDINATE", 9)
-    gmsh.model.mesh.setOrder(2)
+    gmsh.model.mesh.setOrder(3)
     with pytest.raises(ms.InvalidMesh, match="setOrder"):
         ms.gmsh.smooth()
 

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ._cells import WEDGE_OF_GMSH
+from ._cells import DIMENSIONS, TURNED_WEDGES
 from ._errors import InvalidMesh
 from ._mesh import LazyArrays, Mesh, MeshData
 
@@ -237,10 +237,11 @@ def _meshio_cells(mesh: Any) -> Any:
     """meshio has gmsh's wedges whatever the file, and the other types as VTK has them."""
 
     def in_order_of_vtk(block: Any) -> Any:
-        is_wedge = getattr(block, "type", None) == "wedge"
-        if not is_wedge or np.shape(block.data)[-1] != len(WEDGE_OF_GMSH):
+        name = getattr(block, "type", "")
+        order = TURNED_WEDGES.get(name)
+        if order is None or np.shape(block.data)[-1] != len(order):
             return block
-        return ("wedge", np.asarray(block.data)[:, WEDGE_OF_GMSH])
+        return (name, np.asarray(block.data)[:, order])
 
     cells = mesh.cells
     return [in_order_of_vtk(block) for block in cells] if isinstance(cells, Sequence) else cells
@@ -265,23 +266,11 @@ def _meshio_sets(mesh: Any) -> LazyArrays:
                 found.append(np.asarray(block.data)[np.asarray(chosen, np.int64)].reshape(-1))
         for tag, dimension in groups.get(name, ()):
             for block, tags in zip(mesh.cells, mesh.cell_data["gmsh:physical"], strict=True):
-                if _DIMENSIONS.get(block.type) == dimension:
+                if DIMENSIONS.get(block.type) == dimension:
                     found.append(np.asarray(block.data)[np.asarray(tags) == tag].reshape(-1))
         return np.unique(np.concatenate(found)) if found else np.zeros(0, np.int64)
 
     return LazyArrays(list(dict.fromkeys([*point_sets, *cell_sets, *groups])), nodes)
-
-
-_DIMENSIONS = {
-    "vertex": 0,
-    "line": 1,
-    "triangle": 2,
-    "quad": 2,
-    "tetra": 3,
-    "pyramid": 3,
-    "wedge": 3,
-    "hexahedron": 3,
-}
 
 
 def _physical_groups(mesh: Any) -> dict[str, list[tuple[int, int]]]:

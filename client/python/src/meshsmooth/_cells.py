@@ -40,6 +40,16 @@ _TYPES = (
     CellType("pyramid", 14, 3, 5, 4),
     CellType("wedge", 13, 3, 6, 5),
     CellType("hexahedron", 12, 3, 8, 6),
+    CellType("line3", 21, 1, 3, 0),
+    CellType("triangle6", 22, 2, 6, 7),
+    CellType("quad8", 23, 2, 8, 8),
+    CellType("quad9", 28, 2, 9, 9),
+    CellType("tetra10", 24, 3, 10, 10),
+    CellType("pyramid13", 27, 3, 13, 11),
+    CellType("wedge15", 26, 3, 15, 12),
+    CellType("wedge18", 32, 3, 18, 13),
+    CellType("hexahedron20", 25, 3, 20, 14),
+    CellType("hexahedron27", 29, 3, 27, 15),
 )
 _BY_NAME = {kind.name: kind for kind in _TYPES}
 _BY_NAME |= {
@@ -53,6 +63,7 @@ _BY_NAME |= {
     "hex": _BY_NAME["hexahedron"],
 }
 _BY_VTK = {kind.vtk: kind for kind in _TYPES}
+DIMENSIONS = {kind.name: kind.dimension for kind in _TYPES}
 ELEMENT_TO_VTK = {kind.element: kind.vtk for kind in _TYPES if kind.element}
 _POLYGON = 7
 _SIZES = np.full(256, -1, np.int64)  # nodes of a VTK type; 0: any, -1: not known
@@ -60,11 +71,15 @@ for _kind in _TYPES:
     _SIZES[_kind.vtk] = _kind.node_count
 _SIZES[_POLYGON] = 0
 
-# VTK lets the normal of a wedge's first triangle point out of the wedge, gmsh into it.
+# VTK lets the normal of a wedge's first triangle point out of the wedge, gmsh into it; the nodes in
+# the middle of edges and faces follow in VTK's order.
 WEDGE_OF_GMSH = [0, 2, 1, 3, 5, 4]
+_TURNED = [*WEDGE_OF_GMSH, 8, 7, 6, 11, 10, 9, 12, 14, 13, 17, 16, 15]
+TURNED_WEDGES = {"wedge": WEDGE_OF_GMSH, "wedge15": _TURNED[:15], "wedge18": _TURNED}
 
 # What is usual for an array of cells without a type; four nodes are a quad or a tetrahedron.
 _BY_WIDTH = {3: "triangle", 5: "pyramid", 6: "wedge", 8: "hexahedron"}
+_BY_WIDTH |= {10: "tetra10", 20: "hexahedron20", 27: "hexahedron27"}
 
 
 class Run(NamedTuple):
@@ -107,9 +122,9 @@ def parse_cells(cells: Any) -> Cells:
     """Reads cells in any layout of docs/python.md ("Cells").
 
     Raises:
-        InvalidMesh: ELEMENT_NOT_SUPPORTED for types other than linear triangles, quads,
-            tetrahedra, pyramids, wedges and hexahedra, and vertices and lines; MESH_EMPTY;
-            INDEX_OUT_OF_RANGE for a node that is no 32-bit integer; ARRAY_SIZE_MISMATCH for arrays
+        InvalidMesh: ELEMENT_NOT_SUPPORTED for types other than triangles, quads, tetrahedra,
+            pyramids, wedges and hexahedra of first and second order, vertices and lines;
+            MESH_EMPTY; INDEX_OUT_OF_RANGE for a node that is no 32-bit integer; ARRAY_SIZE_MISMATCH for arrays
             that do not fit each other.
     """
     runs = list(_runs(cells))
@@ -176,8 +191,8 @@ def _as_node_ids(run: Run) -> IntArray:
 
 def _unsupported(cell: int, name: str) -> InvalidMesh:
     error = InvalidMesh(
-        f"element {cell} is of the type {name}; only linear triangles, quads, tetrahedra, "
-        "pyramids, wedges and hexahedra can be smoothed",
+        f"element {cell} is of the type {name}; only triangles, quads, tetrahedra, pyramids, "
+        "wedges and hexahedra of first and second order can be smoothed",
         reason="ELEMENT_NOT_SUPPORTED",
     )
     error.element = cell

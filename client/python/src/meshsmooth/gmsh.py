@@ -30,6 +30,19 @@ _TYPES: dict[int, tuple[str, list[int] | None]] = {
     7: ("pyramid", None),
     6: ("wedge", WEDGE_OF_GMSH),
     5: ("hexahedron", None),
+    8: ("line3", None),
+    9: ("triangle6", None),
+    16: ("quad8", None),
+    10: ("quad9", None),
+    11: ("tetra10", [*range(8), 9, 8]),
+    19: ("pyramid13", [*range(5), 5, 8, 10, 6, 7, 9, 11, 12]),
+    18: ("wedge15", [*WEDGE_OF_GMSH, 7, 9, 6, 13, 14, 12, 8, 11, 10]),
+    13: ("wedge18", [*WEDGE_OF_GMSH, 7, 9, 6, 13, 14, 12, 8, 11, 10, 16, 17, 15]),
+    17: ("hexahedron20", [*range(8), 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15]),
+    12: (
+        "hexahedron27",
+        [*range(8), 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15, 22, 23, 21, 24, 20, 25, 26],
+    ),
 }
 
 
@@ -37,7 +50,7 @@ def read() -> MeshData:
     """Returns the mesh of the open model; ids are gmsh's tags, sets are physical groups.
 
     Raises:
-        InvalidMesh: MESH_EMPTY, or ELEMENT_NOT_SUPPORTED for elements of higher order.
+        InvalidMesh: MESH_EMPTY, or ELEMENT_NOT_SUPPORTED for elements of an order above 2.
     """
     gmsh: Any = importlib.import_module("gmsh")
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
@@ -80,9 +93,10 @@ def _type_of(gmsh: Any, kind: int, elements: Any) -> tuple[str, list[int] | None
         return found
     error = InvalidMesh(
         f"element {elements[0]} is of the type {gmsh.model.mesh.getElementProperties(kind)[0]}; "
-        "only linear triangles, quads, tetrahedra, pyramids, wedges and hexahedra can be smoothed",
+        "only triangles, quads, tetrahedra, pyramids, wedges and hexahedra of first and second "
+        "order can be smoothed",
         reason="ELEMENT_NOT_SUPPORTED",
-        hint="gmsh.model.mesh.setOrder(1)",
+        hint="gmsh.model.mesh.setOrder(2)",
     )
     error.element = int(elements[0])
     raise error
