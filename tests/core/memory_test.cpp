@@ -10,6 +10,7 @@
 
 #include "core/smoothing.hpp"
 #include "support/mesh_size.hpp"
+#include "support/second_order.hpp"
 
 namespace {
 
@@ -94,6 +95,33 @@ TEST(Estimate, BoundsTheMemoryOfEveryElementType) {
       expect_bounded(name, mesh, {.method = method, .max_iterations = 1});
       expect_bounded(name + " float32", test::as_float32(mesh),
                      {.method = method, .max_iterations = 1});
+    }
+  }
+}
+
+TEST(Estimate, BoundsTheMemoryOfSecondOrder) {
+  for (const ElementType type : kLinearTypes) {
+    const bool surface = test::oracle::is_surface(type);
+    const Mesh linear = test::noisy(test::lattice(type, surface                        ? 240
+                                                        : type == ElementType::pyramid ? 29
+                                                                                       : 37),
+                                    0.1, 1);
+    for (const bool full : {false, true}) {
+      const Mesh mesh = test::second_order(linear, full);
+      const SmoothOptions options{.method = SmartLaplacian{}, .max_iterations = 1};
+      const std::unique_ptr<Smoother> smoother = make_smoother("cpu", 2);
+      const std::int64_t estimate = smoother->estimate(test::size_of(mesh), options).host_bytes;
+      Mesh corners = linear, result = mesh;
+      const std::int64_t buffers = smoother->smooth(corners, options).host_peak_bytes;
+      const std::int64_t before = bytes_now;
+      bytes_peak = before;
+
+      const std::int64_t told = smoother->smooth(result, options).host_peak_bytes;
+
+      EXPECT_LE(buffers + bytes_peak - before, estimate) << element_name(type);
+      EXPECT_LE(told, estimate) << element_name(type);
+      EXPECT_LE(static_cast<double>(estimate), 1.2 * static_cast<double>(told))
+          << element_name(type) << (full ? ", full" : "");
     }
   }
 }

@@ -190,7 +190,7 @@ _CENTRES = {"quad9": [tuple(range(4))], "hexahedron27": [tuple(range(8))]}
 
 
 def middles_of(name: str) -> list[tuple[int, ...]]:
-    """The corners in whose middle each further node of a type of second order lies, in VTK's order."""
+    """The corners in whose middle each node after them lies, by type of second order."""
     linear = name.rstrip("0123456789")
     return [*_EDGES[linear], *_FACES.get(name, []), *_CENTRES.get(name, [])]
 

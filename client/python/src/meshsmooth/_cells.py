@@ -124,8 +124,8 @@ def parse_cells(cells: Any) -> Cells:
     Raises:
         InvalidMesh: ELEMENT_NOT_SUPPORTED for types other than triangles, quads, tetrahedra,
             pyramids, wedges and hexahedra of first and second order, vertices and lines;
-            MESH_EMPTY; INDEX_OUT_OF_RANGE for a node that is no 32-bit integer; ARRAY_SIZE_MISMATCH for arrays
-            that do not fit each other.
+            MESH_EMPTY; INDEX_OUT_OF_RANGE for a node that is no 32-bit integer;
+            ARRAY_SIZE_MISMATCH for arrays that do not fit each other.
     """
     runs = list(_runs(cells))
     runs = [run for run in runs if len(run.nodes)]

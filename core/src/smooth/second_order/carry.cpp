@@ -74,8 +74,8 @@ std::vector<NodeId> Carry<Real>::corners_of_curved() const {
 }
 
 template <class Real>
-std::vector<Vec3<Real>> Carry<Real>::place(Positions corners) const {
-  std::vector<Vec3<Real>> after(before_.begin(), before_.end());
+void Carry<Real>::place(Positions corners, std::vector<Vec3<Real>>& after) const {
+  after.assign(before_.begin(), before_.end());
   const std::span<const NodeId> nodes = corners_.nodes();
   parallel_for_ranges(nodes.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c)
@@ -100,7 +100,6 @@ std::vector<Vec3<Real>> Carry<Real>::place(Positions corners) const {
                                                       mean_of<double>(mid.corners, move));
     }
   });
-  return after;
 }
 
 template <class Real>
@@ -131,7 +130,7 @@ std::int64_t Carry<Real>::place_validly(std::vector<Vec3<Real>>& corners,
                                         std::vector<Vec3<Real>>& after) const {
   std::vector<std::uint8_t> back(corners.size());
   while (true) {
-    after = place(corners);
+    place(corners, after);
     std::atomic<bool> spoilt = false;
     visit_spoilt(after, [&](std::span<const NodeId> nodes) {
       for (const NodeId node : nodes) {

@@ -29,7 +29,7 @@ class Carry {
   /// Places all nodes by the new positions of the linear mesh's: those that lay in the middle of
   /// their corners do so exactly, the others follow by the mean of their corners' moves; fixed
   /// nodes, and those whose corners stay, keep their bits.
-  [[nodiscard]] std::vector<Vec3<Real>> place(Positions corners) const;
+  void place(Positions corners, std::vector<Vec3<Real>>& after) const;
 
   /// The same, but corners of elements that would become invalid go back to where they were, until
   /// each element that was valid is.

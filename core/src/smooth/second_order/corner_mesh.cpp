@@ -5,6 +5,7 @@
 #include <string>
 
 #include "meshsmooth/error.hpp"
+#include "smooth/steps/mesh_counts.hpp"
 
 namespace meshsmooth::detail {
 namespace {
@@ -19,18 +20,33 @@ std::string list(std::span<const NodeId> nodes) {
   return text;
 }
 
-[[noreturn]] void refuse(std::size_t element, ElementType type, NodeId node,
-                         const std::string& here, const std::string& there) {
-  throw InvalidMesh("MID_NODE_MISPLACED",
-                    "element " + std::to_string(element) + " (" + std::string(element_name(type)) +
-                        "): node " + std::to_string(node) + " is " + here +
-                        ", but in an element before it " + there +
-                        "; the nodes of an element are in VTK's order, corners first",
-                    {{"element", std::to_string(element)}, {"node", std::to_string(node)}});
+/// Corners of nodes in the middle of faces and elements beyond two for each: a face belongs to two
+/// elements, but those of the boundary.
+std::int64_t further_corners(const MeshSize& size) {
+  double sum = 0;
+  for (const ElementType type : kElementTypes) {
+    const auto count = static_cast<double>(size.element_counts[static_cast<std::size_t>(type)]);
+    const ElementShape& shape = element_shape(type);
+    for (const MidNode& mid : mid_nodes(type)) {
+      const bool face = shape.dimension == 3 && mid.corner_count == 4;
+      if (mid.corner_count > 2) sum += (face ? 0.55 : 1) * count * (mid.corner_count - 2);
+    }
+  }
+  return static_cast<std::int64_t>(sum) + 64;
 }
 
 std::string in_the_middle(std::span<const NodeId> corners) {
   return "in the middle of the nodes " + list(corners);
+}
+
+[[noreturn]] void refuse(std::size_t element, ElementType type, NodeId node,
+                         std::span<const NodeId> corners, const std::string& elsewhere) {
+  throw InvalidMesh("MID_NODE_MISPLACED",
+                    "element " + std::to_string(element) + " (" + std::string(element_name(type)) +
+                        "): node " + std::to_string(node) + " is " + in_the_middle(corners) +
+                        ", but in another element " + elsewhere +
+                        "; the nodes of an element are in VTK's order, corners first",
+                    {{"element", std::to_string(element)}, {"node", std::to_string(node)}});
 }
 
 }  // namespace
@@ -47,55 +63,70 @@ bool is_second_order(const MeshSize& size) {
 }
 
 CornerMesh::CornerMesh(const TopologyView& topology) : regions_(topology.regions) {
+  mark_corners(topology);
   find_mids(topology);
   number_corners(topology);
 }
 
+void CornerMesh::mark_corners(const TopologyView& topology) {
+  corner_of_.assign(topology.node_count, kUnused);
+  for (const ElementBlockView& block : topology.blocks) {
+    const std::size_t width = element_width(block.type);
+    const auto corner_count = static_cast<std::size_t>(element_shape(block.type).node_count);
+    for (std::size_t at = 0; at < block.nodes.size(); at += width) {
+      for (const NodeId node : block.nodes.subspan(at, corner_count)) {
+        corner_of_[static_cast<std::size_t>(node)] = kCorner;
+      }
+    }
+  }
+  const auto others =
+      static_cast<std::size_t>(std::count(corner_of_.begin(), corner_of_.end(), kUnused));
+  mids_.reserve(others);
+  first_corner_.reserve(others + 1);
+  corners_.reserve(2 * others +
+                   static_cast<std::size_t>(further_corners(detail::size_of(topology))));
+}
+
 void CornerMesh::find_mids(const TopologyView& topology) {
-  std::vector<NodeId>& roles = corner_of_;
-  roles.assign(topology.node_count, kUnused);
   std::size_t element = 0;
   for (const ElementBlockView& block : topology.blocks) {
     const std::size_t width = element_width(block.type);
     const auto corner_count = static_cast<std::size_t>(element_shape(block.type).node_count);
-    const std::span<const MidNode> mids = mid_nodes(block.type);
     for (std::size_t at = 0; at < block.nodes.size(); at += width, ++element) {
       const std::span nodes = block.nodes.subspan(at, width);
-      for (const NodeId node : nodes.first(corner_count)) {
-        NodeId& role = roles[static_cast<std::size_t>(node)];
-        if (role >= 0) {
-          const auto mid_corners = mid(static_cast<std::size_t>(role)).corners;
-          refuse(element, block.type, node, "a corner", in_the_middle(mid_corners));
-        }
-        role = kCorner;
-      }
-      for (std::size_t m = 0; m < mids.size(); ++m) {
-        const auto count = static_cast<std::size_t>(mids[m].corner_count);
-        std::array<NodeId, kMaxCorners> corners{};
-        for (std::size_t c = 0; c < count; ++c) {
-          corners[c] = nodes[static_cast<std::size_t>(mids[m].corners[c])];
-        }
-        const std::span own = std::span(corners).first(count);
-        std::ranges::sort(own);
-        const NodeId node = nodes[corner_count + m];
-        NodeId& role = roles[static_cast<std::size_t>(node)];
-        if (role == kUnused) {
-          role = static_cast<NodeId>(mids_.size());
-          mids_.push_back(node);
-          corners_.insert(corners_.end(), own.begin(), own.end());
-          first_corner_.push_back(corners_.size());
-        } else if (role == kCorner) {
-          refuse(element, block.type, node, in_the_middle(own), "a corner");
-        } else if (const auto known = mid(static_cast<std::size_t>(role)).corners;
-                   !std::ranges::equal(known, own)) {
-          refuse(element, block.type, node, in_the_middle(own), in_the_middle(known));
-        }
+      const NodeId* node = &nodes[corner_count];
+      for (const MidNode& mid : mid_nodes(block.type)) {
+        add_mid(element, block.type, nodes, mid, *node++);
       }
     }
   }
 }
 
+void CornerMesh::add_mid(std::size_t element, ElementType type, std::span<const NodeId> nodes,
+                         const MidNode& place, NodeId node) {
+  const auto count = static_cast<std::size_t>(place.corner_count);
+  std::array<NodeId, kMaxCorners> corners{};
+  for (std::size_t c = 0; c < count; ++c) {
+    corners[c] = nodes[static_cast<std::size_t>(place.corners[c])];
+  }
+  const std::span own = std::span(corners).first(count);
+  std::ranges::sort(own);
+  NodeId& role = corner_of_[static_cast<std::size_t>(node)];
+  if (role == kUnused) {
+    role = static_cast<NodeId>(mids_.size());
+    mids_.push_back(node);
+    corners_.insert(corners_.end(), own.begin(), own.end());
+    first_corner_.push_back(corners_.size());
+  } else if (role == kCorner) {
+    refuse(element, type, node, own, "a corner");
+  } else if (const auto known = mid(static_cast<std::size_t>(role)).corners;
+             !std::ranges::equal(known, own)) {
+    refuse(element, type, node, own, in_the_middle(known));
+  }
+}
+
 void CornerMesh::number_corners(const TopologyView& topology) {
+  nodes_.reserve(corner_of_.size() - mids_.size());
   for (NodeId& role : corner_of_) {
     const auto node = static_cast<NodeId>(&role - corner_of_.data());
     if (role >= 0) {
@@ -168,19 +199,15 @@ std::int64_t CornerMesh::estimate_bytes(const MeshSize& size) {
   if (!detail::is_second_order(size)) return 0;
   const MeshSize linear = size_of(size);
   std::int64_t entries = 0;
-  std::int64_t others = 0;  // nodes in the middle of faces and elements, at most
   for (const ElementType type : kElementTypes) {
-    const std::int64_t count = size.element_counts[static_cast<std::size_t>(type)];
-    entries += count * element_shape(type).node_count;
-    for (const MidNode& mid : mid_nodes(type)) others += mid.corner_count > 2 ? count : 0;
+    entries += size.element_counts[static_cast<std::size_t>(type)] * element_shape(type).node_count;
   }
-  // Vectors that grow have up to twice their size.
-  const std::int64_t per_mid = 2 * (sizeof(NodeId) + sizeof(std::size_t) + 2 * sizeof(NodeId));
-  return size.node_count * static_cast<std::int64_t>(sizeof(NodeId)) +
-         linear.node_count * static_cast<std::int64_t>(2 * sizeof(NodeId) + 1) +
-         (size.node_count - linear.node_count / 2) * per_mid +
-         others * static_cast<std::int64_t>(2 * 6 * sizeof(NodeId)) +
-         entries * static_cast<std::int64_t>(sizeof(NodeId));
+  constexpr auto id = static_cast<std::int64_t>(sizeof(NodeId));
+  constexpr auto offset = static_cast<std::int64_t>(sizeof(std::size_t));
+  // There are no more corners than estimated, and hardly fewer.
+  const std::int64_t mids = size.node_count - linear.node_count * 9 / 10;
+  return size.node_count * id + linear.node_count * (id + 1) + mids * (3 * id + offset) +
+         further_corners(size) * id + entries * id;
 }
 
 }  // namespace meshsmooth::detail

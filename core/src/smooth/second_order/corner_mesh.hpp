@@ -47,7 +47,10 @@ class CornerMesh {
   [[nodiscard]] static std::int64_t estimate_bytes(const MeshSize& size);
 
  private:
+  void mark_corners(const TopologyView& topology);
   void find_mids(const TopologyView& topology);
+  void add_mid(std::size_t element, ElementType type, std::span<const NodeId> nodes,
+               const MidNode& place, NodeId node);
   void number_corners(const TopologyView& topology);
 
   std::vector<NodeId> nodes_;

@@ -110,7 +110,7 @@ class Job {
     if (options_.guard) {
       summary.convergence.held_node_count += carry_.place_validly(corners, after);
     } else {
-      after = carry_.place(corners);
+      carry_.place(corners, after);
     }
     return summary;
   }
@@ -134,7 +134,7 @@ class Job {
       summary = run_(corners, options, held);
       MotionStats& motion = *summary.motion;
       motion.reached *= share;
-      after = carry_.place(corners);
+      carry_.place(corners, after);
       for (std::size_t n = 0; n < prescribed.mids.size(); ++n) {
         const auto node = static_cast<std::size_t>(prescribed.mids[n]);
         after[node] = motion.reached == 1
@@ -258,7 +258,7 @@ class SecondOrderSmoother final : public Smoother {
   [[nodiscard]] static std::int64_t job_bytes(const MeshSize& size) {
     if (!is_second_order(size)) return 0;
     const std::int64_t position = size.float64 ? sizeof(Vec3d) : sizeof(Vec3f);
-    return size.node_count * (position + 2) +
+    return size.node_count * (position + 1) +
            CornerMesh::size_of(size).node_count *
                (position + static_cast<std::int64_t>(sizeof(Vec3d)) + 1);
   }
