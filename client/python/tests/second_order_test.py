@@ -30,11 +30,11 @@ def test_move_prescribes_the_nodes_in_the_middle_of_boundary_edges(client: ms.Cl
     points, cells = second_order(*cube())
     displacement = 0.05 * np.sin(points[:, [1, 2, 0]])
 
-    moved, summary = client.move((points, cells), displacement=displacement, full=True)
+    result = client.move((points, cells), displacement=displacement, full=True)
 
-    assert summary.motion.reached == 1
+    assert result.summary.motion.reached == 1
     on_boundary = ((points == 0) | (points == points.max())).any(axis=1)
-    assert np.allclose(moved[0][on_boundary], (points + displacement)[on_boundary])
+    assert np.allclose(result.mesh[0][on_boundary], (points + displacement)[on_boundary])
 
 
 def test_sessions_take_them(client: ms.Client) -> None:
@@ -46,11 +46,11 @@ def test_sessions_take_them(client: ms.Client) -> None:
 
 def test_quality_is_of_the_whole_element(client: ms.Client) -> None:
     points, cells = second_order(*cube(2))
-    assert client.quality((points, cells)).inverted_count == 0
+    assert client.quality((points, cells)).inverted_element_count == 0
 
     points[cells["tetra10"][0, 4]] += 0.9
 
-    assert client.quality((points, cells)).inverted_count > 0
+    assert client.quality((points, cells)).inverted_element_count > 0
 
 
 @pytest.mark.parametrize(
