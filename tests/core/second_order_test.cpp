@@ -143,8 +143,8 @@ TEST(SecondOrder, PreparesATopologyOnce) {
 
 // --- curved elements --------------------------------------------------------------
 
-/// A box bent around an axis, its nodes in the middle of edges too.
-Mesh bent(ElementType type, int n, bool full = false) {
+/// A box curved around an axis, its nodes in the middle of edges too.
+Mesh curved_box(ElementType type, int n, bool full = false) {
   const Mesh linear = test::noisy(test::lattice(type, n), 0.08, 5);
   return test::mapped(test::second_order(linear, full), [&](Vec3d p) {
     const double angle = p.x / n * std::numbers::pi / 2, radius = n * (1.0 + p.y / n);
@@ -155,7 +155,7 @@ Mesh bent(ElementType type, int n, bool full = false) {
 TEST(SecondOrder, KeepsCurvedElementsValidAndTheirBoundaryInPlace) {
   for (const ElementType type : kLinearTypes) {
     for (const bool full : {false, true}) {
-      const Mesh start = bent(type, 5, full);
+      const Mesh start = curved_box(type, 5, full);
       ASSERT_EQ(invalid_count(start), 0) << element_name(type);
       for (const Method& method : {Method(Optimize{}), Method(Laplacian{}), Method(Taubin{})}) {
         Mesh mesh = start;
@@ -217,7 +217,7 @@ TEST(SecondOrder, CountsWhatIsInvalidBetweenValidCorners) {
 }
 
 TEST(SecondOrder, FixedNodesKeepTheirBits) {
-  Mesh mesh = bent(ElementType::tetrahedron, 5);
+  Mesh mesh = curved_box(ElementType::tetrahedron, 5);
   mesh.fixed.assign(mesh.node_count(), 0);
   for (std::size_t n = 0; n < mesh.node_count(); n += 7) mesh.fixed[n] = 1;
   const Mesh start = mesh;
@@ -231,7 +231,7 @@ TEST(SecondOrder, FixedNodesKeepTheirBits) {
 }
 
 TEST(SecondOrder, HoldsTheCornersOfCurvedEdgesThatWouldSlide) {
-  Mesh mesh = bent(ElementType::hexahedron, 5);
+  Mesh mesh = curved_box(ElementType::hexahedron, 5);
   const Mesh start = mesh;
   SmoothOptions options = by(Optimize{});
   options.boundary = BoundaryPolicy::slide;
