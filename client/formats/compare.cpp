@@ -48,7 +48,7 @@ void compare_meshes(const MeshFile& a, const MeshFile& b, Differences& differenc
       return;
     }
     if (own.nodes.size() != other.nodes.size()) {
-      differences.push_back("elements: other numbers of " + std::string(shape.name) + " elements");
+      differences.push_back("elements: other numbers of " + name + " elements");
       return;
     }
   }
