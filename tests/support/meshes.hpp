@@ -37,6 +37,8 @@ inline std::vector<Vec3d> ideal_points(ElementType type) {
     case ElementType::hexahedron:
       return {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
               {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+    default:  // of second order
+      break;
   }
   return {};
 }
@@ -197,6 +199,8 @@ inline Mesh lattice(ElementType type, int n) {
           case ElementType::hexahedron:
             add({a, b, c, d, e, f, g, h});
             break;
+          default:  // of second order
+            break;
         }
       }
     }
@@ -281,6 +285,8 @@ inline Mesh inverted(Mesh mesh) {
           break;
         case ElementType::hexahedron:
           for (int n = 0; n < 4; ++n) std::swap(nodes[n], nodes[n + 4]);
+          break;
+        default:  // of second order
           break;
       }
     }
