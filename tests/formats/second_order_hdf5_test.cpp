@@ -185,6 +185,23 @@ TEST(SecondOrderXdmf, KnowsTheTypesByTheirNames) {
   }
 }
 
+// As dolfinx writes tags of facets.
+TEST(SecondOrderXdmf, HasTagsOfFacets) {
+  const Scratch scratch;
+  std::string text = xdmf_of("Tetrahedron_10", crooked_element(ElementType::tetrahedron10));
+  const std::string tags =
+      "<Grid Name=\"walls\"><Topology TopologyType=\"Triangle_6\"><DataItem DataType=\"Int\">"
+      "0 1 2 4 5 6  1 2 3 5 9 8</DataItem></Topology><Attribute Name=\"walls\" Center=\"Cell\">"
+      "<DataItem DataType=\"Int\">3 4</DataItem></Attribute></Grid>";
+  text.insert(text.find("</Domain>"), tags);
+  put_bytes(scratch.path("a.xdmf"), text);
+
+  const MeshFile file = read_mesh_file(scratch.path("a.xdmf"));
+
+  EXPECT_EQ(find_node_set(file, "walls:3"), (std::vector<NodeId>{0, 1, 2, 4, 5, 6}));
+  EXPECT_EQ(find_node_set(file, "walls:4"), (std::vector<NodeId>{1, 2, 3, 5, 8, 9}));
+}
+
 TEST(SecondOrderXdmf, RefusesOtherTypes) {
   const Scratch scratch;
   for (const char* name : {"Hexahedron_24", "Hexahedron_64", "Tetrahedron_20", "Pyramid_14"}) {
