@@ -13,14 +13,21 @@ struct Family {
   AbaqusElement element;
 };
 
-constexpr AbaqusElement kLine = {kLineCell, 2, false};
-constexpr AbaqusElement kTriangle = {kTriangleCell, 3, false};
-constexpr AbaqusElement kQuad = {kQuadCell, 4, false};
-constexpr AbaqusElement kTetrahedron = {kTetrahedronCell, 4, false};
-constexpr AbaqusElement kPyramid = {kPyramidCell, 5, false};
-constexpr AbaqusElement kWedge = {kWedgeCell, 6, true};
-constexpr AbaqusElement kHexahedron = {kHexahedronCell, 8, false};
-constexpr AbaqusElement kNodes = {kPolyVertexCell, 0, false};
+constexpr AbaqusElement kLine = {kLineCell, 2};
+constexpr AbaqusElement kTriangle = {kTriangleCell, 3};
+constexpr AbaqusElement kQuad = {kQuadCell, 4};
+constexpr AbaqusElement kTetrahedron = {kTetrahedronCell, 4};
+constexpr AbaqusElement kPyramid = {kPyramidCell, 5};
+constexpr AbaqusElement kWedge = {kWedgeCell, 6};
+constexpr AbaqusElement kHexahedron = {kHexahedronCell, 8};
+constexpr AbaqusElement kEdge3 = {kEdge3Cell, 3};
+constexpr AbaqusElement kTriangle6 = {kTriangle6Cell, 6};
+constexpr AbaqusElement kQuad8 = {kQuad8Cell, 8};
+constexpr AbaqusElement kQuad9 = {kQuad9Cell, 9};
+constexpr AbaqusElement kTetrahedron10 = {kTetrahedron10Cell, 10};
+constexpr AbaqusElement kWedge15 = {kWedge15Cell, 15};
+constexpr AbaqusElement kHexahedron20 = {kHexahedron20Cell, 20};
+constexpr AbaqusElement kNodes = {kPolyVertexCell, 0};
 
 constexpr auto kFamilies = std::to_array<Family>({
     // solid: stress, acoustic, heat transfer, coupled, Eulerian, continuum shells
@@ -46,6 +53,17 @@ constexpr auto kFamilies = std::to_array<Family>({
     {"EMC3D8", kHexahedron},
     {"SC8", kHexahedron},
     {"CSS8", kHexahedron},
+    {"C3D10", kTetrahedron10},
+    {"AC3D10", kTetrahedron10},
+    {"DC3D10", kTetrahedron10},
+    {"Q3D10", kTetrahedron10},
+    {"C3D15", kWedge15},
+    {"AC3D15", kWedge15},
+    {"DC3D15", kWedge15},
+    {"C3D20", kHexahedron20},
+    {"AC3D20", kHexahedron20},
+    {"DC3D20", kHexahedron20},
+    {"Q3D20", kHexahedron20},
     // plane and axisymmetric
     {"CPS3", kTriangle},
     {"CPE3", kTriangle},
@@ -69,6 +87,24 @@ constexpr auto kFamilies = std::to_array<Family>({
     {"DCAX4", kQuad},
     {"DCCAX4", kQuad},
     {"EMC2D4", kQuad},
+    {"CPS6", kTriangle6},
+    {"CPE6", kTriangle6},
+    {"CPEG6", kTriangle6},
+    {"CAX6", kTriangle6},
+    {"CGAX6", kTriangle6},
+    {"AC2D6", kTriangle6},
+    {"ACAX6", kTriangle6},
+    {"DC2D6", kTriangle6},
+    {"DCAX6", kTriangle6},
+    {"CPS8", kQuad8},
+    {"CPE8", kQuad8},
+    {"CPEG8", kQuad8},
+    {"CAX8", kQuad8},
+    {"CGAX8", kQuad8},
+    {"AC2D8", kQuad8},
+    {"ACAX8", kQuad8},
+    {"DC2D8", kQuad8},
+    {"DCAX8", kQuad8},
     // shells, membranes, surfaces, rigid surfaces
     {"S3", kTriangle},
     {"STRI3", kTriangle},
@@ -81,6 +117,17 @@ constexpr auto kFamilies = std::to_array<Family>({
     {"M3D4", kQuad},
     {"R3D4", kQuad},
     {"SFM3D4", kQuad},
+    {"S6", kTriangle6},
+    {"STRI65", kTriangle6},
+    {"DS6", kTriangle6},
+    {"M3D6", kTriangle6},
+    {"SFM3D6", kTriangle6},
+    {"S8", kQuad8},
+    {"DS8", kQuad8},
+    {"M3D8", kQuad8},
+    {"SFM3D8", kQuad8},
+    {"S9", kQuad9},
+    {"M3D9", kQuad9},
     // lines; beams may have one more node for their direction
     {"T2D2", kLine},
     {"T3D2", kLine},
@@ -102,6 +149,20 @@ constexpr auto kFamilies = std::to_array<Family>({
     {"R2D2", kLine},
     {"RB2D2", kLine},
     {"RB3D2", kLine},
+    {"T2D3", kEdge3},
+    {"T3D3", kEdge3},
+    {"B22", kEdge3},
+    {"B32", kEdge3},
+    {"PIPE22", kEdge3},
+    {"PIPE32", kEdge3},
+    {"DC1D3", kEdge3},
+    {"AC1D3", kEdge3},
+    {"SAX2", kEdge3},
+    {"DSAX2", kEdge3},
+    {"MAX2", kEdge3},
+    {"MGAX2", kEdge3},
+    {"SFMAX2", kEdge3},
+    {"SFMGAX2", kEdge3},
     // what hangs on nodes
     {"MASS", kNodes},
     {"ROTARYI", kNodes},
@@ -127,6 +188,7 @@ constexpr auto kFamilies = std::to_array<Family>({
 }  // namespace
 
 std::optional<AbaqusElement> find_abaqus_element(std::string_view type) {
+  if (type.starts_with("C3D15V")) return std::nullopt;  // has 15 to 18 nodes
   for (const auto& [base, element] : kFamilies) {
     if (!type.starts_with(base)) continue;
     const bool ends = type.size() == base.size();

@@ -3,6 +3,7 @@
 #include <system_error>
 
 #include "abaqus_model.hpp"
+#include "cells.hpp"
 #include "content.hpp"
 #include "deck_reader.hpp"
 #include "readers.hpp"
@@ -121,9 +122,8 @@ class DeckParser {
       const std::int64_t label = reader_.label(words_.front());
       if (!known) {
         reader_.fail_at(place,
-                        "element " + std::to_string(label) + " is of the type " + type +
-                            "; only linear triangles, quads, tetrahedra, pyramids, wedges and "
-                            "hexahedra can be smoothed",
+                        "element " + std::to_string(label) + " is of the type " + type + "; " +
+                            kSupportedElements,
                         "ELEMENT_NOT_SUPPORTED");
       }
       read_corners(label, *known, nodes);
@@ -158,7 +158,7 @@ class DeckParser {
       word = 0;
     }
     if (nodes.empty()) reader_.refuse("the nodes of an element", line());
-    if (word < words_.size() && type.vtk_type != kLineCell) {
+    if (word < words_.size() && type.vtk_type != kLineCell && type.vtk_type != kEdge3Cell) {
       reader_.refuse(
           "only the " + std::to_string(count) + " nodes of element " + std::to_string(label),
           words_[word]);

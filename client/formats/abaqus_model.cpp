@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <memory>
+#include <span>
 #include <utility>
+
+#include "node_orders.hpp"
 
 namespace meshsmooth::formats {
 namespace {
@@ -228,13 +231,15 @@ void AbaqusModel::store_cells(FileContent& content, PlainDataset& dataset) const
   std::vector<std::int64_t> nodes;
   for (std::size_t index = 0; index < elements_.size(); ++index) {
     const Element& element = elements_[index];
-    nodes.assign(corners_.begin() + static_cast<std::ptrdiff_t>(element.first),
-                 corners_.begin() + static_cast<std::ptrdiff_t>(end_of(index)));
-    if (element.type.other_turn) {
-      std::swap(nodes[1], nodes[2]);
-      std::swap(nodes[4], nodes[5]);
-    }
     int type = element.type.vtk_type;
+    const std::span own(corners_.data() + element.first, corners_.data() + end_of(index));
+    nodes.assign(own.begin(), own.end());
+    if (const CellKind* const kind = find_vtk_cell(type, own.size())) {
+      const auto places = places_in(NodeOrder::abaqus, *kind);
+      std::ranges::transform(places, nodes.begin(), [&](std::int8_t place) {
+        return own[static_cast<std::size_t>(place)];
+      });
+    }
     if (type == kPolyVertexCell && nodes.size() == 1) type = kVertexCell;
     if (type == kPolyVertexCell && nodes.size() == 2) type = kLineCell;
     dataset.add_cell(type, nodes);

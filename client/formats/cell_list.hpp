@@ -6,15 +6,9 @@
 
 #include "cells.hpp"
 #include "dataset.hpp"
+#include "node_orders.hpp"
 
 namespace meshsmooth::formats {
-
-/// A format's node order. They differ in the side from which a cell's first face is seen.
-enum class NodeOrder {
-  vtk,   // the house's
-  gmsh,  // also Exodus' and CGNS': another wedge
-  med    // another tetrahedron, pyramid and hexahedron
-};
 
 /// Cells as a format gives them.
 class CellList {

@@ -1,28 +1,38 @@
 #include "cells.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include "dataset.hpp"
 
 namespace meshsmooth::formats {
 namespace {
 
-constexpr std::array<std::int8_t, 8> kSame = {0, 1, 2, 3, 4, 5, 6, 7};
-
-// VTK lets the normal of a wedge's first triangle point out of the wedge, Gmsh
-// into it.
-constexpr std::array<std::int8_t, 8> kOtherTurn = {0, 2, 1, 3, 5, 4, 6, 7};
-
-constexpr std::array<CellKind, 8> kKinds = {{
-    {"point", kVertexCell, 15, 0, 1, std::nullopt, kSame},
-    {"edge", kLineCell, 1, 1, 2, std::nullopt, kSame},
-    {"triangle", kTriangleCell, 2, 2, 3, ElementType::triangle, kSame},
-    {"quad", kQuadCell, 3, 2, 4, ElementType::quad, kSame},
-    {"tetrahedron", kTetrahedronCell, 4, 3, 4, ElementType::tetrahedron, kSame},
-    {"pyramid", kPyramidCell, 7, 3, 5, ElementType::pyramid, kSame},
-    {"wedge", kWedgeCell, 6, 3, 6, ElementType::wedge, kOtherTurn},
-    {"hexahedron", kHexahedronCell, 5, 3, 8, ElementType::hexahedron, kSame},
-}};
+constexpr auto kKinds = std::to_array<CellKind>({
+    {"point", kVertexCell, 15, 0, 1, std::nullopt},
+    {"edge", kLineCell, 1, 1, 2, std::nullopt},
+    {"triangle", kTriangleCell, 2, 2, 3, ElementType::triangle},
+    {"quad", kQuadCell, 3, 2, 4, ElementType::quad},
+    {"tetrahedron", kTetrahedronCell, 4, 3, 4, ElementType::tetrahedron},
+    {"pyramid", kPyramidCell, 7, 3, 5, ElementType::pyramid},
+    {"wedge", kWedgeCell, 6, 3, 6, ElementType::wedge},
+    {"hexahedron", kHexahedronCell, 5, 3, 8, ElementType::hexahedron},
+    {"edge3", kEdge3Cell, 8, 1, 3, std::nullopt},
+    {"triangle6", kTriangle6Cell, 9, 2, 6, ElementType::triangle6},
+    {"quad8", kQuad8Cell, 16, 2, 8, ElementType::quad8},
+    {"quad9", kQuad9Cell, 10, 2, 9, ElementType::quad9},
+    {"tetrahedron10", kTetrahedron10Cell, 11, 3, 10, ElementType::tetrahedron10},
+    {"pyramid13", kPyramid13Cell, 19, 3, 13, ElementType::pyramid13},
+    {"wedge15", kWedge15Cell, 18, 3, 15, ElementType::wedge15},
+    {"wedge18", kWedge18Cell, 13, 3, 18, ElementType::wedge18},
+    {"hexahedron20", kHexahedron20Cell, 17, 3, 20, ElementType::hexahedron20},
+    {"hexahedron27", kHexahedron27Cell, 12, 3, 27, ElementType::hexahedron27},
+});
+static_assert(std::ranges::all_of(kKinds, [](const CellKind& kind) {
+  return static_cast<std::size_t>(kind.node_count) <= kMaxCellNodes &&
+         (!kind.element ||
+          static_cast<std::size_t>(kind.node_count) == element_width(*kind.element));
+}));
 
 template <class Rule>
 const CellKind* find_kind(Rule rule) {
@@ -40,6 +50,10 @@ const CellKind* find_vtk_cell(int vtk_type, std::size_t node_count) {
   });
 }
 
+const CellKind* find_vtk_cell(int vtk_type) {
+  return find_kind([&](const CellKind& kind) { return kind.vtk_type == vtk_type; });
+}
+
 std::optional<int> cell_dimension(int vtk_type, std::size_t node_count) {
   if (const CellKind* kind = find_vtk_cell(vtk_type, node_count)) return kind->dimension;
   if (vtk_type == kPolyVertexCell) return 0;
@@ -53,6 +67,10 @@ const CellKind* find_gmsh_cell(int gmsh_type) {
 
 const CellKind& cell_kind(ElementType type) {
   return *find_kind([&](const CellKind& kind) { return kind.element == type; });
+}
+
+bool is_second_order(const CellKind& kind) {
+  return kind.vtk_type == kEdge3Cell || (kind.element && is_second_order(*kind.element));
 }
 
 }  // namespace meshsmooth::formats

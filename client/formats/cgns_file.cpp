@@ -20,20 +20,27 @@ using std::filesystem::path;
 /// By the number of CGNS's ElementType_t.
 constexpr auto kTypes = std::to_array<std::pair<std::int64_t, int>>({{2, kVertexCell},
                                                                      {3, kLineCell},
+                                                                     {4, kEdge3Cell},
                                                                      {5, kTriangleCell},
+                                                                     {6, kTriangle6Cell},
                                                                      {7, kQuadCell},
+                                                                     {8, kQuad8Cell},
+                                                                     {9, kQuad9Cell},
                                                                      {10, kTetrahedronCell},
+                                                                     {11, kTetrahedron10Cell},
                                                                      {12, kPyramidCell},
                                                                      {14, kWedgeCell},
-                                                                     {17, kHexahedronCell}});
+                                                                     {15, kWedge15Cell},
+                                                                     {16, kWedge18Cell},
+                                                                     {17, kHexahedronCell},
+                                                                     {18, kHexahedron20Cell},
+                                                                     {19, kHexahedron27Cell},
+                                                                     {21, kPyramid13Cell}});
 constexpr std::int64_t kMixed = 20;
 
 const CellKind* find_kind(std::int64_t type) {
   const auto* known = std::ranges::find(kTypes, type, &std::pair<std::int64_t, int>::first);
-  for (std::size_t nodes = 1; known != kTypes.end() && nodes <= 8; ++nodes) {
-    if (const CellKind* kind = find_vtk_cell(known->second, nodes)) return kind;
-  }
-  return nullptr;
+  return known == kTypes.end() ? nullptr : find_vtk_cell(known->second);
 }
 
 const CellKind& kind_of(const path& path, const std::string& section, std::int64_t type) {
@@ -42,9 +49,7 @@ const CellKind& kind_of(const path& path, const std::string& section, std::int64
                            : type == 23 ? "polyhedra (NFACE_n)"
                                         : "elements of CGNS's type " + std::to_string(type);
   fail("ELEMENT_NOT_SUPPORTED", path,
-       "section \"" + section + "\" has " + name +
-           "; only linear triangles, quads, tetrahedra, pyramids, wedges and hexahedra (TRI_3 "
-           "QUAD_4 TETRA_4 PYRA_5 PENTA_6 HEXA_8) can be smoothed");
+       "section \"" + section + "\" has " + name + "; " + kSupportedElements);
 }
 
 /// The tree of nodes.
@@ -172,7 +177,7 @@ class SectionReader {
       const CellKind& kind = kind_of(path_, section.name, type);
       const auto corners = static_cast<std::size_t>(kind.node_count);
       if (corners > stream.size() - place) break;
-      cells_.add(kind, NodeOrder::gmsh, std::span(stream).subspan(place, corners), 1);
+      cells_.add(kind, NodeOrder::cgns, std::span(stream).subspan(place, corners), 1);
       column_.values.push_back(number_);
       dimensions[static_cast<std::size_t>(kind.dimension)] = true;
       content.cell_ids.push_back(id++);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -10,6 +9,7 @@
 
 #include "cells.hpp"
 #include "content.hpp"
+#include "temporary_folder.hpp"
 #include "text.hpp"
 
 namespace meshsmooth::formats {
@@ -48,7 +48,7 @@ void compare_meshes(const MeshFile& a, const MeshFile& b, Differences& differenc
       return;
     }
     if (own.nodes.size() != other.nodes.size()) {
-      differences.push_back("elements: other numbers of " + std::string(shape.name) + " elements");
+      differences.push_back("elements: other numbers of " + name + " elements");
       return;
     }
   }
@@ -178,33 +178,11 @@ bool has_text(const FileContent& content) {
 /// HDF5 and netCDF.
 bool is_container(const FileContent& content) { return !content.arrays.names.empty(); }
 
-/// A folder that is removed with all that is in it.
-class ScratchFolder {
- public:
-  ScratchFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "meshsmooth-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) {
-      fail("FILE_NOT_WRITABLE", name, "cannot make a folder for files to compare");
-    }
-    path_ = name;
-  }
-  ~ScratchFolder() {
-    std::error_code error;
-    std::filesystem::remove_all(path_, error);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
-
 /// Whether the first file with the coordinates of the second is the second, byte for byte.
 bool becomes(const MeshFile& a, const MeshFile& b) {
   const FileContent& other = *b.content();
   if (a.mesh.positions.index() != b.mesh.positions.index()) return false;
-  const ScratchFolder folder;
+  const TemporaryFolder folder;
   const std::string stem = other.companion.empty() ? "made" : other.companion.stem().string();
   const std::filesystem::path made = folder.path() / (stem + other.extension);
   MeshFile changed = a;

@@ -14,13 +14,12 @@ namespace {
 int dimension_of(const std::filesystem::path& path, const Dataset& dataset, const Cell& cell,
                  std::int64_t id) {
   if (const auto dimension = cell_dimension(cell.type, cell.nodes.size())) return *dimension;
-  const std::string name = cell.type == kPolygonCell
-                               ? "polygon of " + std::to_string(cell.nodes.size()) + " nodes"
-                               : dataset.cell_name(cell.type);
+  const std::string count = std::to_string(cell.nodes.size()) + " nodes";
+  std::string name = dataset.cell_name(cell.type);
+  if (cell.type == kPolygonCell) name = "polygon of " + count;
+  if (find_vtk_cell(cell.type) != nullptr) name += " with " + count;
   fail("ELEMENT_NOT_SUPPORTED", path,
-       "element " + std::to_string(id) + " is of the type " + name +
-           "; only linear triangles, quads, tetrahedra, pyramids, wedges and hexahedra can be "
-           "smoothed");
+       "element " + std::to_string(id) + " is of the type " + name + "; " + kSupportedElements);
 }
 
 /// The cells that are not of the mesh's dimension.

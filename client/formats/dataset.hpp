@@ -24,6 +24,16 @@ inline constexpr int kTetrahedronCell = 10;
 inline constexpr int kHexahedronCell = 12;
 inline constexpr int kWedgeCell = 13;
 inline constexpr int kPyramidCell = 14;
+inline constexpr int kEdge3Cell = 21;  // these of second order
+inline constexpr int kTriangle6Cell = 22;
+inline constexpr int kQuad8Cell = 23;
+inline constexpr int kTetrahedron10Cell = 24;
+inline constexpr int kHexahedron20Cell = 25;
+inline constexpr int kWedge15Cell = 26;
+inline constexpr int kPyramid13Cell = 27;
+inline constexpr int kQuad9Cell = 28;
+inline constexpr int kHexahedron27Cell = 29;
+inline constexpr int kWedge18Cell = 32;
 inline constexpr int kPolyhedronCell = 42;  // its nodes, each once: none here needs its faces
 
 struct Cell {

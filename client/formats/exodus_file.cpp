@@ -77,9 +77,7 @@ std::vector<Block> read_blocks(const NetcdfFile& file, const path& path) {
     if (!shape) {
       fail("ELEMENT_NOT_SUPPORTED", path,
            "block " + std::to_string(id) + " has elements of the type \"" + type + "\" with " +
-               std::to_string(corners) +
-               " nodes; only linear triangles, quads, tetrahedra, pyramids, wedges and hexahedra "
-               "can be smoothed");
+               std::to_string(corners) + " nodes; " + kSupportedElements);
     }
     Block& block = blocks.emplace_back(
         Block{id, name_of(names, index, "block", id), *shape, file.integers(variable)});
@@ -98,7 +96,7 @@ void add_cells(const std::vector<Block>& blocks, FileContent& content, PlainData
     const auto corners = static_cast<std::size_t>(block.shape.kind->node_count);
     const std::span nodes(block.nodes);
     for (std::size_t first = 0; first < nodes.size(); first += corners) {
-      cells.add(*block.shape.kind, NodeOrder::gmsh, nodes.subspan(first, corners), 1);
+      cells.add(*block.shape.kind, NodeOrder::exodus, nodes.subspan(first, corners), 1);
       column.values.push_back(static_cast<double>(block.id));
     }
     content.groups.push_back(

@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cctype>
-#include <vector>
+#include <span>
 
 #include "dataset.hpp"
+#include "node_orders.hpp"
 
 namespace meshsmooth::formats {
 namespace {
@@ -22,25 +23,31 @@ const Sides& sides_of(const ExodusShape& shape) {
   static const Sides wedge = {{0, 1, 4, 3}, {1, 2, 5, 4}, {0, 3, 5, 2}, {0, 2, 1}, {3, 4, 5}};
   static const Sides hexahedron = {{0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6},
                                    {0, 4, 7, 3}, {0, 3, 2, 1}, {4, 5, 6, 7}};
-  static const Sides none;
-  switch (shape.kind->vtk_type) {
-    case kLineCell:
-      return line;
-    case kTriangleCell:
+  if (!shape.kind->element) return line;
+  switch (linear_type(*shape.kind->element)) {
+    case ElementType::triangle:
       return shape.shell ? triangle_shell : triangle;
-    case kQuadCell:
+    case ElementType::quad:
       return shape.shell ? quad_shell : quad;
-    case kTetrahedronCell:
+    case ElementType::tetrahedron:
       return tetrahedron;
-    case kPyramidCell:
+    case ElementType::pyramid:
       return pyramid;
-    case kWedgeCell:
+    case ElementType::wedge:
       return wedge;
-    case kHexahedronCell:
-      return hexahedron;
     default:
-      return none;
+      return hexahedron;
   }
+}
+
+/// The cell of `node_count` nodes whose corners form a linear one.
+const CellKind* find_kind(int linear_cell, std::size_t node_count) {
+  if (linear_cell == kLineCell && node_count == 3) return find_vtk_cell(kEdge3Cell);
+  for (const ElementType type : kElementTypes) {
+    if (element_width(type) != node_count) continue;
+    if (cell_kind(linear_type(type)).vtk_type == linear_cell) return &cell_kind(type);
+  }
+  return find_vtk_cell(linear_cell, node_count);
 }
 
 }  // namespace
@@ -49,25 +56,40 @@ std::optional<ExodusShape> find_exodus_shape(std::string type, std::size_t node_
   std::ranges::transform(type, type.begin(),
                          [](unsigned char letter) { return std::toupper(letter); });
   const auto is = [&](const char* prefix) { return type.starts_with(prefix); };
-  const bool shell = is("SHELL") || is("TRISH");
+  const bool surface = is("SHELL");
+  const bool shell = surface || is("TRISH");
   int cell = 0;
   if (is("TET")) cell = kTetrahedronCell;
   if (is("HEX")) cell = kHexahedronCell;
   if (is("WED")) cell = kWedgeCell;
   if (is("PYR")) cell = kPyramidCell;
-  if (is("TRI") || (is("SHELL") && node_count == 3)) cell = kTriangleCell;
-  if (is("QUA") || (is("SHELL") && node_count == 4)) cell = kQuadCell;
+  if (is("TRI") || (surface && (node_count == 3 || node_count == 6))) cell = kTriangleCell;
+  if (is("QUA") || (surface && !(node_count == 3 || node_count == 6))) cell = kQuadCell;
   if (is("BAR") || is("BEA") || is("EDG") || is("ROD") || is("TRU")) cell = kLineCell;
   if (is("SPH") || is("CIR") || is("POI") || is("NOD")) cell = kVertexCell;
-  const CellKind* kind = find_vtk_cell(cell, node_count);
+  const CellKind* kind = find_kind(cell, node_count);
   if (kind == nullptr) return std::nullopt;
   return ExodusShape{kind, shell};
 }
 
-std::span<const int> nodes_of_exodus_side(const ExodusShape& shape, std::int64_t side) {
+std::vector<int> nodes_of_exodus_side(const ExodusShape& shape, std::int64_t side) {
+  const bool point = shape.kind->dimension == 0;
   const Sides& sides = sides_of(shape);
-  if (side < 1 || side > static_cast<std::int64_t>(sides.size())) return {};
-  return sides[static_cast<std::size_t>(side - 1)];
+  if (point || side < 1 || side > static_cast<std::int64_t>(sides.size())) return {};
+  const std::vector<int>& corners = sides[static_cast<std::size_t>(side - 1)];
+  std::vector<int> nodes = corners;
+  if (!shape.kind->element) return nodes;
+  const auto places = places_in(NodeOrder::exodus, *shape.kind);
+  const auto on_side = [&](std::int8_t corner) {
+    return std::ranges::find(corners, places[static_cast<std::size_t>(corner)]) != corners.end();
+  };
+  std::size_t node = element_width(linear_type(*shape.kind->element));
+  for (const MidNode& mid : mid_nodes(*shape.kind->element)) {
+    const auto of = std::span(mid.corners).first(static_cast<std::size_t>(mid.corner_count));
+    if (std::ranges::all_of(of, on_side)) nodes.push_back(places[node]);
+    ++node;
+  }
+  return nodes;
 }
 
 }  // namespace meshsmooth::formats

@@ -2,8 +2,8 @@
 
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <string>
+#include <vector>
 
 #include "cells.hpp"
 
@@ -15,14 +15,13 @@ struct ExodusShape {
   bool shell;  // its sides 1 and 2 are its faces, the others its edges
 };
 
-/// "TETRA", "HEX8" …, in any case; none: not linear, or unknown.
+/// "TETRA", "HEX8" …, in any case; none: of a higher order, or unknown.
 [[nodiscard]] std::optional<ExodusShape> find_exodus_shape(std::string type,
                                                            std::size_t node_count);
 
 /// The nodes of a side, which counts from 1, by their places in the element, from 0, in Exodus'
-/// order; empty: it has no such side. From the tables of side sets in "EXODUS II: A Finite
-/// Element Data Model" (Sandia, SAND92-2137).
-[[nodiscard]] std::span<const int> nodes_of_exodus_side(const ExodusShape& shape,
-                                                        std::int64_t side);
+/// order, the corners first; empty: it has no such side. From the tables of side sets in "EXODUS
+/// II: A Finite Element Data Model" (Sandia, SAND92-2137).
+[[nodiscard]] std::vector<int> nodes_of_exodus_side(const ExodusShape& shape, std::int64_t side);
 
 }  // namespace meshsmooth::formats

@@ -13,7 +13,10 @@
 #include "cells.hpp"
 #include "gmsh_fields.hpp"
 #include "gmsh_session.hpp"
+#include "nastran_lines.hpp"
+#include "node_orders.hpp"
 #include "readers.hpp"
+#include "temporary_folder.hpp"
 #include "vtk_content.hpp"
 
 namespace meshsmooth::formats {
@@ -56,9 +59,7 @@ const CellKind& kind_of(const path& file, int gmsh_type, std::size_t first_tag) 
                                           corner_count);
   fail("ELEMENT_NOT_SUPPORTED", file,
        "element " + std::to_string(first_tag) + " is a \"" + name + "\" of order " +
-           std::to_string(order) +
-           "; only linear triangles, quads, tetrahedra, pyramids, wedges and hexahedra can be "
-           "smoothed");
+           std::to_string(order) + "; " + kSupportedElements);
 }
 
 /// All elements, by ascending tag, which is the file's own order.
@@ -97,17 +98,17 @@ Elements get_elements(const path& file) {
 void add_cells(const path& file, const Elements& elements, const IndexOfId& nodes,
                vtkUnstructuredGrid& grid) {
   for (const Row& row : elements.rows) {
-    std::array<vtkIdType, 8> cell{};
-    for (std::size_t corner = 0; corner < static_cast<std::size_t>(row.kind->node_count);
-         ++corner) {
-      const auto place = row.first + static_cast<std::size_t>(row.kind->gmsh_nodes[corner]);
+    std::array<vtkIdType, kMaxCellNodes> cell{};
+    std::size_t count = 0;
+    for (const std::int8_t place_in_cell : places_in(NodeOrder::gmsh, *row.kind)) {
+      const auto place = row.first + static_cast<std::size_t>(place_in_cell);
       const auto node = nodes.find(static_cast<std::int64_t>(elements.node_tags[place]));
       if (node == nodes.end()) {
         fail("FORMAT_ERROR", file,
              "element " + std::to_string(row.tag) + " uses node " +
                  std::to_string(elements.node_tags[place]) + ", which is not in the file");
       }
-      cell[corner] = node->second;
+      cell[count++] = node->second;
     }
     grid.InsertNextCell(row.kind->vtk_type, row.kind->node_count, cell.data());
   }
@@ -197,6 +198,20 @@ void check_signature(const path& file, const std::string& extension, std::string
   }
 }
 
+/// NASTRAN's with marks that Gmsh needs.
+void merge(const path& file, const FileContent& content) {
+  const bool nastran = content.extension == ".bdf" || content.extension == ".nas";
+  const std::string marked = nastran ? mark_continuations(content.text) : content.text;
+  if (marked == content.text) {
+    gmsh::merge(file.string());
+    return;
+  }
+  const TemporaryFolder folder;
+  const path copy = folder.path() / ("copy" + content.extension);
+  write_bytes(copy, marked);
+  gmsh::merge(copy.string());
+}
+
 }  // namespace
 
 MeshFile read_gmsh(const path& file) {
@@ -207,7 +222,7 @@ MeshFile read_gmsh(const path& file) {
   content.fields = find_coordinates(file, content.text);
 
   GmshSession session;
-  session.run("FORMAT_ERROR", file, [&] { gmsh::merge(file.string()); });
+  session.run("FORMAT_ERROR", file, [&] { merge(file, content); });
   const Elements elements = get_elements(file);
   const IndexOfId nodes = index_of(content.fields.node_ids);
   if (nodes.size() != content.fields.node_ids.size()) {

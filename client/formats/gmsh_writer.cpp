@@ -13,6 +13,8 @@
 #include "cells.hpp"
 #include "gmsh_fields.hpp"
 #include "gmsh_session.hpp"
+#include "nastran_lines.hpp"
+#include "node_orders.hpp"
 #include "readers.hpp"
 #include "vtk_content.hpp"
 
@@ -94,14 +96,23 @@ class ModelBuilder {
   [[nodiscard]] bool has_physical_groups() const { return !groups_.empty(); }
 
  private:
-  using EntityKey = std::tuple<int, int, int>;  // dimension, the caller's entity, physical group
+  // Dimension, the caller's entity, physical group, and whether nodes lie on edges or on faces.
+  using EntityKey = std::tuple<int, int, int, int>;
+
+  /// Gmsh writes one of the types of a shape in an entity only, and drops the others.
+  static int variant(const CellKind& kind) {
+    if (!is_second_order(kind)) return 0;
+    const bool full = kind.element == ElementType::quad9 || kind.element == ElementType::wedge18 ||
+                      kind.element == ElementType::hexahedron27;
+    return full ? 2 : 1;
+  }
 
   static int value(vtkDataArray* array, vtkIdType cell, int otherwise) {
     return array == nullptr ? otherwise : static_cast<int>(array->GetComponent(cell, 0));
   }
 
   /// An entity belongs to at most one physical group here; where the caller's
-  /// belongs to several by its elements, it is split.
+  /// belongs to several by its elements or has several types of a shape, it is split.
   int entity_of(const EntityKey& key) {
     const auto known = entities_.find(key);
     if (known != entities_.end()) return known->second;
@@ -127,17 +138,17 @@ class ModelBuilder {
                  VtkDataset::vtk_cell_name(grid_.GetCellType(id)));
       }
       const int physical = value(physicals, id, 0);
-      const int entity =
-          entity_of({kind->dimension, value(own, id, std::max(physical, 1)), physical});
+      const int entity = entity_of(
+          {kind->dimension, value(own, id, std::max(physical, 1)), physical, variant(*kind)});
       if (physical > 0) groups_[{kind->dimension, physical}].insert(entity);
       Batch& batch = batches_[{kind->dimension, entity, kind->gmsh_type}];
       batch.tags.push_back(cell_tags_[static_cast<std::size_t>(id)]);
       const std::size_t first = batch.nodes.size();
       batch.nodes.resize(first + static_cast<std::size_t>(kind->node_count));
-      for (int corner = 0; corner < kind->node_count; ++corner) {
-        const auto place =
-            static_cast<std::size_t>(kind->gmsh_nodes[static_cast<std::size_t>(corner)]);
-        batch.nodes[first + place] = node_tags_[static_cast<std::size_t>(cell->GetId(corner))];
+      vtkIdType node = 0;
+      for (const std::int8_t place : places_in(NodeOrder::gmsh, *kind)) {
+        batch.nodes[first + static_cast<std::size_t>(place)] =
+            node_tags_[static_cast<std::size_t>(cell->GetId(node++))];
       }
     }
   }
@@ -203,9 +214,12 @@ void append_views(const path& file, vtkFieldData* data, const char* kind, const 
   }
 }
 
-/// Gmsh prints too few digits; here every coordinate gets all it needs.
-void restore_digits(const path& file, vtkUnstructuredGrid& grid, const Tags& node_tags) {
-  const std::string text = read_bytes(file);
+/// Gmsh prints too few digits; here every coordinate gets all it needs. And NASTRAN's cards get
+/// marks, without which Gmsh itself does not read them.
+void complete_text(const path& file, vtkUnstructuredGrid& grid, const Tags& node_tags) {
+  const std::string extension = extension_of(file);
+  std::string text = read_bytes(file);
+  if (extension == ".bdf" || extension == ".nas") text = mark_continuations(text);
   CoordinateFields fields = find_coordinates(file, text);
   constexpr double kOther = std::numeric_limits<double>::quiet_NaN();
   for (Vec3d& read : fields.positions) read = {kOther, kOther, kOther};  // write all anew
@@ -223,12 +237,25 @@ void restore_digits(const path& file, vtkUnstructuredGrid& grid, const Tags& nod
   write_bytes(file, replace_coordinates(text, fields, std::span<const Vec3d>(positions)));
 }
 
-/// What Gmsh's writers leave out without a word.
+/// What Gmsh's writers leave out without a word, write without the nodes in the middle or under
+/// names that nobody reads.
 bool can_carry(const std::string& extension, ElementType type) {
-  if (type == ElementType::pyramid) {
-    return extension != ".unv" && extension != ".inp" && extension != ".mesh";
+  if (extension == ".msh") return true;
+  if (extension == ".mesh") {
+    return !is_second_order(type) && type != ElementType::pyramid && type != ElementType::wedge;
   }
-  return type != ElementType::wedge || extension != ".mesh";
+  switch (type) {
+    case ElementType::pyramid:
+      return extension != ".unv" && extension != ".inp";
+    case ElementType::quad9:
+      return extension == ".inp";
+    case ElementType::pyramid13:
+    case ElementType::wedge18:
+    case ElementType::hexahedron27:
+      return false;
+    default:
+      return true;
+  }
 }
 
 void check_cells(const path& file, const Mesh& mesh) {
@@ -270,7 +297,7 @@ void write_gmsh(const path& file, const MeshFile& mesh_file) {
         append_views(file, grid->GetPointData(), "NodeData", model.node_tags());
         append_views(file, grid->GetCellData(), "ElementData", model.cell_tags());
       }
-      restore_digits(file, *grid, model.node_tags());
+      complete_text(file, *grid, model.node_tags());
     });
   }
 }

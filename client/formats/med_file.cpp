@@ -17,14 +17,26 @@ using std::filesystem::path;
 // The library of MED stands on the HDF5 for MPI, whose file format this is: groups by fixed names,
 // and all arrays axis by axis, or corner by corner.
 
-constexpr auto kTypes = std::to_array<std::pair<std::string_view, int>>({{"PO1", kVertexCell},
-                                                                         {"SE2", kLineCell},
-                                                                         {"TR3", kTriangleCell},
-                                                                         {"QU4", kQuadCell},
-                                                                         {"TE4", kTetrahedronCell},
-                                                                         {"PY5", kPyramidCell},
-                                                                         {"PE6", kWedgeCell},
-                                                                         {"HE8", kHexahedronCell}});
+constexpr auto kTypes = std::to_array<std::pair<std::string_view, int>>({
+    {"PO1", kVertexCell},
+    {"SE2", kLineCell},
+    {"SE3", kEdge3Cell},
+    {"TR3", kTriangleCell},
+    {"TR6", kTriangle6Cell},
+    {"QU4", kQuadCell},
+    {"QU8", kQuad8Cell},
+    {"QU9", kQuad9Cell},
+    {"TE4", kTetrahedronCell},
+    {"T10", kTetrahedron10Cell},
+    {"PY5", kPyramidCell},
+    {"P13", kPyramid13Cell},
+    {"PE6", kWedgeCell},
+    {"P15", kWedge15Cell},
+    {"P18", kWedge18Cell},
+    {"HE8", kHexahedronCell},
+    {"H20", kHexahedron20Cell},
+    {"H27", kHexahedron27Cell},
+});
 
 /// The groups of each family, by its number.
 using Families = std::map<std::int64_t, std::vector<std::string>>;
@@ -132,14 +144,9 @@ const CellKind& kind_of(const path& path, const std::string& folder, const std::
   const auto* known = std::ranges::find(kTypes, type, &std::pair<std::string_view, int>::first);
   if (known == kTypes.end()) {
     fail("ELEMENT_NOT_SUPPORTED", path,
-         "\"" + folder + "\" has elements of the type " + type +
-             "; only linear triangles, quads, tetrahedra, pyramids, wedges and hexahedra (TR3 QU4 "
-             "TE4 PY5 PE6 HE8) can be smoothed");
+         "\"" + folder + "\" has elements of the type " + type + "; " + kSupportedElements);
   }
-  for (std::size_t nodes = 1; nodes <= 8; ++nodes) {
-    if (const CellKind* kind = find_vtk_cell(known->second, nodes)) return *kind;
-  }
-  std::abort();  // not reached: the table has linear cells only
+  return *find_vtk_cell(known->second);
 }
 
 class CellReader {

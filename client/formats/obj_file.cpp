@@ -102,7 +102,7 @@ void write_obj(const std::filesystem::path& path, const MeshFile& file) {
     return;
   }
   for (const ElementBlock& block : file.mesh.blocks) {
-    if (element_shape(block.type).dimension == 3) {
+    if (element_shape(block.type).dimension == 3 || is_second_order(block.type)) {
       fail("ELEMENT_NOT_SUPPORTED", path,
            ".obj files cannot carry a " + std::string(element_name(block.type)));
     }

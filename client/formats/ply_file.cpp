@@ -314,7 +314,7 @@ void write_ply(const std::filesystem::path& path, const MeshFile& file) {
     return;
   }
   for (const ElementBlock& block : file.mesh.blocks) {
-    if (element_shape(block.type).dimension == 3) {
+    if (element_shape(block.type).dimension == 3 || is_second_order(block.type)) {
       fail("ELEMENT_NOT_SUPPORTED", path,
            ".ply files cannot carry a " + std::string(element_name(block.type)));
     }

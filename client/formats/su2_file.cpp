@@ -142,11 +142,8 @@ class Su2Parser {
     (void)scanner_.at_end();
     const std::string_view word = token();
     cell.type = scanner_.parse<int>(word);
-    const CellKind* kind = nullptr;
-    for (std::size_t corners = 1; kind == nullptr && corners <= 8; ++corners) {
-      kind = find_vtk_cell(cell.type, corners);
-    }
-    if (kind == nullptr || cell.type == kPolygonCell) {
+    const CellKind* kind = find_vtk_cell(cell.type);
+    if (kind == nullptr || is_second_order(*kind)) {
       fail("ELEMENT_NOT_SUPPORTED", file_,
            "element " + std::to_string(elements_.size()) + " is of the type " +
                PlainDataset().cell_name(cell.type) +

@@ -88,7 +88,7 @@ Lines make_lines(const path& file_name, const MeshFile& file, int dimension) {
     dataset->get_cell(id, cell);
     const CellKind* kind = find_vtk_cell(cell.type, cell.nodes.size());
     const auto cell_dim = cell_dimension(cell.type, cell.nodes.size());
-    if (!cell_dim) {
+    if (!cell_dim || (kind != nullptr && is_second_order(*kind))) {
       fail("ELEMENT_NOT_SUPPORTED", file_name,
            ".su2 files cannot carry a " + dataset->cell_name(cell.type));
     }

@@ -1,9 +1,11 @@
 #include <array>
 #include <charconv>
 #include <optional>
+#include <span>
 #include <unordered_map>
 
 #include "content.hpp"
+#include "node_orders.hpp"
 #include "readers.hpp"
 #include "text.hpp"
 
@@ -57,12 +59,15 @@ std::vector<std::int64_t> read_tetrahedra(const path& file, FileContent& content
   content.companion_text = read_bytes(file);
   Scanner scanner(file, content.companion_text, '#');
   const std::size_t count = scanner.count();
-  const std::size_t corners = scanner.count();
-  if (corners != 4) {
+  const std::size_t width = scanner.count();
+  if (width != 4 && width != 10) {
     fail("ELEMENT_NOT_SUPPORTED", file,
-         "its elements have " + std::to_string(corners) +
-             " nodes; only linear tetrahedra (4 nodes) can be smoothed");
+         "its elements have " + std::to_string(width) +
+             " nodes; only tetrahedra with 4 or 10 nodes can be smoothed");
   }
+  const CellKind& kind =
+      cell_kind(width == 4 ? ElementType::tetrahedron : ElementType::tetrahedron10);
+  const auto places = places_in(NodeOrder::tetgen, kind);
   Columns columns(scanner.count(), false);
   std::unordered_map<std::int64_t, std::int64_t> nodes;
   nodes.reserve(content.node_ids.size());
@@ -76,14 +81,18 @@ std::vector<std::int64_t> read_tetrahedra(const path& file, FileContent& content
   std::vector<std::int64_t> ids;
   for (std::size_t row = 0; row < count; ++row) {
     ids.push_back(scanner.number<std::int64_t>());
-    std::array<std::int64_t, 4> cell{};
-    for (std::int64_t& corner : cell) {
+    std::array<std::int64_t, 10> own{};  // in TetGen's order
+    for (std::size_t place = 0; place < width; ++place) {
       const std::string_view word = scanner.token();
       const auto found = nodes.find(scanner.parse<std::int64_t>(word));
       if (found == nodes.end()) scanner.refuse("the number of a node in the .node file", word);
-      corner = found->second;
+      own[place] = found->second;
     }
-    dataset.add_cell(kTetrahedronCell, cell);
+    std::array<std::int64_t, 10> cell{};
+    for (std::size_t node = 0; node < width; ++node) {
+      cell[node] = own[static_cast<std::size_t>(places[node])];
+    }
+    dataset.add_cell(kind.vtk_type, std::span(cell).first(width));
     columns.read_row(scanner);
   }
   for (Column& column : columns.all) dataset.add_cell_column(std::move(column));
@@ -136,7 +145,9 @@ std::string make_node_text(const Dataset& dataset, const Mesh& mesh) {
   return text;
 }
 
-std::string make_element_text(const Dataset& dataset) {
+/// Of all tetrahedra of a kind.
+std::string make_element_text(const Dataset& dataset, const CellKind& kind) {
+  const auto places = places_in(NodeOrder::tetgen, kind);
   OutputColumns columns(dataset.cell_columns());
   columns.markers.reset();  // .ele files have none
   std::string rows;
@@ -144,13 +155,20 @@ std::string make_element_text(const Dataset& dataset) {
   Cell cell;
   for (std::int64_t id = 0; id < dataset.cell_count(); ++id) {
     dataset.get_cell(id, cell);
-    if (cell.type != kTetrahedronCell) continue;
+    if (cell.type != kind.vtk_type) continue;
     rows += std::to_string(count++);
-    for (const std::int64_t node : cell.nodes) rows += ' ' + std::to_string(node);
+    std::array<std::int64_t, 10> own{};
+    for (std::size_t node = 0; node < cell.nodes.size(); ++node) {
+      own[static_cast<std::size_t>(places[node])] = cell.nodes[node];
+    }
+    for (const std::int64_t node : std::span(own).first(cell.nodes.size())) {
+      rows += ' ' + std::to_string(node);
+    }
     columns.append_row(rows, static_cast<std::size_t>(id));
     rows += '\n';
   }
-  return std::to_string(count) + " 4 " + std::to_string(columns.attributes.size()) + '\n' + rows;
+  return std::to_string(count) + ' ' + std::to_string(kind.node_count) + ' ' +
+         std::to_string(columns.attributes.size()) + '\n' + rows;
 }
 
 }  // namespace
@@ -175,15 +193,16 @@ void write_tetgen(const path& file, const MeshFile& mesh_file) {
     write_bytes(element_file, content.companion_text);
     return;
   }
+  const ElementType type = mesh_file.mesh.blocks.front().type;
   for (const ElementBlock& block : mesh_file.mesh.blocks) {
-    if (block.type != ElementType::tetrahedron) {
+    if (linear_type(block.type) != ElementType::tetrahedron || block.type != type) {
       fail("ELEMENT_NOT_SUPPORTED", file,
            "TetGen files cannot carry a " + std::string(element_name(block.type)));
     }
   }
   const std::shared_ptr<const Dataset> dataset = dataset_of(mesh_file);
   write_bytes(node_file, make_node_text(*dataset, mesh_file.mesh));
-  write_bytes(element_file, make_element_text(*dataset));
+  write_bytes(element_file, make_element_text(*dataset, cell_kind(type)));
 }
 
 void write_tetgen_pair(const path& target, const MeshFile& file, OutputFiles& files) {

@@ -190,11 +190,15 @@ bool write_xml(Data* data, const std::filesystem::path& path) {
 /// The mesh as a surface. Throws unless it is one.
 vtkSmartPointer<vtkPolyData> moved_surface(const std::filesystem::path& path, const MeshFile& file,
                                            bool only_triangles) {
+  const auto refuse = [&](const CellKind& kind) {
+    fail("ELEMENT_NOT_SUPPORTED", path,
+         extension_of(path) + " files cannot carry a " + std::string(kind.name));
+  };
   for (const ElementBlock& block : file.mesh.blocks) {
     const CellKind& kind = cell_kind(block.type);
-    if (kind.dimension == 3 || (only_triangles && block.type != ElementType::triangle)) {
-      fail("ELEMENT_NOT_SUPPORTED", path,
-           extension_of(path) + " files cannot carry a " + std::string(kind.name));
+    if (kind.dimension == 3 || is_second_order(kind) ||
+        (only_triangles && block.type != ElementType::triangle)) {
+      refuse(kind);
     }
   }
   const auto dataset = moved_dataset(file);
@@ -209,9 +213,10 @@ vtkSmartPointer<vtkPolyData> moved_surface(const std::filesystem::path& path, co
   int last_dimension = 0;
   for (vtkIdType id = 0; id < grid->GetNumberOfCells(); ++id) {
     grid->GetCellPoints(id, cell);
-    surface->InsertNextCell(grid->GetCellType(id), cell);
     const CellKind* kind =
         find_vtk_cell(grid->GetCellType(id), static_cast<std::size_t>(cell->GetNumberOfIds()));
+    if (kind != nullptr && is_second_order(*kind)) refuse(*kind);
+    surface->InsertNextCell(grid->GetCellType(id), cell);
     const int dimension = kind == nullptr ? 0 : kind->dimension;
     same_order = same_order && dimension >= last_dimension;
     last_dimension = dimension;

@@ -10,31 +10,56 @@
 namespace meshsmooth::formats {
 namespace {
 
-constexpr auto kTypes =
-    std::to_array<std::pair<std::string_view, int>>({{"polyvertex", kVertexCell},
-                                                     {"polyline", kLineCell},
-                                                     {"polygon", kPolygonCell},
-                                                     {"triangle", kTriangleCell},
-                                                     {"quadrilateral", kQuadCell},
-                                                     {"tetrahedron", kTetrahedronCell},
-                                                     {"pyramid", kPyramidCell},
-                                                     {"wedge", kWedgeCell},
-                                                     {"hexahedron", kHexahedronCell}});
+struct Type {
+  std::string_view name;  // in lower case
+  std::int64_t number;    // in a mixed topology
+  int vtk_type;
+};
+
+constexpr auto kTypes = std::to_array<Type>({{"polyvertex", 1, kVertexCell},
+                                             {"polyline", 2, kLineCell},
+                                             {"polygon", 3, kPolygonCell},
+                                             {"triangle", 4, kTriangleCell},
+                                             {"quadrilateral", 5, kQuadCell},
+                                             {"tetrahedron", 6, kTetrahedronCell},
+                                             {"pyramid", 7, kPyramidCell},
+                                             {"wedge", 8, kWedgeCell},
+                                             {"hexahedron", 9, kHexahedronCell},
+                                             {"edge_3", 0x22, kEdge3Cell},
+                                             {"triangle_6", 0x24, kTriangle6Cell},
+                                             {"quadrilateral_8", 0x25, kQuad8Cell},
+                                             {"quadrilateral_9", 0x23, kQuad9Cell},
+                                             {"tetrahedron_10", 0x26, kTetrahedron10Cell},
+                                             {"pyramid_13", 0x27, kPyramid13Cell},
+                                             {"wedge_15", 0x28, kWedge15Cell},
+                                             {"wedge_18", 0x29, kWedge18Cell},
+                                             {"hexahedron_20", 0x30, kHexahedron20Cell},
+                                             {"hexahedron_27", 0x32, kHexahedron27Cell},
+                                             // as some programs, meshio among them, call them
+                                             {"tri_6", 0x24, kTriangle6Cell},
+                                             {"quad_8", 0x25, kQuad8Cell},
+                                             {"quad_9", 0x23, kQuad9Cell},
+                                             {"tet_10", 0x26, kTetrahedron10Cell},
+                                             {"hex_20", 0x30, kHexahedron20Cell},
+                                             {"hex_27", 0x32, kHexahedron27Cell}});
+
+/// 0: there is none.
+template <class Key>
+int find_type(const Key& key, Key Type::*field) {
+  const auto* known = std::ranges::find(kTypes, key, field);
+  return known == kTypes.end() ? 0 : known->vtk_type;
+}
 
 const CellKind* kind_of(const std::filesystem::path& path, const std::string& grid, int vtk_type,
                         std::size_t node_count, const std::string& name) {
   if (const CellKind* kind = find_vtk_cell(vtk_type, node_count)) return kind;
   fail("ELEMENT_NOT_SUPPORTED", path,
-       "the grid \"" + grid + "\" has elements of the type " + name +
-           "; only linear triangles, quads, tetrahedra, pyramids, wedges and hexahedra can be "
-           "smoothed");
+       "the grid \"" + grid + "\" has elements of the type " + name + "; " + kSupportedElements);
 }
 
-std::size_t corners_of(int vtk_type) {
-  for (std::size_t nodes = 1; nodes <= 8; ++nodes) {
-    if (find_vtk_cell(vtk_type, nodes) != nullptr) return nodes;
-  }
-  return 0;
+std::size_t node_count_of(int vtk_type) {
+  const CellKind* const kind = find_vtk_cell(vtk_type);
+  return kind == nullptr ? 0 : static_cast<std::size_t>(kind->node_count);
 }
 
 std::int64_t whole_attribute(const XdmfData& data, const XmlElement& element, const char* name,
@@ -56,9 +81,8 @@ void read_mixed(const XdmfData& data, const std::filesystem::path& path, const s
   std::size_t place = 0;
   while (place < stream.size()) {
     const std::int64_t number = stream[place++];
-    const bool known = number >= 1 && number <= static_cast<std::int64_t>(kTypes.size());
-    const int type = known ? kTypes[static_cast<std::size_t>(number - 1)].second : 0;
-    std::size_t corners = corners_of(type);
+    const int type = find_type(number, &Type::number);
+    std::size_t corners = node_count_of(type);
     if (number >= 1 && number <= 3 && place < stream.size()) {
       corners = static_cast<std::size_t>(stream[place++]);
     }
@@ -113,13 +137,12 @@ void read_xdmf_cells(XdmfData& data, const std::filesystem::path& path, const Xm
                          [](unsigned char letter) { return std::tolower(letter); });
   const std::int64_t first_node = whole_attribute(data, topology, "BaseOffset", 0);
   const std::size_t before = cells.size();
-  const auto* known = std::ranges::find(kTypes, lower, &std::pair<std::string_view, int>::first);
-  const int vtk_type = known == kTypes.end() ? 0 : known->second;
+  const int vtk_type = find_type(std::string_view(lower), &Type::name);
   if (lower == "mixed") {
     read_mixed(data, path, name, data.integers(data.item_of(topology)), first_node, cells);
   } else {
     const auto corners = static_cast<std::size_t>(whole_attribute(
-        data, topology, "NodesPerElement", static_cast<std::int64_t>(corners_of(vtk_type))));
+        data, topology, "NodesPerElement", static_cast<std::int64_t>(node_count_of(vtk_type))));
     const CellKind* const kind = kind_of(path, name, vtk_type, corners, "\"" + type + "\"");
     const std::vector<std::int64_t> nodes = data.integers(data.item_of(topology));
     if (nodes.size() % corners != 0) {

@@ -107,9 +107,22 @@ TEST_P(EveryFormat, SaysThatAFileIsNotThere) {
 #if defined(MESHSMOOTH_WITH_GMSH)
 
 TEST(BadFile, NamesAnElementOfHigherOrder) {
-  const auto [reason, text] = error_of([] { (void)read_mesh_file(fixture("quadratic.msh")); });
+  const Scratch scratch;
+  std::string nodes;
+  for (int node = 1; node <= 14; ++node) {
+    nodes += std::to_string(node) + " 0 1 " + std::to_string(node) + "\n";
+  }
+  const auto error_with = [&](const std::string& element) {
+    put_bytes(scratch.path("a.msh"), "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n14\n" + nodes +
+                                         "$EndNodes\n$Elements\n1\n" + element +
+                                         "\n$EndElements\n");
+    return error_of([&] { (void)read_mesh_file(scratch.path("a.msh")); });
+  };
+  const auto [reason, text] = error_with("5 21 2 1 1 1 2 3 4 5 6 7 8 9 10");
   EXPECT_EQ(reason, "ELEMENT_NOT_SUPPORTED");
-  EXPECT_THAT(text, HasSubstr("of order 2"));
+  EXPECT_THAT(text, HasSubstr("element 5 is a \"Triangle 10\" of order 3; only linear"));
+  EXPECT_THAT(error_with("5 14 2 1 1 1 2 3 4 5 6 7 8 9 10 11 12 13 14").second,
+              HasSubstr("element 5 is a \"Pyramid 14\" of order 2"));
 }
 
 // Gmsh runs files that it does not know as scripts.
@@ -126,7 +139,7 @@ TEST(BadFile, IsNeverRunAsAScript) {
 
 #endif
 
-TEST(BadFile, NamesAnElementThatIsNotLinear) {
+TEST(BadFile, NamesALagrangeElement) {
   const Scratch scratch;
   put_bytes(
       scratch.path("a.vtk"),
@@ -136,10 +149,10 @@ TEST(BadFile, NamesAnElementThatIsNotLinear) {
             for (int node = 0; node < 10; ++node) rows += std::to_string(node) + " 0 1\n";
             return rows;
           }() +
-          "CELLS 1 11\n10 0 1 2 3 4 5 6 7 8 9\nCELL_TYPES 1\n24\n");
+          "CELLS 1 11\n10 0 1 2 3 4 5 6 7 8 9\nCELL_TYPES 1\n71\n");
   const auto [reason, text] = error_of([&] { (void)read_mesh_file(scratch.path("a.vtk")); });
   EXPECT_EQ(reason, "ELEMENT_NOT_SUPPORTED");
-  EXPECT_THAT(text, HasSubstr("element 0 is of the type quadratic tetra"));
+  EXPECT_THAT(text, HasSubstr("element 0 is of the type lagrange tetra"));
 }
 
 TEST(BadFile, NamesTheLineInATextFile) {

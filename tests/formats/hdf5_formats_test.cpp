@@ -80,7 +80,9 @@ class EveryHdf5File : public ::testing::TestWithParam<const char*> {
 INSTANTIATE_TEST_SUITE_P(Hdf5Formats, EveryHdf5File,
                          ::testing::Values("assembly.med", "assembly.cgns", "assembly.exo",
                                            "compressed.e", "mixed_meshio.xdmf", "dolfinx.xdmf",
-                                           "flat_inline.xdmf"),
+                                           "flat_inline.xdmf", "second_order.med",
+                                           "second_order.cgns", "second_order.exo",
+                                           "second_order.xdmf"),
                          [](const auto& param) {
                            std::string name = param.param;
                            std::ranges::replace(name, '.', '_');

@@ -28,10 +28,12 @@ MeshFile write_and_read(const std::filesystem::path& path, const MeshFile& file)
 // --- files of which every byte but the coordinates stays -----------------------
 
 std::vector<const char*> kept_texts() {
-  std::vector<const char*> names = {"tetgen.node", "roof.obj", "tile.ply", "tile_big_endian.ply"};
+  std::vector<const char*> names = {"tetgen.node", "second_order.node", "roof.obj", "tile.ply",
+                                    "tile_big_endian.ply"};
 #if defined(MESHSMOOTH_WITH_GMSH)
   names.insert(names.end(), {"groups.msh", "mixed.msh", "mixed_v2.msh", "mixed_binary.msh",
-                             "mixed_binary_v2.msh", "box.mesh", "box.unv", "plate.bdf"});
+                             "mixed_binary_v2.msh", "second_order.msh", "second_order_v2.msh",
+                             "quadratic.msh", "box.mesh", "box.unv", "plate.bdf"});
 #endif
   return names;
 }
