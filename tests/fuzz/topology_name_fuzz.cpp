@@ -17,7 +17,7 @@ Mesh make_mesh(Choices& choices) {
   Mesh mesh;
   mesh.positions = std::vector<Vec3d>(choices.below(40));
   for (std::size_t left = choices.below(4); left > 0; --left) {
-    const ElementType type = kLinearTypes[choices.below(kLinearTypeCount)];
+    const ElementType type = kElementTypes[choices.below(kElementTypeCount)];
     const auto corners = element_width(type);
     ElementBlock& block = mesh.blocks.emplace_back(ElementBlock{type, {}});
     for (std::size_t node = choices.below(5) * corners; node > 0; --node) {

@@ -76,9 +76,11 @@ class MeshTopology {
   std::span<const std::int32_t> regions_;
 };
 
-/// @returns the nodes of the facets that one element alone has, ascending. O(elements log
-/// elements). The topology must be valid.
-[[nodiscard]] std::vector<NodeId> find_boundary_nodes(const TopologyView& topology);
+/// @returns the nodes of the facets that one element alone has, ascending, and with
+/// `between_regions` of those between two regions. O(elements log elements). The topology must be
+/// valid.
+[[nodiscard]] std::vector<NodeId> find_boundary_nodes(const TopologyView& topology,
+                                                      bool between_regions = false);
 
 /// Checks that a mesh is valid: it has nodes and elements, blocks of one dimension with whole
 /// elements, every index in range, no element with a repeated node, finite coordinates, and a

@@ -11,10 +11,9 @@
 namespace meshsmooth::detail {
 namespace {
 
-constexpr std::size_t kMostCoefficients = 216;
 constexpr int kMostParts = 1024;  // of a bisected element
 
-using Coefficients = std::array<double, kMostCoefficients>;
+using Coefficients = std::array<double, kMostJacobianCoefficients>;
 using Vectors = std::array<Vec3d, 128>;
 
 /// A line of Bézier coefficients on one half of it, by de Casteljau's algorithm.
@@ -64,9 +63,9 @@ class Signs {
   int parts_ = 0;
 };
 
-}  // namespace
-
-JacobianSign curved_jacobian_sign(ElementType type, const Vec3d* nodes, Vec3d reference) {
+/// @returns a bound of the rounding in a coefficient
+double find_coefficients(ElementType type, const Vec3d* nodes, Vec3d reference,
+                         Coefficients& jacobian) {
   const JacobianPlan& plan = jacobian_plan(type);
   const bool volume = element_shape(type).dimension == 3;
   Vectors position{};
@@ -90,7 +89,6 @@ JacobianSign curved_jacobian_sign(ElementType type, const Vec3d* nodes, Vec3d re
   for (const JacobianPlan::Product& p : plan.cross) {
     products[p.to] += cross(derivatives[last - 1][p.left], derivatives[last][p.right]);
   }
-  Coefficients jacobian{};
   if (volume) {
     for (const JacobianPlan::Product& p : plan.jacobian) {
       jacobian[p.to] += dot(derivatives[0][p.left], products[p.right]);
@@ -106,7 +104,24 @@ JacobianSign curved_jacobian_sign(ElementType type, const Vec3d* nodes, Vec3d re
     for (std::size_t k = 0; k < plan.cross_count; ++k) jacobian[k] = dot(products[k], normal);
   }
   for (std::size_t k = 0; k < plan.shares.size(); ++k) jacobian[k] *= plan.shares[k];
-  return Signs(plan, bound).of(jacobian);
+  return bound;
+}
+
+}  // namespace
+
+std::size_t jacobian_coefficients(ElementType type, const Vec3d* nodes, Vec3d reference,
+                                  double* coefficients) {
+  Coefficients found{};
+  find_coefficients(type, nodes, reference, found);
+  const std::size_t count = jacobian_plan(type).shares.size();
+  std::copy_n(found.begin(), count, coefficients);
+  return count;
+}
+
+JacobianSign curved_jacobian_sign(ElementType type, const Vec3d* nodes, Vec3d reference) {
+  Coefficients jacobian{};
+  const double bound = find_coefficients(type, nodes, reference, jacobian);
+  return Signs(jacobian_plan(type), bound).of(jacobian);
 }
 
 bool is_straight(ElementType type, const Vec3d* nodes) {

@@ -23,6 +23,13 @@ namespace meshsmooth::detail {
 [[nodiscard]] JacobianSign curved_jacobian_sign(ElementType type, const Vec3d* nodes,
                                                 Vec3d reference);
 
+/// The Bézier coefficients of the Jacobian, in `coefficients` (at least `kMostJacobianCoefficients`
+/// places). Each is linear in the position of every node. Parameters as above.
+/// @returns their number
+std::size_t jacobian_coefficients(ElementType type, const Vec3d* nodes, Vec3d reference,
+                                  double* coefficients);
+inline constexpr std::size_t kMostJacobianCoefficients = 216;
+
 /// @returns whether the nodes after the corners lie in the middle of their parts, to the rounding
 /// of double: the element is what its corners are. Of a linear type: true.
 [[nodiscard]] bool is_straight(ElementType type, const Vec3d* nodes);

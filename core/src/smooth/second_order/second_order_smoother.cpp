@@ -6,6 +6,7 @@
 
 #include "meshsmooth/error.hpp"
 #include "smooth/second_order/carry.hpp"
+#include "smooth/second_order/cure.hpp"
 #include "smooth/steps/mesh_counts.hpp"
 #include "smooth/steps/refusals.hpp"
 
@@ -112,7 +113,26 @@ class Job {
     } else {
       carry_.place(corners, after);
     }
+    if (std::holds_alternative<Optimize>(options_.method) && iteration_limit(options_) > 0 &&
+        carry_.any_curved()) {
+      cure_invalid(after);
+    }
     return summary;
+  }
+
+  /// On curved surfaces nodes would leave the surface.
+  void cure_invalid(std::vector<Vec3<Real>>& after) const {
+    if (element_dimension() == 2 && !orientation_.plane()) return;
+    if (measure_quality(topology_, Positions(after), orientation_, {}, QualityDetail::brief)
+            .inverted_count == 0) {
+      return;
+    }
+    std::vector<std::uint8_t> held(topology_.fixed.begin(), topology_.fixed.end());
+    held.resize(topology_.node_count);
+    for (const NodeId node : find_boundary_nodes(topology_, true)) {
+      held[static_cast<std::size_t>(node)] = 1;
+    }
+    cure(topology_, held, orientation_, std::span<Vec3<Real>>(after), kMostCureSweeps);
   }
 
   /// As far as curved elements stay valid: with half the motion until they do.
