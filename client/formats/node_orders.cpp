@@ -35,10 +35,9 @@ constexpr Places kExodusWedge = {0, 2, 1, 3, 5, 4,  8, 7, 6,  14, 13, 12,  9, 11
 constexpr Places kExodusHexahedron = {0, 1, 2, 3, 4, 5, 6, 7,  8, 9, 10, 11,  16, 17, 18, 19,
                                       12, 13, 14, 15,  23, 24, 25, 26, 21, 22,  20};
 
-// Sources: Gmsh's reference manual, "Node ordering"; Abaqus' element library; the manual of Exodus
-// II (SAND92-2137) and its page "Element types"; CGNS' SIDS, "Unstructured grid element numbering
-// conventions"; MED's documentation, "Éléments de référence"; TetGen's manual, "Second order
-// elements". Each row was compared with files that these programs wrote.
+// Checked by nodes in the middle of their corners: Gmsh's and MED's in files of Gmsh and medcoupling,
+// TetGen's in its own files, those of Exodus II (SAND92-2137) and CGNS (SIDS, "Unstructured grid
+// element numbering conventions") by VTK's readers, Abaqus' by volumes that CalculiX computes.
 constexpr auto kRows = std::to_array<Row>({
     {NodeOrder::gmsh, kTetrahedron10Cell, {0, 1, 2, 3,  4, 5, 6,  7, 9, 8}},
     {NodeOrder::gmsh, kPyramid13Cell, {0, 1, 2, 3, 4,  5, 8, 10, 6,  7, 9, 11, 12}},
