@@ -82,7 +82,8 @@ class Job {
     QualityStats before;
     if (carry_.any_curved()) {
       before = measure(positions_);
-      refuse_tangled(before, options_.tangled, element_dimension() == 3);
+      // Whether the mesh is mirrored its corners tell.
+      refuse_tangled(before, options_.tangled, false);
       if (moves) refuse_tangled_reference(before);
     }
     const bool keeps_shape = options_.boundary == BoundaryPolicy::slide ||
