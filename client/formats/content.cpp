@@ -6,6 +6,7 @@
 #include <numeric>
 #include <span>
 
+#include "cell_sides.hpp"
 #include "cells.hpp"
 
 namespace meshsmooth::formats {
@@ -78,6 +79,32 @@ class Blocks {
   std::vector<ElementBlock> blocks_;
   std::vector<std::vector<std::int64_t>> cells_;
 };
+
+/// Programs disagree on the side from which VTK's wedges of second order are seen, and VTK's
+/// documents with its shape functions: where most of a block are inverted, all are turned over.
+/// Formats with an order of their own have been so already.
+void turn_wedges(Mesh& mesh) {
+  std::vector<Vec3d> positions;
+  for (ElementBlock& block : mesh.blocks) {
+    if (block.type != ElementType::wedge15 && block.type != ElementType::wedge18) continue;
+    if (positions.empty()) {
+      std::visit(
+          [&](const auto& all) {
+            for (const auto& position : all) positions.push_back(vec3_cast<double>(position));
+          },
+          mesh.positions);
+    }
+    const CellKind& kind = cell_kind(block.type);
+    const std::size_t width = element_width(block.type);
+    std::int64_t sides = 0;
+    for (std::size_t at = 0; at < block.nodes.size(); at += width) {
+      sides += side_of<NodeId>(kind, std::span(block.nodes).subspan(at, width), positions);
+    }
+    for (std::size_t at = 0; sides < 0 && at < block.nodes.size(); at += width) {
+      mirror(kind, std::span(block.nodes).subspan(at, width));
+    }
+  }
+}
 
 }  // namespace
 
@@ -154,6 +181,7 @@ MeshFile make_mesh_file(const std::filesystem::path& path, FileContent content) 
   }
   mesh.positions = dataset.positions();
   blocks.store(mesh, content);
+  turn_wedges(mesh);
   lower_dimensional.store(content);
   if (!content.node_ids.empty()) {
     auto& order = content.nodes_by_id;

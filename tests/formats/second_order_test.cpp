@@ -8,6 +8,8 @@
 
 #include <set>
 
+#include "cell_sides.hpp"
+#include "meshsmooth/quality.hpp"
 #include "node_sets.hpp"
 #include "scratch.hpp"
 #include "second_order.hpp"
@@ -15,12 +17,12 @@
 namespace meshsmooth::formats {
 namespace {
 
+using meshsmooth::test::second_order;
 using test::check_cells;
 using test::crooked_element;
 using test::error_of;
 using test::fixture;
 using test::Scratch;
-using test::second_order;
 using ::testing::HasSubstr;
 using ::testing::IsSupersetOf;
 
@@ -128,6 +130,23 @@ TEST_P(Able, KeepsPositionsAndNodeOrder) {
   EXPECT_EQ(check_cells(after, columns ? 1e-6 : 1e-12).size(), 1u);
   test::expect_same_connectivity(after.mesh, file.mesh);
   EXPECT_TRUE(columns || after.mesh.positions == file.mesh.positions);
+}
+
+TEST(SecondOrderVtk, WedgesAreReadFromEitherSide) {
+  for (const ElementType type : {ElementType::wedge15, ElementType::wedge18}) {
+    const Scratch scratch;
+    const Mesh mesh = crooked_element(type);
+    Mesh turned = mesh;
+    mirror(cell_kind(type), std::span(turned.blocks[0].nodes));
+    ASSERT_NE(turned.blocks[0].nodes, mesh.blocks[0].nodes);
+    const auto path = scratch.path("a.vtu");
+
+    write_mesh_file(path, MeshFile(turned));
+
+    const MeshFile after = read_mesh_file(path);
+    test::expect_same_connectivity(after.mesh, mesh);
+    EXPECT_EQ(measure_quality(after.mesh).inverted_count, 0);
+  }
 }
 
 // The file that it was read from changes in its coordinates only.
