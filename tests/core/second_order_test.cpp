@@ -7,6 +7,7 @@
 
 #include "core/smoothing.hpp"
 #include "meshsmooth/error.hpp"
+#include "smooth/second_order/corner_mesh.hpp"
 #include "support/mesh_size.hpp"
 #include "support/second_order.hpp"
 
@@ -139,6 +140,22 @@ TEST(SecondOrder, PreparesATopologyOnce) {
   for_each_mid(first, [&](NodeId node, const std::vector<NodeId>& of) {
     EXPECT_LT(norm(points(first)[static_cast<std::size_t>(node)] - mean(first, of)), 1e-14);
   });
+}
+
+TEST(SecondOrder, BoundsTheMemoryOfTheCornersOfSmallMeshesToo) {
+  for (const ElementType type : kLinearTypes) {
+    for (const int side : {1, 3, 8}) {
+      for (const bool full : {false, true}) {
+        const Mesh mesh = test::second_order(test::lattice(type, side), full);
+        const detail::CornerMesh corners(MeshTopology(mesh).view());
+        EXPECT_LE(corners.bytes(), detail::CornerMesh::estimate_bytes(test::size_of(mesh)))
+            << element_name(type) << ", " << side << (full ? ", full" : "");
+        EXPECT_LE(
+            corners.view().node_count,
+            static_cast<std::size_t>(detail::CornerMesh::size_of(test::size_of(mesh)).node_count));
+      }
+    }
+  }
 }
 
 // --- curved elements --------------------------------------------------------------
