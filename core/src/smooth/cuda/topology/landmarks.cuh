@@ -130,7 +130,8 @@ struct LandmarkScaling {
         matrix[i][j] = -0.5 * (matrix[i][j] - means[i] - means[j] + mean);
       }
     }
-    for (auto& axis : axes) take_axis(matrix, axis);
+    const double size = norm_of(matrix);
+    for (auto& axis : axes) take_axis(matrix, size, axis);
   }
 
   [[nodiscard]] MESHSMOOTH_HD double square_of(Landmarks::Steps count) const {
@@ -139,16 +140,23 @@ struct LandmarkScaling {
   }
 
  private:
-  /// The eigenvector of the largest eigenvalue, over twice that one's root; the matrix loses it.
-  /// Power iterations, shifted so that no negative eigenvalue is larger.
-  static void take_axis(double (&matrix)[kCount][kCount], double (&axis)[kCount]) {
-    constexpr int kIterations = 200;
-    double shift = 0;
+  using Matrix = double[kCount][kCount];
+
+  [[nodiscard]] static double norm_of(const Matrix& matrix) {
+    double square = 0;
     for (const auto& row : matrix) {
-      for (const double value : row) shift += value * value;
+      for (const double value : row) square += value * value;
     }
-    if (shift == 0) return;
-    shift = std::sqrt(shift);
+    return std::sqrt(square);
+  }
+
+  /// The eigenvector of the largest eigenvalue, over twice that one's root; the matrix loses it.
+  /// Power iterations, shifted so that no negative eigenvalue is larger. 0 where what is left of
+  /// the matrix is rounding beside its first `size`: the nodes lie in a plane, or in a row.
+  static void take_axis(Matrix& matrix, double size, double (&axis)[kCount]) {
+    constexpr int kIterations = 200;
+    const double shift = norm_of(matrix);
+    if (!(shift > 1e-9 * size)) return;
     for (int k = 0; k < kCount; ++k) axis[k] = 1.0 / (k + 1);
     double eigenvalue = 0;
     for (int iteration = 0; iteration < kIterations; ++iteration) {
@@ -165,7 +173,7 @@ struct LandmarkScaling {
     for (int i = 0; i < kCount; ++i) {
       for (int j = 0; j < kCount; ++j) matrix[i][j] -= eigenvalue * axis[i] * axis[j];
     }
-    const double scale = eigenvalue > 1e-6 * shift ? 0.5 / std::sqrt(eigenvalue) : 0;
+    const double scale = eigenvalue > 1e-6 * size ? 0.5 / std::sqrt(eigenvalue) : 0;
     for (double& value : axis) value *= scale;
   }
 };
