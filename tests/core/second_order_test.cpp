@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include <atomic>
 #include <cmath>
 #include <numbers>
 
@@ -239,6 +240,37 @@ TEST(SecondOrder, CuresElementsThatAreCurvedTooMuch) {
                 points(straight)[static_cast<std::size_t>(node)]);
     }
   }
+}
+
+/// Straight tetrahedra but for the nodes in the middle of inner edges, which are anywhere.
+Mesh tangled_edges() {
+  const Mesh linear = test::noisy(test::lattice(ElementType::tetrahedron, 4), 0.1, 3);
+  const Mesh straight = test::second_order(linear);
+  Mesh mesh = test::noisy(straight, 0.35, 9);
+  for (std::size_t n = 0; n < linear.node_count(); ++n) points(mesh)[n] = points(straight)[n];
+  for (const NodeId node : find_boundary_nodes(MeshTopology(straight).view())) {
+    points(mesh)[static_cast<std::size_t>(node)] = points(straight)[static_cast<std::size_t>(node)];
+  }
+  return mesh;
+}
+
+TEST(SecondOrder, ACureKeepsTheLimitOfMovesAndCanBeCancelled) {
+  const Mesh start = tangled_edges();
+  Mesh mesh = start;
+  SmoothOptions options = by(Optimize{});
+  options.movement_limit = MovementLimit{.value = 0.01};
+
+  smooth(mesh, options);
+
+  for (std::size_t n = 0; n < mesh.node_count(); ++n) {
+    ASSERT_LE(norm(points(mesh)[n] - points(start)[n]), 0.0100001);
+  }
+  const std::atomic<bool> finish_early = true;
+  mesh = start;
+  JobControl control;
+  control.finish_early = &finish_early;
+  const SmoothSummary summary = make_smoother("cpu", 2)->smooth(mesh, by(Optimize{}), control);
+  EXPECT_EQ(summary.stop_reason, StopReason::cancelled_with_result);
 }
 
 TEST(SecondOrder, CuresNothingAcrossRegions) {

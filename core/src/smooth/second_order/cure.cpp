@@ -13,6 +13,8 @@ namespace {
 
 /// Coefficients of an element that moves aims at, as a share of its mean: below it is visited.
 constexpr double kWanted = 0.15;
+constexpr int kMostSweeps = 60;
+constexpr int kVisitsPerQuestion = 64;  // a visit takes up to 2 ms, among hexahedra
 
 /// An element of the part of the mesh that is cured.
 struct Patient {
@@ -36,7 +38,7 @@ class Cure {
        const SurfaceOrientation& orientation, std::span<Vec3<Real>> positions)
       : topology_(topology), held_(held), orientation_(orientation), positions_(positions) {}
 
-  std::int64_t run(int most_sweeps) {
+  std::int64_t run(const std::function<bool()>& goes_on) {
     std::vector<std::uint8_t> chosen = invalid_nodes();
     if (std::ranges::none_of(chosen, [](std::uint8_t c) { return c != 0; })) return 0;
     for (int ring = 0; ring < 2; ++ring) add_ring(chosen);
@@ -44,11 +46,15 @@ class Cure {
     const std::vector<Vec3<Real>> before(positions_.begin(), positions_.end());
     int idle = 0;
     double best = lowest();
-    for (int sweep = 0; sweep < most_sweeps && best < kWanted && idle < 6; ++sweep) {
+    bool ends = false;
+    for (int sweep = 0; sweep < kMostSweeps && best < kWanted && idle < 6 && !ends; ++sweep) {
       // Escobar's choice: no smaller than what makes the lowest coefficient tell.
       const double low = lowest();
       delta_ = low < kWanted ? std::sqrt(0.25 * kWanted * (kWanted - low)) : 0.05 * kWanted;
-      for (const NodeId node : nodes_) visit(node);
+      for (std::size_t n = 0; n < nodes_.size() && !ends; ++n) {
+        visit(nodes_[n]);
+        ends = n % kVisitsPerQuestion == 0 && !goes_on();
+      }
       const double now = lowest();
       idle = now > best + 1e-3 ? 0 : idle + 1;
       best = std::max(best, now);
@@ -277,13 +283,15 @@ class Cure {
 template <class Real>
 std::int64_t cure(const TopologyView& topology, std::span<const std::uint8_t> held,
                   const SurfaceOrientation& orientation, std::span<Vec3<Real>> positions,
-                  int most_sweeps) {
-  return Cure<Real>(topology, held, orientation, positions).run(most_sweeps);
+                  const std::function<bool()>& goes_on) {
+  return Cure<Real>(topology, held, orientation, positions).run(goes_on);
 }
 
 template std::int64_t cure(const TopologyView&, std::span<const std::uint8_t>,
-                           const SurfaceOrientation&, std::span<Vec3f>, int);
+                           const SurfaceOrientation&, std::span<Vec3f>,
+                           const std::function<bool()>&);
 template std::int64_t cure(const TopologyView&, std::span<const std::uint8_t>,
-                           const SurfaceOrientation&, std::span<Vec3d>, int);
+                           const SurfaceOrientation&, std::span<Vec3d>,
+                           const std::function<bool()>&);
 
 }  // namespace meshsmooth::detail

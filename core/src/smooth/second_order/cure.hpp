@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -18,15 +19,15 @@ namespace meshsmooth::detail {
 /// of the measure: Toulorge, Geuzaine, Remacle, Lambrechts 2013, "Robust untangling of curvilinear
 /// meshes".
 ///
-/// takes  `held`: [nodes], not 0: stays
+/// takes  `held`: [nodes], not 0: stays; `goes_on`: asked every few visits, false ends with what is
+///        reached, and it may throw
 /// cost   about 30 us a visit of a node among tetrahedra; invalid elements and two rings around
-///        them, in at most `kMostCureSweeps` sweeps
+///        them, in at most 60 sweeps
 /// order  deterministic
 /// gives  the number of nodes that moved, `positions`
 template <class Real>
 std::int64_t cure(const TopologyView& topology, std::span<const std::uint8_t> held,
                   const SurfaceOrientation& orientation, std::span<Vec3<Real>> positions,
-                  int most_sweeps);
-inline constexpr int kMostCureSweeps = 60;
+                  const std::function<bool()>& goes_on);
 
 }  // namespace meshsmooth::detail

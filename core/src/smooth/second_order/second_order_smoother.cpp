@@ -1,12 +1,14 @@
 #include "smooth/second_order/second_order_smoother.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <type_traits>
 #include <utility>
 
 #include "meshsmooth/error.hpp"
 #include "smooth/second_order/carry.hpp"
 #include "smooth/second_order/cure.hpp"
+#include "smooth/steps/interrupt.hpp"
 #include "smooth/steps/mesh_counts.hpp"
 #include "smooth/steps/refusals.hpp"
 
@@ -68,11 +70,12 @@ template <class Real, class Run>
 class Job {
  public:
   Job(const TopologyView& topology, const CornerMesh& mesh, std::span<Vec3<Real>> positions,
-      const SmoothOptions& options, const Run& run)
+      const SmoothOptions& options, const JobControl& control, const Run& run)
       : topology_(topology),
         mesh_(mesh),
         positions_(positions),
         options_(options),
+        control_(control),
         run_(run),
         orientation_(topology, std::span<const Vec3<Real>>(positions)),
         carry_(topology, mesh, positions, orientation_) {}
@@ -114,8 +117,10 @@ class Job {
     } else {
       carry_.place(corners, after);
     }
+    // A cure knows neither limits of moves nor of the elements that may change.
+    const bool limited = options_.movement_limit || options_.only_below;
     if (std::holds_alternative<Optimize>(options_.method) && iteration_limit(options_) > 0 &&
-        carry_.any_curved()) {
+        !limited && carry_.any_curved()) {
       cure_invalid(after);
     }
     return summary;
@@ -133,7 +138,13 @@ class Job {
     for (const NodeId node : find_boundary_nodes(topology_, true)) {
       held[static_cast<std::size_t>(node)] = 1;
     }
-    cure(topology_, held, orientation_, std::span<Vec3<Real>>(after), kMostCureSweeps);
+    const auto goes_on = [&] {
+      Interrupt(control_).check();
+      const bool ends = control_.finish_early != nullptr && control_.finish_early->load();
+      return !ends && (!options_.compute_budget ||
+                       std::chrono::steady_clock::now() - begin_ < *options_.compute_budget);
+    };
+    cure(topology_, held, orientation_, std::span<Vec3<Real>>(after), goes_on);
   }
 
   /// As far as curved elements stay valid: with half the motion until they do.
@@ -143,6 +154,7 @@ class Job {
     SmoothOptions options = with_reference(options_);
     const double least = std::get<Move>(options.method).least_step;
     SmoothSummary summary;
+    int halvings = 0;
     for (double share = 1;; share /= 2) {
       if (share < least) share = 0;
       std::vector<Vec3<Real>> corners = gather(Positions(positions_), mesh_);
@@ -155,6 +167,8 @@ class Job {
       summary = run_(corners, options, held);
       MotionStats& motion = *summary.motion;
       motion.reached *= share;
+      motion.rejected_step_count += halvings++;
+      if (share < 1) summary.stop_reason = StopReason::stagnated;
       carry_.place(corners, after);
       for (std::size_t n = 0; n < prescribed.mids.size(); ++n) {
         const auto node = static_cast<std::size_t>(prescribed.mids[n]);
@@ -220,6 +234,8 @@ class Job {
   const CornerMesh& mesh_;
   std::span<Vec3<Real>> positions_;
   const SmoothOptions& options_;
+  const JobControl& control_;
+  const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
   const Run& run_;
   SurfaceOrientation orientation_;
   Carry<Real> carry_;
@@ -319,7 +335,7 @@ class SecondOrderSmoother final : public Smoother {
               return linear_->smooth(view, all, of_corners, control);
             });
           };
-          Job job(topology, mesh, span, options, smooth_corners);
+          Job job(topology, mesh, span, options, control, smooth_corners);
           SmoothSummary summary = job.smooth();
           summary.host_peak_bytes += mesh.bytes() + job_bytes(detail::size_of(topology));
           return summary;
