@@ -157,7 +157,8 @@ class Shell(ManualTest):
         self.check("meshsmooth smooth --boundary f", *FIXED[:2])
         self.check("meshsmooth smooth --backend cu", "cuda")
         self.check("meshsmooth generate hub --deg", "--degrees")
-        self.check("meshsmooth smooth --fixed-types wedge,he", "wedge,hexahedron")
+        self.check("meshsmooth smooth --fixed-types wedge,he", "wedge,hexahedron",
+                   "wedge,hexahedron20", "wedge,hexahedron27")
         self.check("meshsmooth smooth mesh", "mesh.VTU", "mesh.vtk")
         self.check("meshsmooth smooth --report no", "notes.txt")
         self.check("meshsmooth smooth mesh.vtk -o better.vtk --fixed-set in", "in_between", "inlet")

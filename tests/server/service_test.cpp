@@ -198,7 +198,7 @@ TEST_F(Service, DescribesItself) {
   EXPECT_THAT(info.methods(),
               ::testing::ElementsAre("laplacian", "smart_laplacian", "taubin", "hc_laplacian",
                                      "optimize", "windowed_sinc", "move"));
-  EXPECT_EQ(info.element_types_size(), 6);
+  EXPECT_EQ(info.element_types_size(), static_cast<int>(kElementTypeCount));
   EXPECT_TRUE(info.default_options().has_optimize());
   ASSERT_EQ(info.method_defaults_size(), info.methods_size());
   for (int i = 0; i < info.methods_size(); ++i) {
