@@ -1,6 +1,10 @@
 #pragma once
 
+#include <array>
+#include <span>
+
 #include "mesh/jacobian.hpp"
+#include "meshsmooth/mesh.hpp"
 #include "meshsmooth/quality.hpp"
 
 namespace meshsmooth::detail {
@@ -36,5 +40,25 @@ inline constexpr std::size_t kMostJacobianCoefficients = 216;
 
 /// Measures an element of any type: by its corners, but whether it is inverted by the whole of it.
 [[nodiscard]] ElementMeasure measure_nodes(ElementType type, const Vec3d* nodes, Vec3d reference);
+
+/// @returns the positions of an element's nodes
+template <class Real>
+[[nodiscard]] std::array<Vec3d, kMaxElementNodes> positions_of(
+    std::span<const NodeId> nodes, std::span<const Vec3<Real>> positions) {
+  std::array<Vec3d, kMaxElementNodes> result;
+  for (std::size_t n = 0; n < nodes.size(); ++n) {
+    result[n] = vec3_cast<double>(positions[static_cast<std::size_t>(nodes[n])]);
+  }
+  return result;
+}
+
+/// @returns whether the Jacobian of an element is positive everywhere
+template <class Real>
+[[nodiscard]] bool is_valid(ElementType type, std::span<const NodeId> nodes,
+                            std::span<const Vec3<Real>> positions, Vec3d reference) {
+  const ElementMeasure measure =
+      measure_nodes(type, positions_of(nodes, positions).data(), reference);
+  return !measure.inverted && !measure.degenerate;
+}
 
 }  // namespace meshsmooth::detail

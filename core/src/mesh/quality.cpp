@@ -30,7 +30,7 @@ struct ElementRun {
   const NodeId* nodes;
   std::size_t begin, end;  // inside the block
   std::size_t first_id;    // of the block
-  const Vec3<Real>* positions;
+  std::span<const Vec3<Real>> positions;
   const std::uint32_t* names;  // of all elements, or null
   std::size_t width = element_width(type);
 
@@ -44,19 +44,10 @@ struct ElementRun {
 };
 
 template <class Real>
-std::array<Vec3d, kMaxElementNodes> positions_of(const ElementRun<Real>& run, std::size_t element) {
-  std::array<Vec3d, kMaxElementNodes> positions;
-  std::size_t n = 0;
-  for (const NodeId node : run.nodes_of(element)) {
-    positions[n++] = vec3_cast<double>(run.positions[node]);
-  }
-  return positions;
-}
-
-template <class Real>
 ElementMeasure measure_in(const ElementRun<Real>& run, std::size_t element,
                           const SurfaceOrientation& orientation) {
-  const std::array<Vec3d, kMaxElementNodes> positions = positions_of(run, element);
+  const std::array<Vec3d, kMaxElementNodes> positions =
+      detail::positions_of(run.nodes_of(element), run.positions);
   return detail::measure_nodes(run.type, positions.data(),
                                orientation.reference(run.first_id + element));
 }
@@ -83,7 +74,7 @@ void accumulate_briefly(const ElementRun<Real>& run, const SurfaceOrientation& o
     const int count =
         static_cast<int>(std::min<std::size_t>(TetrahedronBatch::kSize, run.end - first));
     for (int t = 0; t < count; ++t) {
-      batch.set(t, run.positions, run.nodes_of(first + static_cast<std::size_t>(t)).data());
+      batch.set(t, run.positions.data(), run.nodes_of(first + static_cast<std::size_t>(t)).data());
     }
     batch.compute(accumulate.cube_below_which_kept());
     for (int t = 0; t < count; ++t) {
@@ -109,7 +100,7 @@ std::vector<ElementRun<Real>> cut_into_runs(const TopologyView& topology,
     const std::size_t count = block.element_count();
     for (std::size_t begin = 0; begin < count; begin += kChunk) {
       runs.push_back({block.type, block.nodes.data(), begin, std::min(begin + kChunk, count),
-                      first_id, positions.data(), element_ids.data()});
+                      first_id, positions, element_ids.data()});
     }
     first_id += count;
   }

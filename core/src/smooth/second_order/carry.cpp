@@ -1,7 +1,6 @@
 #include "smooth/second_order/carry.hpp"
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <cmath>
 #include <limits>
@@ -19,17 +18,6 @@ Vec3<Real> mean_of(std::span<const NodeId> corners, const At& at) {
   Vec3d sum{0, 0, 0};
   for (const NodeId corner : corners) sum += vec3_cast<double>(at(corner));
   return vec3_cast<Real>((1.0 / static_cast<double>(corners.size())) * sum);
-}
-
-template <class Real>
-bool is_valid(ElementType type, std::span<const NodeId> nodes, std::span<const Vec3<Real>> at,
-              Vec3d reference) {
-  std::array<Vec3d, kMaxElementNodes> positions;
-  for (std::size_t n = 0; n < nodes.size(); ++n) {
-    positions[n] = vec3_cast<double>(at[static_cast<std::size_t>(nodes[n])]);
-  }
-  const ElementMeasure measure = measure_nodes(type, positions.data(), reference);
-  return !measure.inverted && !measure.degenerate;
 }
 
 }  // namespace

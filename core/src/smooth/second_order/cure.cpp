@@ -137,21 +137,13 @@ class Cure {
     std::ranges::sort(nodes_);
   }
 
-  [[nodiscard]] std::array<Vec3d, kMaxElementNodes> positions_of(const Patient& patient) const {
-    std::array<Vec3d, kMaxElementNodes> result;
-    for (std::size_t n = 0; n < patient.nodes.size(); ++n) {
-      result[n] = vec3_cast<double>(positions_[static_cast<std::size_t>(patient.nodes[n])]);
-    }
-    return result;
-  }
+  [[nodiscard]] std::span<const Vec3<Real>> positions() const { return positions_; }
   [[nodiscard]] bool is_valid(const Patient& patient) const {
-    const auto nodes = positions_of(patient);
-    const ElementMeasure measure = measure_nodes(patient.type, nodes.data(), patient.reference);
-    return !measure.inverted && !measure.degenerate;
+    return detail::is_valid(patient.type, patient.nodes, positions(), patient.reference);
   }
   std::size_t coefficients(const Patient& patient,
                            std::array<double, kMostJacobianCoefficients>& found) const {
-    const auto nodes = positions_of(patient);
+    const auto nodes = positions_of(patient.nodes, positions());
     return jacobian_coefficients(patient.type, nodes.data(), patient.reference, found.data());
   }
 
@@ -176,7 +168,7 @@ class Cure {
     std::array<double, kMostJacobianCoefficients> at{}, beside{};
     for (const std::size_t p : elements_at_.at(node)) {
       const Patient& patient = patients_[p];
-      auto nodes = positions_of(patient);
+      auto nodes = positions_of(patient.nodes, positions());
       const auto own =
           static_cast<std::size_t>(std::ranges::find(patient.nodes, node) - patient.nodes.begin());
       const double step = norm(nodes[1] - nodes[0]);

@@ -1,0 +1,239 @@
+#include "smooth/second_order/second_order_job.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "smooth/second_order/carry.hpp"
+#include "smooth/second_order/cure.hpp"
+#include "smooth/steps/interrupt.hpp"
+#include "smooth/steps/refusals.hpp"
+
+namespace meshsmooth::detail {
+namespace {
+
+/// The prescribed nodes of a job by what they are.
+template <class Real>
+struct Prescribed {
+  std::vector<NodeId> corners;  // of the linear mesh
+  std::vector<Vec3<Real>> corner_positions;
+  std::vector<NodeId> mids;  // the caller's ids
+  std::vector<Vec3<Real>> mid_positions;
+
+  Prescribed(const PrescribedNodes& given, const CornerMesh& mesh) {
+    std::visit(
+        [&](const auto& positions) {
+          for (std::size_t n = 0; n < given.nodes.size(); ++n) {
+            const NodeId corner = mesh.corner_of(given.nodes[n]);
+            const auto to = vec3_cast<Real>(positions[n]);
+            (corner >= 0 ? corners : mids).push_back(corner >= 0 ? corner : given.nodes[n]);
+            (corner >= 0 ? corner_positions : mid_positions).push_back(to);
+          }
+        },
+        given.positions);
+  }
+};
+
+template <class Real>
+std::vector<Vec3<Real>> gather(std::span<const Vec3<Real>> positions, const CornerMesh& mesh) {
+  std::vector<Vec3<Real>> corners;
+  corners.reserve(mesh.nodes().size());
+  for (const NodeId node : mesh.nodes()) {
+    corners.push_back(positions[static_cast<std::size_t>(node)]);
+  }
+  return corners;
+}
+
+template <class Real>
+class Job {
+ public:
+  Job(const TopologyView& topology, const CornerMesh& mesh, std::span<Vec3<Real>> positions,
+      const SmoothOptions& options, const JobControl& control, const SmoothCorners<Real>& run)
+      : topology_(topology),
+        mesh_(mesh),
+        positions_(positions),
+        options_(options),
+        control_(control),
+        run_(run),
+        orientation_(topology, std::span<const Vec3<Real>>(positions)),
+        carry_(topology, mesh, positions, orientation_) {}
+
+  SmoothSummary smooth() {
+    const bool moves = std::holds_alternative<Move>(options_.method);
+    QualityStats before;
+    if (carry_.any_curved()) {
+      before = measure(positions_);
+      // Whether the mesh is mirrored its corners tell.
+      refuse_tangled(before, options_.tangled, false);
+      if (moves) refuse_tangled_reference(before);
+    }
+    const bool keeps_shape = options_.boundary == BoundaryPolicy::slide ||
+                             (element_dimension() == 2 && !orientation_.plane());
+    // A corner that slides along the facets of the input leaves the curve that they approximate.
+    const auto held = keeps_shape ? carry_.corners_of_curved() : std::vector<NodeId>();
+
+    std::vector<Vec3<Real>> after;
+    SmoothSummary summary = moves ? move(held, after) : sweep(held, after);
+    summary.nodes.curved += static_cast<std::int64_t>(held.size());
+    report(summary, std::move(before), after);
+    std::copy(after.begin(), after.end(), positions_.begin());
+    return summary;
+  }
+
+ private:
+  using Positions = std::span<const Vec3<Real>>;
+
+  [[nodiscard]] int element_dimension() const {
+    return element_shape(topology_.blocks.front().type).dimension;
+  }
+
+  SmoothSummary sweep(const std::vector<NodeId>& held, std::vector<Vec3<Real>>& after) {
+    std::vector<Vec3<Real>> corners = gather(Positions(positions_), mesh_);
+    SmoothSummary summary = run_(corners, with_reference(options_), held);
+    if (options_.guard) {
+      summary.convergence.held_node_count += carry_.place_validly(corners, after);
+    } else {
+      carry_.place(corners, after);
+    }
+    // A cure knows neither limits of moves nor of the elements that may change.
+    const bool limited = options_.movement_limit || options_.only_below;
+    if (std::holds_alternative<Optimize>(options_.method) && iteration_limit(options_) > 0 &&
+        !limited && carry_.any_curved()) {
+      cure_invalid(after);
+    }
+    return summary;
+  }
+
+  /// On curved surfaces nodes would leave the surface.
+  void cure_invalid(std::vector<Vec3<Real>>& after) const {
+    if (element_dimension() == 2 && !orientation_.plane()) return;
+    if (measure_quality(topology_, Positions(after), orientation_, {}, QualityDetail::brief)
+            .inverted_count == 0) {
+      return;
+    }
+    std::vector<std::uint8_t> held(topology_.fixed.begin(), topology_.fixed.end());
+    held.resize(topology_.node_count);
+    for (const NodeId node : find_boundary_nodes(topology_, true)) {
+      held[static_cast<std::size_t>(node)] = 1;
+    }
+    const auto goes_on = [&] {
+      Interrupt(control_).check();
+      const bool ends = control_.finish_early != nullptr && control_.finish_early->load();
+      return !ends && (!options_.compute_budget ||
+                       std::chrono::steady_clock::now() - begin_ < *options_.compute_budget);
+    };
+    cure(topology_, held, orientation_, std::span<Vec3<Real>>(after), goes_on);
+  }
+
+  /// As far as curved elements stay valid: with half the motion until they do.
+  SmoothSummary move(const std::vector<NodeId>& held, std::vector<Vec3<Real>>& after) {
+    validate_prescribed(topology_, options_.prescribed);
+    const Prescribed<Real> prescribed(options_.prescribed, mesh_);
+    SmoothOptions options = with_reference(options_);
+    const double least = std::get<Move>(options.method).least_step;
+    SmoothSummary summary;
+    int halvings = 0;
+    for (double share = 1;; share /= 2) {
+      if (share < least) share = 0;
+      std::vector<Vec3<Real>> corners = gather(Positions(positions_), mesh_);
+      std::vector<Vec3<Real>> to = prescribed.corner_positions;
+      for (std::size_t n = 0; n < to.size(); ++n) {
+        const Vec3<Real> from = corners[static_cast<std::size_t>(prescribed.corners[n])];
+        if (share < 1) to[n] = towards(from, to[n], share);
+      }
+      options.prescribed = {prescribed.corners, std::span<const Vec3<Real>>(to)};
+      summary = run_(corners, options, held);
+      MotionStats& motion = *summary.motion;
+      motion.reached *= share;
+      motion.rejected_step_count += halvings++;
+      if (share < 1) summary.stop_reason = StopReason::stagnated;
+      carry_.place(corners, after);
+      for (std::size_t n = 0; n < prescribed.mids.size(); ++n) {
+        const auto node = static_cast<std::size_t>(prescribed.mids[n]);
+        after[node] = motion.reached == 1
+                          ? prescribed.mid_positions[n]
+                          : towards(positions_[node], prescribed.mid_positions[n], motion.reached);
+      }
+      if (share == 0 || carry_.stays_valid(after)) return summary;
+    }
+  }
+
+  [[nodiscard]] static Vec3<Real> towards(Vec3<Real> from, Vec3<Real> to, double share) {
+    const auto start = vec3_cast<double>(from);
+    return vec3_cast<Real>(start + share * (vec3_cast<double>(to) - start));
+  }
+
+  /// The options with the reference of the linear mesh.
+  [[nodiscard]] SmoothOptions with_reference(SmoothOptions options) {
+    if (position_count(options.reference) == 0) return options;
+    validate_reference(topology_, options.reference);
+    std::visit(
+        [&]<class R>(std::span<const Vec3<R>> all) {
+          reference_ = gather(all, mesh_);
+          options.reference = std::span<const Vec3<R>>(std::get<std::vector<Vec3<R>>>(reference_));
+        },
+        options.reference);
+    return options;
+  }
+
+  [[nodiscard]] QualityStats measure(Positions positions) const {
+    return measure_quality(topology_, positions, orientation_, {}, options_.quality_detail);
+  }
+
+  /// Says what the linear mesh's summary does not know.
+  void report(SmoothSummary& summary, QualityStats before, Positions after) const {
+    if (carry_.any_curved()) {
+      summary.quality_before = std::move(before);
+      summary.quality_after = measure(after);
+    }
+    for (QualityStats* quality : {&summary.quality_before, &summary.quality_after}) {
+      for (ElementQuality& element : quality->worst) element.type = type_of(element.element);
+    }
+    if (summary.locked.worst) {
+      summary.locked.worst->type = type_of(summary.locked.worst->element);
+    }
+    summary.nodes.total = static_cast<std::int64_t>(topology_.node_count);
+    summary.nodes.moved = 0;
+    for (std::size_t n = 0; n < after.size(); ++n) {
+      if (!(after[n] == positions_[n])) ++summary.nodes.moved;
+    }
+  }
+
+  [[nodiscard]] ElementType type_of(std::int64_t element) const {
+    auto rest = static_cast<std::size_t>(element);
+    for (const ElementBlockView& block : topology_.blocks) {
+      if (rest < block.element_count()) return block.type;
+      rest -= block.element_count();
+    }
+    return topology_.blocks.back().type;
+  }
+
+  const TopologyView& topology_;
+  const CornerMesh& mesh_;
+  std::span<Vec3<Real>> positions_;
+  const SmoothOptions& options_;
+  const JobControl& control_;
+  const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  const SmoothCorners<Real>& run_;
+  SurfaceOrientation orientation_;
+  Carry<Real> carry_;
+  std::variant<std::vector<Vec3f>, std::vector<Vec3d>> reference_;
+};
+
+}  // namespace
+
+template <class Real>
+SmoothSummary smooth_second_order(const TopologyView& topology, const CornerMesh& mesh,
+                                  std::span<Vec3<Real>> positions, const SmoothOptions& options,
+                                  const JobControl& control, const SmoothCorners<Real>& run) {
+  return Job<Real>(topology, mesh, positions, options, control, run).smooth();
+}
+
+template SmoothSummary smooth_second_order(const TopologyView&, const CornerMesh&, std::span<Vec3f>,
+                                           const SmoothOptions&, const JobControl&,
+                                           const SmoothCorners<float>&);
+template SmoothSummary smooth_second_order(const TopologyView&, const CornerMesh&, std::span<Vec3d>,
+                                           const SmoothOptions&, const JobControl&,
+                                           const SmoothCorners<double>&);
+
+}  // namespace meshsmooth::detail

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "meshsmooth/smoother.hpp"
+#include "smooth/second_order/corner_mesh.hpp"
+
+namespace meshsmooth::detail {
+
+/// Smooths the mesh of the corners in place; `held` are further nodes of it that stay, or empty.
+template <class Real>
+using SmoothCorners =
+    std::function<SmoothSummary(std::vector<Vec3<Real>>& corners, const SmoothOptions& options,
+                                const std::vector<NodeId>& held)>;
+
+/// A job on a mesh of second order: its corners by `run`, the other nodes by `Carry`, invalid
+/// elements by `cure`. `mesh` is of `topology`. Positions change only when it returns.
+template <class Real>
+SmoothSummary smooth_second_order(const TopologyView& topology, const CornerMesh& mesh,
+                                  std::span<Vec3<Real>> positions, const SmoothOptions& options,
+                                  const JobControl& control, const SmoothCorners<Real>& run);
+
+}  // namespace meshsmooth::detail
