@@ -2,71 +2,101 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
-#include <unordered_map>
+#include <vector>
 
 #include "mesh/curved_jacobian.hpp"
 #include "mesh/parallel.hpp"
+#include "smooth/second_order/coefficient_energy.hpp"
 
 namespace meshsmooth::detail {
 namespace {
 
-/// Coefficients of an element that moves aims at, as a share of its mean: below it is visited.
-constexpr double kWanted = 0.15;
-constexpr int kMostSweeps = 60;
-constexpr int kVisitsPerQuestion = 64;  // a visit takes up to 2 ms, among hexahedra
+/// By goal. Coefficients are shares of their element's mean.
+struct Plan {
+  double wanted;  // of the lowest coefficient: elements below it are visited
+  int rings;      // around the elements that are cured
+  int most_sweeps;
+  int most_idle;  // sweeps that do not raise the lowest
+};
+constexpr Plan kPlans[] = {{0.15, 2, 60, 6}, {0.5, 0, 20, 3}};
+
+constexpr std::size_t kVisitsPerQuestion = 64;  // a visit takes up to 2 ms, among hexahedra
+constexpr std::size_t kShare = 16;              // elements or visits that a thread takes at a time
+
+using Coefficients = std::array<double, kMostJacobianCoefficients>;
 
 /// An element of the part of the mesh that is cured.
 struct Patient {
   ElementType type;
   std::span<const NodeId> nodes;
   Vec3d reference;
-  double scale = 1;  // of its coefficients
+  double scale = 1;   // of its coefficients
+  double lowest = 1;  // of them, over the scale
   bool valid = false;
 };
 
-/// How coefficients change with the position of a node.
-struct LinearCoefficient {
-  double value;
-  Vec3d gradient;
-};
+template <class Functor>
+void for_each_share(std::size_t count, const Functor& functor) {
+  parallel_for((count + kShare - 1) / kShare, [&](std::size_t s) {
+    for (std::size_t i = s * kShare; i < std::min(count, (s + 1) * kShare); ++i) functor(i);
+  });
+}
 
 template <class Real>
 class Cure {
  public:
-  Cure(const TopologyView& topology, std::span<const std::uint8_t> held,
+  Cure(CureGoal goal, const TopologyView& topology, std::span<const std::uint8_t> held,
        const SurfaceOrientation& orientation, std::span<Vec3<Real>> positions)
-      : topology_(topology), held_(held), orientation_(orientation), positions_(positions) {}
+      : goal_(goal),
+        plan_(kPlans[static_cast<int>(goal)]),
+        topology_(topology),
+        held_(held),
+        orientation_(orientation),
+        positions_(positions) {}
 
-  std::int64_t run(const std::function<bool()>& goes_on) {
-    std::vector<std::uint8_t> chosen = invalid_nodes();
-    if (std::ranges::none_of(chosen, [](std::uint8_t c) { return c != 0; })) return 0;
-    for (int ring = 0; ring < 2; ++ring) add_ring(chosen);
+  void run(const std::function<bool()>& goes_on) {
+    std::vector<std::uint8_t> chosen = nodes_to_cure();
+    for (int ring = 0; ring < plan_.rings; ++ring) add_ring(chosen);
     gather(chosen);
-    const std::vector<Vec3<Real>> before(positions_.begin(), positions_.end());
-    int idle = 0;
+    colour();
     double best = lowest();
-    bool ends = false;
-    for (int sweep = 0; sweep < kMostSweeps && best < kWanted && idle < 6 && !ends; ++sweep) {
-      // Escobar's choice: no smaller than what makes the lowest coefficient tell.
-      const double low = lowest();
-      delta_ = low < kWanted ? std::sqrt(0.25 * kWanted * (kWanted - low)) : 0.05 * kWanted;
-      for (std::size_t n = 0; n < nodes_.size() && !ends; ++n) {
-        visit(nodes_[n]);
-        ends = n % kVisitsPerQuestion == 0 && !goes_on();
-      }
+    int idle = 0;
+    for (int sweep = 0; sweep < plan_.most_sweeps && best < plan_.wanted; ++sweep) {
+      if (idle == plan_.most_idle || !this->sweep(goes_on)) return;
       const double now = lowest();
       idle = now > best + 1e-3 ? 0 : idle + 1;
       best = std::max(best, now);
     }
-    std::int64_t moved = 0;
-    for (std::size_t n = 0; n < before.size(); ++n) {
-      if (!(before[n] == positions_[n])) ++moved;
-    }
-    return moved;
   }
 
  private:
+  [[nodiscard]] std::span<const Vec3<Real>> positions() const { return positions_; }
+  [[nodiscard]] bool is_valid(const Patient& patient) const {
+    return detail::is_valid(patient.type, patient.nodes, positions(), patient.reference);
+  }
+
+  /// Finds the scale, the lowest coefficient and whether the element is valid.
+  void examine(Patient& patient) const {
+    const auto nodes = positions_of(patient.nodes, positions());
+    patient.valid = is_valid(patient);
+    Coefficients found{};
+    const std::size_t count =
+        jacobian_coefficients(patient.type, nodes.data(), patient.reference, found.data());
+    double sum = 0;
+    for (std::size_t k = 0; k < count; ++k) sum += std::abs(found[k]);
+    patient.scale = sum > 0 ? sum / static_cast<double>(count) : 1;
+    patient.lowest = *std::min_element(found.begin(), found.begin() + count) / patient.scale;
+  }
+
+  [[nodiscard]] bool needs_cure(Patient patient) const {
+    if (goal_ == CureGoal::validity) return !is_valid(patient);
+    if (is_straight(patient.type, positions_of(patient.nodes, positions()).data())) return false;
+    examine(patient);
+    return patient.lowest < plan_.wanted;
+  }
+
   template <class Visit>
   void for_each_element(const Visit& visit) const {
     std::size_t element = 0;
@@ -78,22 +108,18 @@ class Cure {
     }
   }
 
-  /// All nodes of elements that are not valid.
-  [[nodiscard]] std::vector<std::uint8_t> invalid_nodes() const {
+  [[nodiscard]] std::vector<std::uint8_t> nodes_to_cure() const {
     std::vector<std::uint8_t> chosen(positions_.size());
     std::size_t first = 0;
     for (const ElementBlockView& block : topology_.blocks) {
       const std::size_t width = element_width(block.type);
-      std::vector<std::uint8_t> wrong(block.element_count());
-      parallel_for_ranges(wrong.size(), [&](std::size_t begin, std::size_t end) {
-        for (std::size_t e = begin; e < end; ++e) {
-          const Patient patient{block.type, block.nodes.subspan(e * width, width),
-                                orientation_.reference(first + e)};
-          wrong[e] = is_valid(patient) ? 0 : 1;
-        }
+      std::vector<std::uint8_t> cured(block.element_count());
+      for_each_share(cured.size(), [&](std::size_t e) {
+        cured[e] = needs_cure(
+            {block.type, block.nodes.subspan(e * width, width), orientation_.reference(first + e)});
       });
-      for (std::size_t e = 0; e < wrong.size(); ++e) {
-        for (std::size_t n = 0; wrong[e] != 0 && n < width; ++n) {
+      for (std::size_t e = 0; e < cured.size(); ++e) {
+        for (std::size_t n = 0; cured[e] != 0 && n < width; ++n) {
           chosen[static_cast<std::size_t>(block.nodes[e * width + n])] = 1;
         }
       }
@@ -113,143 +139,127 @@ class Cure {
     });
   }
 
-  /// The nodes that may move, and all elements at them.
+  /// The nodes that may move, ascending, and all elements at them.
   void gather(const std::vector<std::uint8_t>& chosen) {
-    const auto moves = [&](NodeId node) {
-      const auto n = static_cast<std::size_t>(node);
-      return chosen[n] != 0 && held_[n] == 0;
-    };
+    std::vector<std::int32_t> index(positions_.size(), -1);
+    for (std::size_t n = 0; n < chosen.size(); ++n) {
+      if (chosen[n] == 0 || held_[n] != 0) continue;
+      index[n] = static_cast<std::int32_t>(nodes_.size());
+      nodes_.push_back(static_cast<NodeId>(n));
+    }
+    elements_at_.resize(nodes_.size());
     for_each_element([&](ElementType type, std::span<const NodeId> nodes, std::size_t element) {
-      if (std::ranges::none_of(nodes, moves)) return;
-      Patient patient{type, nodes, orientation_.reference(element)};
-      patient.valid = is_valid(patient);
-      std::array<double, kMostJacobianCoefficients> found{};
-      const std::size_t count = coefficients(patient, found);
-      double sum = 0;
-      for (std::size_t k = 0; k < count; ++k) sum += std::abs(found[k]);
-      patient.scale = sum > 0 ? sum / static_cast<double>(count) : 1;
+      bool moves = false;
       for (const NodeId node : nodes) {
-        if (moves(node)) elements_at_[node].push_back(patients_.size());
+        const std::int32_t at = index[static_cast<std::size_t>(node)];
+        if (at < 0) continue;
+        elements_at_[static_cast<std::size_t>(at)].push_back(patients_.size());
+        moves = true;
       }
-      patients_.push_back(patient);
+      if (moves) patients_.push_back({type, nodes, orientation_.reference(element)});
     });
-    for (const auto& [node, elements] : elements_at_) nodes_.push_back(node);
-    std::ranges::sort(nodes_);
+    for_each_share(patients_.size(), [&](std::size_t p) { examine(patients_[p]); });
   }
 
-  [[nodiscard]] std::span<const Vec3<Real>> positions() const { return positions_; }
-  [[nodiscard]] bool is_valid(const Patient& patient) const {
-    return detail::is_valid(patient.type, patient.nodes, positions(), patient.reference);
-  }
-  std::size_t coefficients(const Patient& patient,
-                           std::array<double, kMostJacobianCoefficients>& found) const {
-    const auto nodes = positions_of(patient.nodes, positions());
-    return jacobian_coefficients(patient.type, nodes.data(), patient.reference, found.data());
+  /// First fit, in ascending order: nodes of one colour share no element.
+  void colour() {
+    std::vector<std::uint64_t> used(patients_.size());  // colours at an element, at most 27 nodes
+    std::vector<std::size_t> others;
+    for (std::size_t n = 0; n < nodes_.size(); ++n) {
+      std::uint64_t taken = 0;
+      for (const std::size_t p : elements_at_[n]) taken |= used[p];
+      const std::uint64_t bit = ~taken & (taken + 1);
+      if (bit == 0) {
+        others.push_back(n);  // each in a colour of its own
+        continue;
+      }
+      for (const std::size_t p : elements_at_[n]) used[p] |= bit;
+      const auto colour = static_cast<std::size_t>(std::countr_zero(bit));
+      if (colour >= colours_.size()) colours_.resize(colour + 1);
+      colours_[colour].push_back(n);
+    }
+    for (const std::size_t n : others) colours_.push_back({n});
   }
 
-  /// The lowest coefficient of all elements, over their scale.
-  [[nodiscard]] double lowest() const {
-    return parallel_reduce(
-        patients_.size(), HUGE_VAL,
-        [&](std::size_t p) {
-          std::array<double, kMostJacobianCoefficients> found{};
-          const std::size_t count = coefficients(patients_[p], found);
-          return *std::min_element(found.begin(),
-                                   found.begin() + static_cast<std::ptrdiff_t>(count)) /
-                 patients_[p].scale;
-        },
-        [](double a, double b) { return std::min(a, b); });
+  /// The lowest coefficient of all elements.
+  double lowest() {
+    for_each_share(patients_.size(), [&](std::size_t p) {
+      Coefficients found{};
+      Patient& patient = patients_[p];
+      const auto nodes = positions_of(patient.nodes, positions());
+      const std::size_t count =
+          jacobian_coefficients(patient.type, nodes.data(), patient.reference, found.data());
+      patient.lowest = *std::min_element(found.begin(), found.begin() + count) / patient.scale;
+    });
+    double lowest = 1;
+    for (const Patient& patient : patients_) lowest = std::min(lowest, patient.lowest);
+    return lowest;
+  }
+
+  /// @returns whether the cure goes on
+  bool sweep(const std::function<bool()>& goes_on) {
+    // Escobar's choice: no smaller than what makes the lowest coefficient tell.
+    const double low = std::ranges::min_element(patients_, {}, &Patient::lowest)->lowest;
+    delta_ = std::sqrt(0.25 * plan_.wanted * (plan_.wanted - low));
+    for (const std::vector<std::size_t>& nodes : colours_) {
+      std::vector<std::size_t> poor;
+      for (const std::size_t n : nodes) {
+        const bool visited = std::ranges::any_of(
+            elements_at_[n], [&](std::size_t p) { return patients_[p].lowest < plan_.wanted; });
+        if (visited) poor.push_back(n);
+      }
+      for (std::size_t first = 0; first < poor.size(); first += kVisitsPerQuestion) {
+        const std::size_t count = std::min(kVisitsPerQuestion, poor.size() - first);
+        for_each_share(count, [&](std::size_t i) { visit(poor[first + i]); });
+        if (!goes_on()) return false;
+      }
+    }
+    return true;
   }
 
   /// The coefficients of the elements at a node, and their gradients by its position: exact
   /// differences, for they are linear in it.
-  void linearize(NodeId node) {
-    terms_.clear();
-    std::array<double, kMostJacobianCoefficients> at{}, beside{};
-    for (const std::size_t p : elements_at_.at(node)) {
+  [[nodiscard]] std::vector<LinearCoefficient> linearize(std::size_t index) const {
+    std::vector<LinearCoefficient> terms;
+    Coefficients at{}, beside{};
+    for (const std::size_t p : elements_at_[index]) {
       const Patient& patient = patients_[p];
       auto nodes = positions_of(patient.nodes, positions());
-      const auto own =
-          static_cast<std::size_t>(std::ranges::find(patient.nodes, node) - patient.nodes.begin());
+      const auto own = static_cast<std::size_t>(std::ranges::find(patient.nodes, nodes_[index]) -
+                                                patient.nodes.begin());
       const double step = norm(nodes[1] - nodes[0]);
       const std::size_t count =
           jacobian_coefficients(patient.type, nodes.data(), patient.reference, at.data());
-      const std::size_t first = terms_.size();
-      for (std::size_t k = 0; k < count; ++k) {
-        terms_.push_back({at[k] / patient.scale, {0, 0, 0}});
-      }
+      const std::size_t first = terms.size();
+      for (std::size_t k = 0; k < count; ++k) terms.push_back({at[k] / patient.scale, {0, 0, 0}});
       for (const auto axis : {&Vec3d::x, &Vec3d::y, &Vec3d::z}) {
         const Vec3d there = nodes[own];
         nodes[own].*axis += step;
         jacobian_coefficients(patient.type, nodes.data(), patient.reference, beside.data());
         nodes[own] = there;
         for (std::size_t k = 0; k < count; ++k) {
-          terms_[first + k].gradient.*axis = (beside[k] - at[k]) / (step * patient.scale);
+          terms[first + k].gradient.*axis = (beside[k] - at[k]) / (step * patient.scale);
         }
       }
     }
+    return terms;
   }
 
-  [[nodiscard]] double energy(Vec3d move) const {
-    double sum = 0;
-    for (const LinearCoefficient& term : terms_) {
-      const double c = term.value + dot(term.gradient, move);
-      sum += 2 / (c + std::sqrt(c * c + 4 * delta_ * delta_));
-    }
-    return sum;
-  }
-
-  /// A step of Newton's method from `move`; the function is convex.
-  [[nodiscard]] Vec3d newton_step(Vec3d move) const {
-    Vec3d g{0, 0, 0};
-    double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
-    for (const LinearCoefficient& term : terms_) {
-      const double c = term.value + dot(term.gradient, move);
-      const double root = std::sqrt(c * c + 4 * delta_ * delta_);
-      const double h = (c + root) / 2;
-      const double second = 2 / (root * root * root);
-      const Vec3d a = term.gradient;
-      g += (-1 / (h * root)) * a;
-      xx += second * a.x * a.x, xy += second * a.x * a.y, xz += second * a.x * a.z;
-      yy += second * a.y * a.y, yz += second * a.y * a.z, zz += second * a.z * a.z;
-    }
-    const double small = 1e-6 * (xx + yy + zz);  // in a plane one direction does not count
-    xx += small, yy += small, zz += small;
-    const Vec3d r0{xx, xy, xz}, r1{xy, yy, yz}, r2{xz, yz, zz};
-    const double determinant = dot(r0, cross(r1, r2));
-    if (!(determinant > 0)) return {0, 0, 0};
-    const Vec3d s = -1 / determinant * g;
-    return s.x * cross(r1, r2) + s.y * cross(r2, r0) + s.z * cross(r0, r1);
-  }
-
-  void visit(NodeId node) {
-    linearize(node);
-    const bool poor = std::ranges::any_of(
-        terms_, [](const LinearCoefficient& term) { return term.value < kWanted; });
-    if (!poor) return;
-    Vec3d move{0, 0, 0};
-    double now = energy(move);
-    for (int iteration = 0; iteration < 6; ++iteration) {
-      Vec3d step = newton_step(move);
-      double next = energy(move + step);
-      for (int k = 0; k < 10 && !(next < now); ++k) {
-        step = 0.5 * step;
-        next = energy(move + step);
-      }
-      if (!(next < now * (1 - 1e-6))) break;
-      move += step;
-      now = next;
-    }
-    take(node, move);
+  void visit(std::size_t index) {
+    const std::vector<LinearCoefficient> terms = linearize(index);
+    const CoefficientEnergy energy(terms, delta_);
+    const double before = energy.lowest({0, 0, 0});
+    if (before < plan_.wanted) take(index, energy.minimize(), energy, before);
   }
 
   /// Moves the node as far as valid elements stay so.
-  void take(NodeId node, Vec3d move) {
-    Vec3<Real>& position = positions_[static_cast<std::size_t>(node)];
+  void take(std::size_t index, Vec3d move, const CoefficientEnergy& energy, double lowest) {
+    Vec3<Real>& position = positions_[static_cast<std::size_t>(nodes_[index])];
     const Vec3<Real> before = position;
+    const auto& elements = elements_at_[index];
     for (int k = 0; k < 6; ++k, move = 0.5 * move) {
+      if (goal_ == CureGoal::shape && !(energy.lowest(move) > lowest)) continue;
       position = vec3_cast<Real>(vec3_cast<double>(before) + move);
-      const auto& elements = elements_at_.at(node);
       const bool spoils = std::ranges::any_of(
           elements, [&](std::size_t p) { return patients_[p].valid && !is_valid(patients_[p]); });
       if (spoils) continue;
@@ -259,31 +269,31 @@ class Cure {
     position = before;
   }
 
+  CureGoal goal_;
+  Plan plan_;
   const TopologyView& topology_;
   std::span<const std::uint8_t> held_;
   const SurfaceOrientation& orientation_;
   std::span<Vec3<Real>> positions_;
   std::vector<Patient> patients_;
-  std::unordered_map<NodeId, std::vector<std::size_t>> elements_at_;
   std::vector<NodeId> nodes_;
-  std::vector<LinearCoefficient> terms_;
+  std::vector<std::vector<std::size_t>> elements_at_;  // patients, by index in `nodes_`
+  std::vector<std::vector<std::size_t>> colours_;      // indices in `nodes_`
   double delta_ = 0;
 };
 
 }  // namespace
 
 template <class Real>
-std::int64_t cure(const TopologyView& topology, std::span<const std::uint8_t> held,
-                  const SurfaceOrientation& orientation, std::span<Vec3<Real>> positions,
-                  const std::function<bool()>& goes_on) {
-  return Cure<Real>(topology, held, orientation, positions).run(goes_on);
+void cure(CureGoal goal, const TopologyView& topology, std::span<const std::uint8_t> held,
+          const SurfaceOrientation& orientation, std::span<Vec3<Real>> positions,
+          const std::function<bool()>& goes_on) {
+  Cure<Real>(goal, topology, held, orientation, positions).run(goes_on);
 }
 
-template std::int64_t cure(const TopologyView&, std::span<const std::uint8_t>,
-                           const SurfaceOrientation&, std::span<Vec3f>,
-                           const std::function<bool()>&);
-template std::int64_t cure(const TopologyView&, std::span<const std::uint8_t>,
-                           const SurfaceOrientation&, std::span<Vec3d>,
-                           const std::function<bool()>&);
+template void cure(CureGoal, const TopologyView&, std::span<const std::uint8_t>,
+                   const SurfaceOrientation&, std::span<Vec3f>, const std::function<bool()>&);
+template void cure(CureGoal, const TopologyView&, std::span<const std::uint8_t>,
+                   const SurfaceOrientation&, std::span<Vec3d>, const std::function<bool()>&);
 
 }  // namespace meshsmooth::detail

@@ -99,18 +99,14 @@ class Job {
     const bool limited = options_.movement_limit || options_.only_below;
     if (std::holds_alternative<Optimize>(options_.method) && iteration_limit(options_) > 0 &&
         !limited && carry_.any_curved()) {
-      cure_invalid(after);
+      cure_elements(after);
     }
     return summary;
   }
 
   /// On curved surfaces nodes would leave the surface.
-  void cure_invalid(std::vector<Vec3<Real>>& after) const {
+  void cure_elements(std::vector<Vec3<Real>>& after) const {
     if (element_dimension() == 2 && !orientation_.plane()) return;
-    if (measure_quality(topology_, Positions(after), orientation_, {}, QualityDetail::brief)
-            .inverted_count == 0) {
-      return;
-    }
     std::vector<std::uint8_t> held(topology_.fixed.begin(), topology_.fixed.end());
     held.resize(topology_.node_count);
     for (const NodeId node : find_boundary_nodes(topology_, true)) {
@@ -122,7 +118,10 @@ class Job {
       return !ends && (!options_.compute_budget ||
                        std::chrono::steady_clock::now() - begin_ < *options_.compute_budget);
     };
-    cure(topology_, held, orientation_, std::span<Vec3<Real>>(after), goes_on);
+    cure(CureGoal::validity, topology_, held, orientation_, std::span(after), goes_on);
+    // The corners have been optimized.
+    for (const NodeId node : mesh_.nodes()) held[static_cast<std::size_t>(node)] = 1;
+    cure(CureGoal::shape, topology_, held, orientation_, std::span(after), goes_on);
   }
 
   /// As far as curved elements stay valid: with half the motion until they do.

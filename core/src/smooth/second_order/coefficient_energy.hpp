@@ -1,0 +1,86 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+
+#include "smooth/rules/newton_step.hpp"
+
+namespace meshsmooth::detail {
+
+/// A Bézier coefficient of the Jacobian of an element at a node, which is linear in the node's
+/// move.
+struct LinearCoefficient {
+  double value;
+  Vec3d gradient;
+
+  [[nodiscard]] double after(Vec3d move) const { return value + dot(gradient, move); }
+};
+
+/// The sum of 1 / h(c) over coefficients c, h(c) = (c + sqrt(c² + 4 δ²)) / 2: convex, and large
+/// where a coefficient is not positive.
+class CoefficientEnergy {
+ public:
+  CoefficientEnergy(std::span<const LinearCoefficient> terms, double delta)
+      : terms_(terms), delta_(delta) {}
+
+  [[nodiscard]] double lowest(Vec3d move) const {
+    double lowest = std::numeric_limits<double>::infinity();
+    for (const LinearCoefficient& term : terms_) lowest = std::min(lowest, term.after(move));
+    return lowest;
+  }
+
+  /// @returns the move that lowers it most, by Newton's method with halved steps
+  [[nodiscard]] Vec3d minimize() const {
+    Vec3d move{0, 0, 0};
+    double now = at(move);
+    for (int iteration = 0; iteration < 6; ++iteration) {
+      Vec3d step = newton_step(derivatives(move)).direction;
+      double next = at(move + step);
+      for (int k = 0; k < 10 && !(next < now); ++k) {
+        step = 0.5 * step;
+        next = at(move + step);
+      }
+      if (!(next < now * (1 - 1e-6))) break;
+      move += step;
+      now = next;
+    }
+    return move;
+  }
+
+ private:
+  [[nodiscard]] double root(double c) const { return std::sqrt(c * c + 4 * delta_ * delta_); }
+
+  [[nodiscard]] double at(Vec3d move) const {
+    double sum = 0;
+    for (const LinearCoefficient& term : terms_) {
+      const double c = term.after(move);
+      sum += 2 / (c + root(c));
+    }
+    return sum;
+  }
+
+  [[nodiscard]] BallDerivatives derivatives(Vec3d move) const {
+    BallDerivatives sum{};
+    for (const LinearCoefficient& term : terms_) {
+      const double c = term.after(move);
+      const double r = root(c);
+      const double h = (c + r) / 2;
+      const double second = 2 / (r * r * r);
+      const Vec3d a = term.gradient;
+      sum.energy += 1 / h;
+      sum.gradient += (-1 / (h * r)) * a;
+      sum.xx += second * a.x * a.x, sum.xy += second * a.x * a.y, sum.xz += second * a.x * a.z;
+      sum.yy += second * a.y * a.y, sum.yz += second * a.y * a.z, sum.zz += second * a.z * a.z;
+    }
+    const double small = 1e-6 * (sum.xx + sum.yy + sum.zz);  // in a plane one direction is free
+    sum.xx += small, sum.yy += small, sum.zz += small;
+    return sum;
+  }
+
+  std::span<const LinearCoefficient> terms_;
+  double delta_;
+};
+
+}  // namespace meshsmooth::detail
