@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <span>
 
 #include "smooth/rules/newton_step.hpp"
@@ -18,17 +17,22 @@ struct LinearCoefficient {
   [[nodiscard]] double after(Vec3d move) const { return value + dot(gradient, move); }
 };
 
-/// The sum of 1 / h(c) over coefficients c, h(c) = (c + sqrt(c² + 4 δ²)) / 2: convex, and large
-/// where a coefficient is not positive.
+/// How near a coefficient, as a share of its element's mean, is to it: 1 at the mean.
+[[nodiscard]] inline double nearness(double c) { return c <= 1 ? c : 1 / c; }
+
+/// The sum of 1 / h(c) + w (c - 1)² over coefficients c, h(c) = (c + sqrt(c² + 4 δ²)) / 2: convex,
+/// and large where a coefficient is not positive.
 class CoefficientEnergy {
  public:
-  CoefficientEnergy(std::span<const LinearCoefficient> terms, double delta)
-      : terms_(terms), delta_(delta) {}
+  CoefficientEnergy(std::span<const LinearCoefficient> terms, double delta, double weight)
+      : terms_(terms), delta_(delta), weight_(weight) {}
 
-  [[nodiscard]] double lowest(Vec3d move) const {
-    double lowest = std::numeric_limits<double>::infinity();
-    for (const LinearCoefficient& term : terms_) lowest = std::min(lowest, term.after(move));
-    return lowest;
+  [[nodiscard]] double worst(Vec3d move) const {
+    double worst = 1;
+    for (const LinearCoefficient& term : terms_) {
+      worst = std::min(worst, nearness(term.after(move)));
+    }
+    return worst;
   }
 
   /// @returns the move that lowers it most, by Newton's method with halved steps
@@ -56,7 +60,7 @@ class CoefficientEnergy {
     double sum = 0;
     for (const LinearCoefficient& term : terms_) {
       const double c = term.after(move);
-      sum += 2 / (c + root(c));
+      sum += 2 / (c + root(c)) + weight_ * (c - 1) * (c - 1);
     }
     return sum;
   }
@@ -67,10 +71,10 @@ class CoefficientEnergy {
       const double c = term.after(move);
       const double r = root(c);
       const double h = (c + r) / 2;
-      const double second = 2 / (r * r * r);
+      const double second = 2 / (r * r * r) + 2 * weight_;
       const Vec3d a = term.gradient;
-      sum.energy += 1 / h;
-      sum.gradient += (-1 / (h * r)) * a;
+      sum.energy += 1 / h + weight_ * (c - 1) * (c - 1);
+      sum.gradient += (2 * weight_ * (c - 1) - 1 / (h * r)) * a;
       sum.xx += second * a.x * a.x, sum.xy += second * a.x * a.y, sum.xz += second * a.x * a.z;
       sum.yy += second * a.y * a.y, sum.yz += second * a.y * a.z, sum.zz += second * a.z * a.z;
     }
@@ -81,6 +85,7 @@ class CoefficientEnergy {
 
   std::span<const LinearCoefficient> terms_;
   double delta_;
+  double weight_;
 };
 
 }  // namespace meshsmooth::detail

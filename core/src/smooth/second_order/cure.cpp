@@ -13,14 +13,15 @@
 namespace meshsmooth::detail {
 namespace {
 
-/// By goal. Coefficients are shares of their element's mean.
+/// By goal.
 struct Plan {
-  double wanted;  // of the lowest coefficient: elements below it are visited
+  double wanted;  // of the worst coefficient's nearness to the mean: elements below it are visited
   int rings;      // around the elements that are cured
   int most_sweeps;
-  int most_idle;  // sweeps that do not raise the lowest
+  int most_idle;  // sweeps that do not raise the worst
+  double weight;  // of the distance from the mean
 };
-constexpr Plan kPlans[] = {{0.15, 2, 60, 6}, {0.5, 0, 20, 3}};
+constexpr Plan kPlans[] = {{0.15, 2, 60, 6, 0}, {0.65, 0, 20, 3, 1}};
 
 constexpr std::size_t kVisitsPerQuestion = 64;  // a visit takes up to 2 ms, among hexahedra
 constexpr std::size_t kShare = 16;              // elements or visits that a thread takes at a time
@@ -32,8 +33,8 @@ struct Patient {
   ElementType type;
   std::span<const NodeId> nodes;
   Vec3d reference;
-  double scale = 1;   // of its coefficients
-  double lowest = 1;  // of them, over the scale
+  double scale = 1;  // of its coefficients
+  double worst = 1;  // nearness of one of them, over the scale
   bool valid = false;
 };
 
@@ -61,11 +62,11 @@ class Cure {
     for (int ring = 0; ring < plan_.rings; ++ring) add_ring(chosen);
     gather(chosen);
     colour();
-    double best = lowest();
+    double best = find_worst();
     int idle = 0;
     for (int sweep = 0; sweep < plan_.most_sweeps && best < plan_.wanted; ++sweep) {
       if (idle == plan_.most_idle || !this->sweep(goes_on)) return;
-      const double now = lowest();
+      const double now = find_worst();
       idle = now > best + 1e-3 ? 0 : idle + 1;
       best = std::max(best, now);
     }
@@ -77,7 +78,7 @@ class Cure {
     return detail::is_valid(patient.type, patient.nodes, positions(), patient.reference);
   }
 
-  /// Finds the scale, the lowest coefficient and whether the element is valid.
+  /// Finds the scale, the worst coefficient and whether the element is valid.
   void examine(Patient& patient) const {
     const auto nodes = positions_of(patient.nodes, positions());
     patient.valid = is_valid(patient);
@@ -87,14 +88,26 @@ class Cure {
     double sum = 0;
     for (std::size_t k = 0; k < count; ++k) sum += std::abs(found[k]);
     patient.scale = sum > 0 ? sum / static_cast<double>(count) : 1;
-    patient.lowest = *std::min_element(found.begin(), found.begin() + count) / patient.scale;
+    patient.worst = worst_of(patient);
+  }
+
+  [[nodiscard]] double worst_of(const Patient& patient) const {
+    const auto nodes = positions_of(patient.nodes, positions());
+    Coefficients found{};
+    const std::size_t count =
+        jacobian_coefficients(patient.type, nodes.data(), patient.reference, found.data());
+    double worst = 1;
+    for (std::size_t k = 0; k < count; ++k) {
+      worst = std::min(worst, nearness(found[k] / patient.scale));
+    }
+    return worst;
   }
 
   [[nodiscard]] bool needs_cure(Patient patient) const {
     if (goal_ == CureGoal::validity) return !is_valid(patient);
     if (is_straight(patient.type, positions_of(patient.nodes, positions()).data())) return false;
     examine(patient);
-    return patient.lowest < plan_.wanted;
+    return patient.worst < plan_.wanted;
   }
 
   template <class Visit>
@@ -181,31 +194,25 @@ class Cure {
     for (const std::size_t n : others) colours_.push_back({n});
   }
 
-  /// The lowest coefficient of all elements.
-  double lowest() {
-    for_each_share(patients_.size(), [&](std::size_t p) {
-      Coefficients found{};
-      Patient& patient = patients_[p];
-      const auto nodes = positions_of(patient.nodes, positions());
-      const std::size_t count =
-          jacobian_coefficients(patient.type, nodes.data(), patient.reference, found.data());
-      patient.lowest = *std::min_element(found.begin(), found.begin() + count) / patient.scale;
-    });
-    double lowest = 1;
-    for (const Patient& patient : patients_) lowest = std::min(lowest, patient.lowest);
-    return lowest;
+  /// Of all elements.
+  double find_worst() {
+    for_each_share(patients_.size(),
+                   [&](std::size_t p) { patients_[p].worst = worst_of(patients_[p]); });
+    double worst = 1;
+    for (const Patient& patient : patients_) worst = std::min(worst, patient.worst);
+    return worst;
   }
 
   /// @returns whether the cure goes on
   bool sweep(const std::function<bool()>& goes_on) {
-    // Escobar's choice: no smaller than what makes the lowest coefficient tell.
-    const double low = std::ranges::min_element(patients_, {}, &Patient::lowest)->lowest;
+    // Escobar's choice: no smaller than what makes the worst coefficient tell.
+    const double low = std::ranges::min_element(patients_, {}, &Patient::worst)->worst;
     delta_ = std::sqrt(0.25 * plan_.wanted * (plan_.wanted - low));
     for (const std::vector<std::size_t>& nodes : colours_) {
       std::vector<std::size_t> poor;
       for (const std::size_t n : nodes) {
         const bool visited = std::ranges::any_of(
-            elements_at_[n], [&](std::size_t p) { return patients_[p].lowest < plan_.wanted; });
+            elements_at_[n], [&](std::size_t p) { return patients_[p].worst < plan_.wanted; });
         if (visited) poor.push_back(n);
       }
       for (std::size_t first = 0; first < poor.size(); first += kVisitsPerQuestion) {
@@ -247,18 +254,18 @@ class Cure {
 
   void visit(std::size_t index) {
     const std::vector<LinearCoefficient> terms = linearize(index);
-    const CoefficientEnergy energy(terms, delta_);
-    const double before = energy.lowest({0, 0, 0});
+    const CoefficientEnergy energy(terms, delta_, plan_.weight);
+    const double before = energy.worst({0, 0, 0});
     if (before < plan_.wanted) take(index, energy.minimize(), energy, before);
   }
 
   /// Moves the node as far as valid elements stay so.
-  void take(std::size_t index, Vec3d move, const CoefficientEnergy& energy, double lowest) {
+  void take(std::size_t index, Vec3d move, const CoefficientEnergy& energy, double worst) {
     Vec3<Real>& position = positions_[static_cast<std::size_t>(nodes_[index])];
     const Vec3<Real> before = position;
     const auto& elements = elements_at_[index];
     for (int k = 0; k < 6; ++k, move = 0.5 * move) {
-      if (goal_ == CureGoal::shape && !(energy.lowest(move) > lowest)) continue;
+      if (goal_ == CureGoal::shape && !(energy.worst(move) > worst)) continue;
       position = vec3_cast<Real>(vec3_cast<double>(before) + move);
       const bool spoils = std::ranges::any_of(
           elements, [&](std::size_t p) { return patients_[p].valid && !is_valid(patients_[p]); });

@@ -12,15 +12,14 @@ namespace meshsmooth::detail {
 /// What a cure is for.
 enum class CureGoal : std::uint8_t {
   validity,  // invalid elements: their nodes and those of two rings around them
-  shape,     // distorted ones: their nodes; the lowest coefficient at a node never falls
+  shape,     // distorted ones: their nodes; the worst coefficient at a node never gets worse
 };
 
 /// Moves nodes of elements of second order until the elements are valid, or none is distorted, or
-/// no visit helps. Nodes take turns, colour by colour; each lowers, over the elements at it, the
-/// sum of 1 / h(c) over the Bézier coefficients c of the Jacobian, which are linear in the node's
-/// position
-/// (`CoefficientEnergy`). An element is distorted where the lowest of them is below half of their
-/// mean. An element that is valid stays so.
+/// no visit helps. Nodes take turns, colour by colour; each lowers the `CoefficientEnergy` of the
+/// Bézier coefficients of the Jacobian in the elements at it, which are linear in its position. A
+/// curved element is distorted where one of them is below 0.65 or above 1 / 0.65 of their mean. An
+/// element that is valid stays so.
 ///
 /// Source of h: Escobar et al. 2003, "Simultaneous untangling and smoothing of tetrahedral meshes";
 /// of the measure: Toulorge, Geuzaine, Remacle, Lambrechts 2013, "Robust untangling of curvilinear
