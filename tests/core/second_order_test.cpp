@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "core/smoothing.hpp"
+#include "mesh/curved_jacobian.hpp"
 #include "meshsmooth/error.hpp"
 #include "smooth/second_order/corner_mesh.hpp"
 #include "support/mesh_size.hpp"
@@ -271,6 +272,64 @@ TEST(SecondOrder, ACureKeepsTheLimitOfMovesAndCanBeCancelled) {
   control.finish_early = &finish_early;
   const SmoothSummary summary = make_smoother("cpu", 2)->smooth(mesh, by(Optimize{}), control);
   EXPECT_EQ(summary.stop_reason, StopReason::cancelled_with_result);
+}
+
+/// The worst share of an element's mean that a Bézier coefficient of its Jacobian has.
+double worst_share(const Mesh& mesh) {
+  double worst = 1;
+  std::array<double, detail::kMostJacobianCoefficients> found{};
+  for (const ElementBlock& block : mesh.blocks) {
+    const std::size_t width = element_width(block.type);
+    for (std::size_t at = 0; at < block.nodes.size(); at += width) {
+      const auto nodes = detail::positions_of(std::span(block.nodes).subspan(at, width),
+                                              std::span<const Vec3d>(points(mesh)));
+      const std::size_t count =
+          detail::jacobian_coefficients(block.type, nodes.data(), {0, 0, 1}, found.data());
+      double sum = 0;
+      for (std::size_t k = 0; k < count; ++k) sum += found[k];
+      const double mean = sum / static_cast<double>(count);
+      for (std::size_t k = 0; k < count; ++k) {
+        worst = std::min({worst, found[k] / mean, mean / found[k]});
+      }
+    }
+  }
+  return worst;
+}
+
+/// Valid elements whose inner nodes, but for the corners, lie beside the middle.
+Mesh distorted(ElementType type, double by) {
+  const Mesh linear = test::lattice(type, 5);
+  Mesh mesh = test::second_order(linear);
+  const Mesh noise = test::noisy(mesh, by, 4);
+  const std::vector<NodeId> boundary = find_boundary_nodes(MeshTopology(mesh).view());
+  for (std::size_t n = linear.node_count(); n < mesh.node_count(); ++n) {
+    const bool inner = !std::ranges::binary_search(boundary, static_cast<NodeId>(n));
+    if (inner) points(mesh)[n] = points(noise)[n];
+  }
+  return mesh;
+}
+
+TEST(SecondOrder, StraightensDistortedElements) {
+  for (const auto& [type, by_length] :
+       {std::pair(ElementType::triangle, 0.1), std::pair(ElementType::tetrahedron, 0.06)}) {
+    const Mesh start = distorted(type, by_length);
+    ASSERT_EQ(invalid_count(start), 0) << element_name(type);
+    ASSERT_LT(worst_share(start), 0.45) << element_name(type);
+    Mesh mesh = start;
+
+    smooth(mesh, by(Optimize{}));
+
+    EXPECT_GT(worst_share(mesh), 0.6) << element_name(type);
+    for (const NodeId node : find_boundary_nodes(MeshTopology(mesh).view())) {
+      ASSERT_EQ(points(mesh)[static_cast<std::size_t>(node)],
+                points(start)[static_cast<std::size_t>(node)]);
+    }
+    for (const int threads : {1, 3}) {
+      Mesh again = start;
+      make_smoother("cpu", threads)->smooth(again, by(Optimize{}));
+      EXPECT_EQ(points(again), points(mesh)) << threads;
+    }
+  }
 }
 
 TEST(SecondOrder, CuresNothingAcrossRegions) {
