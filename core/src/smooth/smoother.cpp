@@ -58,12 +58,13 @@ std::unique_ptr<Smoother> make_smoother(std::string_view backend, int thread_cou
     }
   }
   if (name == "cpu") {
-    return detail::make_second_order_smoother(detail::make_cpu_smoother(thread_count));
+    return detail::make_second_order_smoother(detail::make_cpu_smoother(thread_count),
+                                              thread_count);
   }
   const int device = detail::cuda_device(name);
   for (const BackendInfo& info : detail::list_cuda_backends()) {
     if (info.available && info.name == to_string({.kind = BackendKind::cuda, .device = device})) {
-      return detail::make_second_order_smoother(detail::make_cuda_smoother(device));
+      return detail::make_second_order_smoother(detail::make_cuda_smoother(device), thread_count);
     }
   }
   throw_not_available(backend);

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <utility>
 
+#include "mesh/parallel.hpp"
 #include "smooth/second_order/carry.hpp"
 #include "smooth/second_order/cure.hpp"
 #include "smooth/steps/interrupt.hpp"
@@ -44,19 +45,39 @@ std::vector<Vec3<Real>> gather(std::span<const Vec3<Real>> positions, const Corn
   return corners;
 }
 
+/// Adds its lifetime to `seconds`.
+class Stopwatch {
+ public:
+  explicit Stopwatch(double& seconds) : seconds_(seconds) {}
+  ~Stopwatch() { seconds_ += std::chrono::duration<double>(Clock::now() - start_).count(); }
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  double& seconds_;
+  Clock::time_point start_ = Clock::now();
+};
+
 template <class Real>
 class Job {
+  using Positions = std::span<const Vec3<Real>>;
+
  public:
-  Job(const TopologyView& topology, const CornerMesh& mesh, std::span<Vec3<Real>> positions,
-      const SmoothOptions& options, const JobControl& control, const SmoothCorners<Real>& run)
-      : topology_(topology),
+  Job(tbb::task_arena& arena, const TopologyView& topology, const CornerMesh& mesh,
+      std::span<Vec3<Real>> positions, const SmoothOptions& options, const JobControl& control,
+      const SmoothCorners<Real>& run)
+      : arena_(arena),
+        topology_(topology),
         mesh_(mesh),
         positions_(positions),
         options_(options),
         control_(control),
         run_(run),
-        orientation_(topology, std::span<const Vec3<Real>>(positions)),
-        carry_(topology, mesh, positions, orientation_) {}
+        orientation_(
+            run_in(arena, [&] { return SurfaceOrientation(topology, Positions(positions)); })),
+        carry_(
+            run_in(arena, [&] { return Carry<Real>(topology, mesh, positions, orientation_); })) {}
 
   SmoothSummary smooth() {
     const bool moves = std::holds_alternative<Move>(options_.method);
@@ -76,13 +97,13 @@ class Job {
     SmoothSummary summary = moves ? move(held, after) : sweep(held, after);
     summary.nodes.curved += static_cast<std::int64_t>(held.size());
     report(summary, std::move(before), after);
+    summary.times.iterate_seconds += iterate_seconds_;
+    summary.times.evaluate_seconds += evaluate_seconds_;
     std::copy(after.begin(), after.end(), positions_.begin());
     return summary;
   }
 
  private:
-  using Positions = std::span<const Vec3<Real>>;
-
   [[nodiscard]] int element_dimension() const {
     return element_shape(topology_.blocks.front().type).dimension;
   }
@@ -90,16 +111,18 @@ class Job {
   SmoothSummary sweep(const std::vector<NodeId>& held, std::vector<Vec3<Real>>& after) {
     std::vector<Vec3<Real>> corners = gather(Positions(positions_), mesh_);
     SmoothSummary summary = run_(corners, with_reference(options_), held);
+    const Stopwatch stopwatch(iterate_seconds_);
     if (options_.guard) {
-      summary.convergence.held_node_count += carry_.place_validly(corners, after);
+      summary.convergence.held_node_count +=
+          run_in(arena_, [&] { return carry_.place_validly(corners, after); });
     } else {
-      carry_.place(corners, after);
+      run_in(arena_, [&] { carry_.place(corners, after); });
     }
     // A cure knows neither limits of moves nor of the elements that may change.
     const bool limited = options_.movement_limit || options_.only_below;
     if (std::holds_alternative<Optimize>(options_.method) && iteration_limit(options_) > 0 &&
         !limited && carry_.any_curved()) {
-      cure_elements(after);
+      run_in(arena_, [&] { cure_elements(after); });
     }
     return summary;
   }
@@ -146,14 +169,15 @@ class Job {
       motion.reached *= share;
       motion.rejected_step_count += halvings++;
       if (share < 1) summary.stop_reason = StopReason::stagnated;
-      carry_.place(corners, after);
+      const Stopwatch stopwatch(iterate_seconds_);
+      run_in(arena_, [&] { carry_.place(corners, after); });
       for (std::size_t n = 0; n < prescribed.mids.size(); ++n) {
         const auto node = static_cast<std::size_t>(prescribed.mids[n]);
         after[node] = motion.reached == 1
                           ? prescribed.mid_positions[n]
                           : towards(positions_[node], prescribed.mid_positions[n], motion.reached);
       }
-      if (share == 0 || carry_.stays_valid(after)) return summary;
+      if (share == 0 || run_in(arena_, [&] { return carry_.stays_valid(after); })) return summary;
     }
   }
 
@@ -175,12 +199,15 @@ class Job {
     return options;
   }
 
-  [[nodiscard]] QualityStats measure(Positions positions) const {
-    return measure_quality(topology_, positions, orientation_, {}, options_.quality_detail);
+  [[nodiscard]] QualityStats measure(Positions positions) {
+    const Stopwatch stopwatch(evaluate_seconds_);
+    return run_in(arena_, [&] {
+      return measure_quality(topology_, positions, orientation_, {}, options_.quality_detail);
+    });
   }
 
   /// Says what the linear mesh's summary does not know.
-  void report(SmoothSummary& summary, QualityStats before, Positions after) const {
+  void report(SmoothSummary& summary, QualityStats before, Positions after) {
     if (carry_.any_curved()) {
       summary.quality_before = std::move(before);
       summary.quality_after = measure(after);
@@ -207,6 +234,7 @@ class Job {
     return topology_.blocks.back().type;
   }
 
+  tbb::task_arena& arena_;
   const TopologyView& topology_;
   const CornerMesh& mesh_;
   std::span<Vec3<Real>> positions_;
@@ -217,22 +245,25 @@ class Job {
   SurfaceOrientation orientation_;
   Carry<Real> carry_;
   std::variant<std::vector<Vec3f>, std::vector<Vec3d>> reference_;
+  double iterate_seconds_ = 0;  // beside what the linear mesh's job takes
+  double evaluate_seconds_ = 0;
 };
 
 }  // namespace
 
 template <class Real>
-SmoothSummary smooth_second_order(const TopologyView& topology, const CornerMesh& mesh,
-                                  std::span<Vec3<Real>> positions, const SmoothOptions& options,
-                                  const JobControl& control, const SmoothCorners<Real>& run) {
-  return Job<Real>(topology, mesh, positions, options, control, run).smooth();
+SmoothSummary smooth_second_order(tbb::task_arena& arena, const TopologyView& topology,
+                                  const CornerMesh& mesh, std::span<Vec3<Real>> positions,
+                                  const SmoothOptions& options, const JobControl& control,
+                                  const SmoothCorners<Real>& run) {
+  return Job<Real>(arena, topology, mesh, positions, options, control, run).smooth();
 }
 
-template SmoothSummary smooth_second_order(const TopologyView&, const CornerMesh&, std::span<Vec3f>,
-                                           const SmoothOptions&, const JobControl&,
-                                           const SmoothCorners<float>&);
-template SmoothSummary smooth_second_order(const TopologyView&, const CornerMesh&, std::span<Vec3d>,
-                                           const SmoothOptions&, const JobControl&,
-                                           const SmoothCorners<double>&);
+template SmoothSummary smooth_second_order(tbb::task_arena&, const TopologyView&, const CornerMesh&,
+                                           std::span<Vec3f>, const SmoothOptions&,
+                                           const JobControl&, const SmoothCorners<float>&);
+template SmoothSummary smooth_second_order(tbb::task_arena&, const TopologyView&, const CornerMesh&,
+                                           std::span<Vec3d>, const SmoothOptions&,
+                                           const JobControl&, const SmoothCorners<double>&);
 
 }  // namespace meshsmooth::detail

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <oneapi/tbb/task_arena.h>
+
 #include <functional>
 #include <span>
 #include <vector>
@@ -16,10 +18,12 @@ using SmoothCorners =
                                 const std::vector<NodeId>& held)>;
 
 /// A job on a mesh of second order: its corners by `run`, the other nodes by `Carry`, invalid
-/// elements by `cure`. `mesh` is of `topology`. Positions change only when it returns.
+/// elements by `cure`, these two on the
+/// threads of the arena. `mesh` is of `topology`. Positions change only when it returns.
 template <class Real>
-SmoothSummary smooth_second_order(const TopologyView& topology, const CornerMesh& mesh,
-                                  std::span<Vec3<Real>> positions, const SmoothOptions& options,
-                                  const JobControl& control, const SmoothCorners<Real>& run);
+SmoothSummary smooth_second_order(tbb::task_arena& arena, const TopologyView& topology,
+                                  const CornerMesh& mesh, std::span<Vec3<Real>> positions,
+                                  const SmoothOptions& options, const JobControl& control,
+                                  const SmoothCorners<Real>& run);
 
 }  // namespace meshsmooth::detail

@@ -3,6 +3,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "mesh/parallel.hpp"
 #include "meshsmooth/error.hpp"
 #include "smooth/second_order/second_order_job.hpp"
 #include "smooth/steps/mesh_counts.hpp"
@@ -30,7 +31,9 @@ struct PreparedSecondOrder final : PreparedTopology {
 
 class SecondOrderSmoother final : public Smoother {
  public:
-  explicit SecondOrderSmoother(std::unique_ptr<Smoother> linear) : linear_(std::move(linear)) {}
+  SecondOrderSmoother(std::unique_ptr<Smoother> linear, int thread_count)
+      : linear_(std::move(linear)),
+        arena_(thread_count > 0 ? thread_count : tbb::task_arena::automatic) {}
 
   [[nodiscard]] std::string_view backend() const override { return linear_->backend(); }
   [[nodiscard]] DeviceSpace device_space() const override { return linear_->device_space(); }
@@ -50,7 +53,7 @@ class SecondOrderSmoother final : public Smoother {
   [[nodiscard]] std::shared_ptr<const PreparedTopology> prepare(
       const TopologyView& topology, const JobControl& control) override {
     if (!is_second_order(topology)) return linear_->prepare(topology, control);
-    validate(topology);
+    run_in(arena_, [&] { validate(topology); });
     auto result = std::make_shared<PreparedSecondOrder>(topology);
     result->linear = with_own_facets(
         topology, [&] { return linear_->prepare(result->corners.view(), control); });
@@ -62,7 +65,7 @@ class SecondOrderSmoother final : public Smoother {
                        const SmoothOptions& options, const JobControl& control) override {
     if (!is_second_order(topology)) return linear_->smooth(topology, positions, options, control);
     validate(options);
-    validate(topology, as_view(positions));
+    run_in(arena_, [&] { validate(topology, as_view(positions)); });
     const CornerMesh corners(topology);
     return run(topology, corners, nullptr, positions, options, control);
   }
@@ -72,7 +75,7 @@ class SecondOrderSmoother final : public Smoother {
     const auto* own = dynamic_cast<const PreparedSecondOrder*>(&prepared);
     if (own == nullptr) return linear_->smooth(prepared, positions, options, control);
     validate(options);
-    validate_positions(own->topology, as_view(positions));
+    run_in(arena_, [&] { validate_positions(own->topology, as_view(positions)); });
     return run(own->topology, own->corners, own->linear.get(), positions, options, control);
   }
 
@@ -122,7 +125,7 @@ class SecondOrderSmoother final : public Smoother {
             });
           };
           SmoothSummary summary =
-              smooth_second_order(topology, mesh, span, options, control, smooth_corners);
+              smooth_second_order(arena_, topology, mesh, span, options, control, smooth_corners);
           summary.host_peak_bytes += mesh.bytes() + job_bytes(detail::size_of(topology));
           return summary;
         },
@@ -130,12 +133,14 @@ class SecondOrderSmoother final : public Smoother {
   }
 
   std::unique_ptr<Smoother> linear_;
+  tbb::task_arena arena_;
 };
 
 }  // namespace
 
-std::unique_ptr<Smoother> make_second_order_smoother(std::unique_ptr<Smoother> linear) {
-  return std::make_unique<SecondOrderSmoother>(std::move(linear));
+std::unique_ptr<Smoother> make_second_order_smoother(std::unique_ptr<Smoother> linear,
+                                                     int thread_count) {
+  return std::make_unique<SecondOrderSmoother>(std::move(linear), thread_count);
 }
 
 }  // namespace meshsmooth::detail
