@@ -77,8 +77,8 @@ class MeshTopology {
 };
 
 /// @returns the nodes of the facets that one element alone has, ascending, and with
-/// `between_regions` of those between two regions. O(elements log elements). The topology must be
-/// valid.
+/// `between_regions` of those between two regions. O(elements), multi-threaded. The topology must
+/// be valid.
 [[nodiscard]] std::vector<NodeId> find_boundary_nodes(const TopologyView& topology,
                                                       bool between_regions = false);
 
