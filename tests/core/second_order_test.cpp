@@ -259,19 +259,51 @@ TEST(SecondOrder, ACureKeepsTheLimitOfMovesAndCanBeCancelled) {
   const Mesh start = tangled_edges();
   Mesh mesh = start;
   SmoothOptions options = by(Optimize{});
-  options.movement_limit = MovementLimit{.value = 0.01};
 
-  smooth(mesh, options);
+  for (const double limit : {0.01, 0.08, 1.0}) {
+    mesh = start;
+    options.movement_limit = MovementLimit{.value = limit};
 
-  for (std::size_t n = 0; n < mesh.node_count(); ++n) {
-    ASSERT_LE(norm(points(mesh)[n] - points(start)[n]), 0.0100001);
+    smooth(mesh, options);
+
+    double furthest = 0;
+    for (std::size_t n = 0; n < mesh.node_count(); ++n) {
+      furthest = std::max(furthest, norm(points(mesh)[n] - points(start)[n]));
+    }
+    EXPECT_LE(furthest, limit * (1 + 1e-9));
+    EXPECT_LT(invalid_count(mesh), invalid_count(start)) << limit;
   }
+  EXPECT_EQ(invalid_count(mesh), 0);  // the last limit is none
   const std::atomic<bool> finish_early = true;
   mesh = start;
   JobControl control;
   control.finish_early = &finish_early;
   const SmoothSummary summary = make_smoother("cpu", 2)->smooth(mesh, by(Optimize{}), control);
   EXPECT_EQ(summary.stop_reason, StopReason::cancelled_with_result);
+}
+
+TEST(SecondOrder, ACureOfBadElementsOnlyLeavesTheOthers) {
+  const Mesh start = tangled_edges();
+  Mesh mesh = start;
+  SmoothOptions options = by(Optimize{});
+  options.only_below = OnlyBelow{.quality = 1e-6, .rings = 0};
+
+  smooth(mesh, options);
+
+  EXPECT_LT(invalid_count(mesh), invalid_count(start));
+  std::vector<std::uint8_t> bad(start.node_count());
+  for (const ElementBlock& block : start.blocks) {
+    const std::size_t width = element_width(block.type);
+    for (std::size_t at = 0; at < block.nodes.size(); at += width) {
+      const auto nodes = std::span(block.nodes).subspan(at, width);
+      const auto own = detail::positions_of(nodes, std::span<const Vec3d>(points(start)));
+      if (detail::is_valid(block.type, own.data(), {0, 0, 0})) continue;
+      for (const NodeId node : nodes) bad[static_cast<std::size_t>(node)] = 1;
+    }
+  }
+  for (std::size_t n = 0; n < start.node_count(); ++n) {
+    ASSERT_TRUE(bad[n] != 0 || points(mesh)[n] == points(start)[n]) << n;
+  }
 }
 
 /// The worst share of an element's mean that a Bézier coefficient of its Jacobian has.

@@ -91,21 +91,57 @@ std::vector<Sample> lattice_of(ElementType type, int count) {
   return samples;
 }
 
+/// The derivatives along the axes.
+std::array<Vec3d, 3> columns_at(const Sample& sample, const std::vector<Vec3d>& nodes,
+                                bool volume) {
+  std::array<Vec3d, 3> columns{};
+  for (std::size_t axis = 0; axis < (volume ? 3 : 2); ++axis) {
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+      columns[axis] += sample.derivatives[axis * nodes.size() + n] * nodes[n];
+    }
+  }
+  return columns;
+}
+
+double determinant_of(const std::array<Vec3d, 3>& columns, bool volume) {
+  const Vec3d normal = cross(columns[0], columns[1]);
+  return volume ? dot(normal, columns[2]) : normal.z;
+}
+
 double least_determinant(ElementType type, const std::vector<Sample>& samples,
                          const std::vector<Vec3d>& nodes) {
   const bool volume = element_shape(type).dimension == 3;
   double least = HUGE_VAL;
   for (const Sample& sample : samples) {
-    std::array<Vec3d, 3> columns{};
-    for (std::size_t axis = 0; axis < (volume ? 3 : 2); ++axis) {
-      for (std::size_t n = 0; n < nodes.size(); ++n) {
-        columns[axis] += sample.derivatives[axis * nodes.size() + n] * nodes[n];
-      }
-    }
-    const Vec3d normal = cross(columns[0], columns[1]);
-    least = std::min(least, sample.scale * (volume ? dot(normal, columns[2]) : normal.z));
+    least =
+        std::min(least, sample.scale * determinant_of(columns_at(sample, nodes, volume), volume));
   }
   return least;
+}
+
+/// The longest product of the edges' derivatives at a corner of the linear element.
+double longest_frame(ElementType linear, const std::array<Vec3d, 3>& t) {
+  const double a = norm(t[0]), b = norm(t[1]), c = norm(t[2]);
+  if (linear == ElementType::quad) return a * b;
+  const double ab = norm(t[1] - t[0]), ac = norm(t[2] - t[0]), bc = norm(t[2] - t[1]);
+  const double triangle = std::max({a * b, a * ab, b * ab});
+  if (linear == ElementType::triangle) return triangle;
+  if (linear == ElementType::wedge) return triangle * c;
+  if (linear != ElementType::tetrahedron) return a * b * c;
+  return std::max({a * b * c, a * ab * ac, b * ab * bc, c * ac * bc});
+}
+
+double least_scaled(ElementType type, const std::vector<Sample>& samples,
+                    const std::vector<Vec3d>& nodes) {
+  const bool volume = element_shape(type).dimension == 3;
+  double least = HUGE_VAL;
+  for (const Sample& sample : samples) {
+    const std::array<Vec3d, 3> columns = columns_at(sample, nodes, volume);
+    const double sign = sample.scale < 0 ? -1 : 1;
+    least = std::min(
+        least, sign * determinant_of(columns, volume) / longest_frame(linear_type(type), columns));
+  }
+  return least / element_shape(type).ideal.determinant;
 }
 
 class Certificate : public testing::TestWithParam<ElementType> {};
@@ -163,6 +199,29 @@ TEST_P(Certificate, SaysOfTheJacobianWhatVtkHasAtPoints) {
   RecordProperty("between_the_points", unseen);
 }
 
+TEST_P(Certificate, BoundsTheScaledJacobianFromBelow) {
+  const ElementType type = GetParam();
+  const bool volume = element_shape(type).dimension == 3;
+  const auto lattice = lattice_of(type, volume ? 16 : 48);
+  std::mt19937_64 random(2);
+  double furthest = 0;
+  for (int n = 0; n < 300; ++n) {
+    const auto nodes = random_element(type, 0.1 * n / 300, random);
+    const Vec3d normal{0, 0, volume ? 0.0 : 1.0};
+    const double sampled = least_scaled(type, lattice, nodes);
+    const double bound = detail::measure_nodes(type, nodes.data(), normal).scaled_jacobian;
+    if (detail::curved_jacobian_sign(type, nodes.data(), normal) != JacobianSign::positive) {
+      EXPECT_LE(bound, 0) << n;
+      continue;
+    }
+    EXPECT_LE(bound, sampled + 1e-9) << n;
+    EXPECT_GT(bound, 0) << n;
+    furthest = std::max(furthest, sampled - bound);
+  }
+  EXPECT_LE(furthest, 0.006);  // with what lies between the points
+  RecordProperty("furthest", std::to_string(furthest));
+}
+
 TEST_P(Certificate, OfAStraightElementIsThatOfItsCorners) {
   const ElementType type = GetParam();
   const Mesh mesh = test::second_order(test::single(linear_type(type)),
@@ -171,6 +230,7 @@ TEST_P(Certificate, OfAStraightElementIsThatOfItsCorners) {
   EXPECT_TRUE(detail::is_straight(type, test::points(mesh).data()));
   EXPECT_EQ(detail::curved_jacobian_sign(type, test::points(mesh).data(), {0, 0, 1}),
             JacobianSign::positive);
+  EXPECT_NEAR(detail::least_scaled_jacobian(type, test::points(mesh).data(), {0, 0, 1}), 1, 3e-3);
 }
 
 }  // namespace

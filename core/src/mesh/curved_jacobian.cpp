@@ -14,18 +14,6 @@ namespace {
 constexpr int kMostParts = 1024;  // of a bisected element
 
 using Coefficients = std::array<double, kMostJacobianCoefficients>;
-using Vectors = std::array<Vec3d, 128>;
-
-/// A line of Bézier coefficients on one half of it, by de Casteljau's algorithm.
-void halve(const JacobianPlan::Line& line, bool upper, double* at) {
-  const std::size_t count = line.size();
-  std::array<double, 6> b{};
-  for (std::size_t k = 0; k < count; ++k) b[k] = at[line[upper ? count - 1 - k : k]];
-  for (std::size_t round = 1; round < count; ++round) {
-    for (std::size_t k = count - 1; k >= round; --k) b[k] = (b[k - 1] + b[k]) / 2;
-  }
-  for (std::size_t k = 0; k < count; ++k) at[line[upper ? count - 1 - k : k]] = b[k];
-}
 
 /// Tells the sign of a Jacobian by bisecting the element.
 class Signs {
@@ -37,7 +25,8 @@ class Signs {
     if (sign != JacobianSign::unknown || ++parts_ > kMostParts) return sign;
     JacobianSign result = JacobianSign::positive;
     for (const bool upper : {false, true}) {
-      Coefficients half = whole;
+      Coefficients half;
+      std::copy_n(whole.begin(), plan_.shares.size(), half.begin());
       for (const JacobianPlan::Line& line : plan_.edges[edge]) halve(line, upper, half.data());
       const JacobianSign of_half = of(half, (edge + 1) % plan_.edges.size());
       if (of_half == JacobianSign::negative_somewhere) return of_half;
@@ -63,65 +52,128 @@ class Signs {
   int parts_ = 0;
 };
 
-/// @returns a bound of the rounding in a coefficient
-double find_coefficients(ElementType type, const Vec3d* nodes, Vec3d reference,
-                         Coefficients& jacobian) {
-  const JacobianPlan& plan = jacobian_plan(type);
-  const bool volume = element_shape(type).dimension == 3;
-  Vectors position{};
-  for (const JacobianPlan::Weight& weight : plan.control) {
-    position[weight.to] += weight.by * (nodes[weight.from] - nodes[0]);
-  }
-  std::array<Vectors, 3> derivatives{};
-  double bound = 256 * std::numeric_limits<double>::epsilon();
-  for (int axis = 0; axis < (volume ? 3 : 2); ++axis) {
-    for (const JacobianPlan::Weight& weight : plan.derivatives[axis]) {
-      derivatives[axis][weight.to] += weight.by * position[weight.from];
+/// What the coefficients of an element's Jacobian are products of.
+class Factors {
+ public:
+  Factors(ElementType type, const Vec3d* nodes, Vec3d reference)
+      : plan_(jacobian_plan(type)), volume_(element_shape(type).dimension == 3) {
+    find_derivatives(nodes);
+    clear(products_, plan_.cross_count);
+    for (const JacobianPlan::Product& p : plan_.cross) {
+      products_[p.to] += cross(left()[p.left], right()[p.right]);
     }
-    double longest = 0;
-    for (std::size_t k = 0; k < plan.derivative_shares[axis].size(); ++k) {
-      longest = std::max(longest, plan.derivative_shares[axis][k] * norm(derivatives[axis][k]));
-    }
-    bound *= longest;
+    if (!volume_) find_normal(element_shape(type), nodes, reference);
   }
-  Vectors products{};
-  const int last = volume ? 2 : 1;
-  for (const JacobianPlan::Product& p : plan.cross) {
-    products[p.to] += cross(derivatives[last - 1][p.left], derivatives[last][p.right]);
-  }
-  if (volume) {
-    for (const JacobianPlan::Product& p : plan.jacobian) {
-      jacobian[p.to] += dot(derivatives[0][p.left], products[p.right]);
+
+  /// A bound of the rounding in a coefficient.
+  [[nodiscard]] double bound() const { return bound_; }
+  [[nodiscard]] std::size_t count() const { return plan_.shares.size(); }
+
+  void coefficients(double* jacobian) const {
+    std::fill_n(jacobian, count(), 0.0);
+    if (volume_) {
+      for (const JacobianPlan::Product& p : plan_.jacobian) {
+        jacobian[p.to] += dot(derivatives_[0][p.left], products_[p.right]);
+      }
+    } else {
+      for (std::size_t k = 0; k < count(); ++k) jacobian[k] = dot(products_[k], normal_);
     }
-  } else {
-    Vec3d normal = reference;
-    if (!(dot(normal, normal) > 0)) {
-      const CornerShape& corner = element_shape(type).corners[0];
-      normal =
-          cross(nodes[corner.neighbours[0]] - nodes[0], nodes[corner.neighbours[1]] - nodes[0]);
-      normal = (1 / norm(normal)) * normal;
-    }
-    for (std::size_t k = 0; k < plan.cross_count; ++k) jacobian[k] = dot(products[k], normal);
+    for (std::size_t k = 0; k < count(); ++k) jacobian[k] *= plan_.shares[k];
   }
-  for (std::size_t k = 0; k < plan.shares.size(); ++k) jacobian[k] *= plan.shares[k];
-  return bound;
-}
+
+  /// The derivatives of the coefficients by the position of a node; the normal stays.
+  void gradients(std::size_t node, Vec3d* gradients) const {
+    Vectors turns;  // the products become their cross product with the node's move
+    clear(turns, plan_.cross_count);
+    const double* of_left = of_node(volume_ ? 1 : 0, node);
+    const double* of_right = of_node(volume_ ? 2 : 1, node);
+    for (const JacobianPlan::Product& p : plan_.cross) {
+      turns[p.to] += of_left[p.left] * right()[p.right] - of_right[p.right] * left()[p.left];
+    }
+    std::fill_n(gradients, count(), Vec3d{0, 0, 0});
+    if (volume_) {
+      const double* of_first = of_node(0, node);
+      for (const JacobianPlan::Product& p : plan_.jacobian) {
+        gradients[p.to] +=
+            of_first[p.left] * products_[p.right] + cross(turns[p.right], derivatives_[0][p.left]);
+      }
+    } else {
+      for (std::size_t k = 0; k < count(); ++k) gradients[k] = cross(turns[k], normal_);
+    }
+    for (std::size_t k = 0; k < count(); ++k) gradients[k] = plan_.shares[k] * gradients[k];
+  }
+
+ private:
+  using Vectors = std::array<Vec3d, 128>;  // only what is used is set
+
+  static void clear(Vectors& vectors, std::size_t count) {
+    std::fill_n(vectors.begin(), count, Vec3d{0, 0, 0});
+  }
+  [[nodiscard]] const Vectors& left() const { return derivatives_[volume_ ? 1 : 0]; }
+  [[nodiscard]] const Vectors& right() const { return derivatives_[volume_ ? 2 : 1]; }
+  [[nodiscard]] const double* of_node(int axis, std::size_t node) const {
+    return plan_.of_node[axis].data() + node * plan_.derivative_shares[axis].size();
+  }
+
+  void find_derivatives(const Vec3d* nodes) {
+    Vectors position;
+    clear(position, plan_.control_count);
+    for (const JacobianPlan::Weight& weight : plan_.control) {
+      position[weight.to] += weight.by * (nodes[weight.from] - nodes[0]);
+    }
+    for (std::size_t axis = 0; axis < (volume_ ? 3 : 2); ++axis) {
+      Vectors& derivative = derivatives_[axis];
+      const std::vector<double>& shares = plan_.derivative_shares[axis];
+      clear(derivative, shares.size());
+      for (const JacobianPlan::Weight& weight : plan_.derivatives[axis]) {
+        derivative[weight.to] += weight.by * position[weight.from];
+      }
+      double longest = 0;
+      for (std::size_t k = 0; k < shares.size(); ++k) {
+        longest = std::max(longest, shares[k] * norm(derivative[k]));
+      }
+      bound_ *= longest;
+    }
+  }
+
+  void find_normal(const ElementShape& shape, const Vec3d* nodes, Vec3d reference) {
+    normal_ = reference;
+    if (dot(normal_, normal_) > 0) return;
+    const CornerShape& corner = shape.corners[0];
+    normal_ = cross(nodes[corner.neighbours[0]] - nodes[0], nodes[corner.neighbours[1]] - nodes[0]);
+    normal_ = (1 / norm(normal_)) * normal_;
+  }
+
+  const JacobianPlan& plan_;
+  bool volume_;
+  std::array<Vectors, 3> derivatives_;
+  Vectors products_;
+  Vec3d normal_{0, 0, 0};
+  double bound_ = 256 * std::numeric_limits<double>::epsilon();
+};
 
 }  // namespace
 
 std::size_t jacobian_coefficients(ElementType type, const Vec3d* nodes, Vec3d reference,
                                   double* coefficients) {
-  Coefficients found{};
-  find_coefficients(type, nodes, reference, found);
-  const std::size_t count = jacobian_plan(type).shares.size();
-  std::copy_n(found.begin(), count, coefficients);
-  return count;
+  const Factors factors(type, nodes, reference);
+  factors.coefficients(coefficients);
+  return factors.count();
+}
+
+std::size_t jacobian_coefficients_at(std::size_t node, ElementType type, const Vec3d* nodes,
+                                     Vec3d reference, double* coefficients, Vec3d* gradients) {
+  const Factors factors(type, nodes, reference);
+  factors.coefficients(coefficients);
+  factors.gradients(node, gradients);
+  return factors.count();
 }
 
 JacobianSign curved_jacobian_sign(ElementType type, const Vec3d* nodes, Vec3d reference) {
-  Coefficients jacobian{};
-  const double bound = find_coefficients(type, nodes, reference, jacobian);
-  return Signs(jacobian_plan(type), bound).of(jacobian);
+  const Factors factors(type, nodes, reference);
+  Coefficients jacobian;
+  factors.coefficients(jacobian.data());
+  return Signs(jacobian_plan(type), factors.bound()).of(jacobian);
 }
 
 bool is_straight(ElementType type, const Vec3d* nodes) {
@@ -147,7 +199,19 @@ ElementMeasure measure_nodes(ElementType type, const Vec3d* nodes, Vec3d referen
   const JacobianSign sign = curved_jacobian_sign(type, nodes, reference);
   measure.inverted = sign == JacobianSign::negative_somewhere;
   measure.degenerate = sign == JacobianSign::unknown;
+  measure.scaled_jacobian = least_scaled_jacobian(type, nodes, reference);
+  if (sign != JacobianSign::positive) {
+    measure.scaled_jacobian = std::min(measure.scaled_jacobian, 0.0);
+  }
   return measure;
+}
+
+bool is_valid(ElementType type, const Vec3d* nodes, Vec3d reference) {
+  if (!is_straight(type, nodes)) {
+    return curved_jacobian_sign(type, nodes, reference) == JacobianSign::positive;
+  }
+  const ElementMeasure measure = measure_element(element_shape(type), nodes, reference);
+  return !measure.inverted && !measure.degenerate;
 }
 
 }  // namespace meshsmooth::detail

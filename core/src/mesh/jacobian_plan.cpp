@@ -220,22 +220,130 @@ Monomials divide_by_square(const Monomials& of, std::size_t coordinate,
   return result;
 }
 
-/// The lines of monomials along an edge between two coordinates of a group.
-std::vector<JacobianPlan::Line> find_lines(Monomials& monomials, std::size_t i, std::size_t j) {
-  std::vector<JacobianPlan::Line> lines;
-  for (std::size_t m = 0; m < monomials.size(); ++m) {
-    Exponents exponents = monomials.all()[m];
-    const std::int8_t total = static_cast<std::int8_t>(exponents[i] + exponents[j]);
-    if (exponents[j] != 0 || total == 0) continue;  // one line begins at each of these
-    JacobianPlan::Line line;
-    for (std::int8_t at = 0; at <= total; ++at) {
-      exponents[i] = static_cast<std::int8_t>(total - at);
-      exponents[j] = at;
-      line.push_back(monomials.index(exponents));
-    }
-    lines.push_back(std::move(line));
+/// Divides by a coordinate: what lacks it is 0.
+Monomials divide(const Monomials& of, std::size_t coordinate,
+                 std::vector<JacobianPlan::Weight>& weights) {
+  Monomials result;
+  std::vector<JacobianPlan::Weight> kept;
+  for (const JacobianPlan::Weight& weight : weights) {
+    Exponents exponents = of.all()[weight.to];
+    if (exponents[coordinate]-- < 1) continue;
+    kept.push_back({result.index(exponents), weight.from, weight.by});
   }
-  return lines;
+  weights = std::move(kept);
+  return result;
+}
+
+/// Visits the pairs of coordinates of a group: edges of the linear element.
+template <class Visit>
+void visit_edges(const Groups& groups, const Visit& visit) {
+  std::size_t first = 0;
+  for (const int count : groups) {
+    const std::size_t end = first + static_cast<std::size_t>(count);
+    for (std::size_t step = 1; step < end - first; ++step) {
+      for (std::size_t i = first; i + step < end; ++i) visit(i, i + step);
+    }
+    first = end;
+  }
+}
+
+/// For each edge between two coordinates, the lines of monomials along it.
+std::vector<std::vector<JacobianPlan::Line>> find_lines(Monomials& monomials,
+                                                        const Groups& groups) {
+  std::vector<std::vector<JacobianPlan::Line>> edges;
+  visit_edges(groups, [&](std::size_t i, std::size_t j) {
+    std::vector<JacobianPlan::Line> lines;
+    for (std::size_t m = 0; m < monomials.size(); ++m) {
+      Exponents exponents = monomials.all()[m];
+      const std::int8_t total = static_cast<std::int8_t>(exponents[i] + exponents[j]);
+      if (exponents[j] != 0 || total == 0) continue;  // one line begins at each of these
+      JacobianPlan::Line line;
+      for (std::int8_t at = 0; at <= total; ++at) {
+        exponents[i] = static_cast<std::int8_t>(total - at);
+        exponents[j] = at;
+        line.push_back(monomials.index(exponents));
+      }
+      lines.push_back(std::move(line));
+    }
+    edges.push_back(std::move(lines));
+  });
+  return edges;
+}
+
+/// The monomials that are alone at a vertex, by the coordinates that are 1 there.
+std::map<std::vector<bool>, std::uint16_t> find_vertices(const Monomials& monomials,
+                                                         const Groups& groups) {
+  std::map<std::vector<bool>, std::uint16_t> vertices;
+  for (std::uint16_t m = 0; m < monomials.size(); ++m) {
+    std::vector<bool> used;
+    for (const std::int8_t exponent : monomials.all()[m]) used.push_back(exponent != 0);
+    if (std::ranges::count(used, true) == std::ssize(groups)) vertices[used] = m;
+  }
+  return vertices;
+}
+
+/// The corners of the linear element, by edges of each group; of a group of two there is one edge.
+std::vector<std::vector<std::pair<std::size_t, std::size_t>>> corners_by_edges(
+    const Groups& groups) {
+  std::vector<std::vector<std::pair<std::size_t, std::size_t>>> corners = {{}};
+  std::size_t first = 0;
+  for (const int count : groups) {
+    const std::size_t end = first + static_cast<std::size_t>(count);
+    const auto before = std::exchange(corners, {});
+    for (const auto& corner : before) {
+      for (std::size_t vertex = first; vertex < (count == 2 ? first + 1 : end); ++vertex) {
+        corners.push_back(corner);
+        for (std::size_t other = first; other < end; ++other) {
+          if (other != vertex) corners.back().push_back(std::minmax(vertex, other));
+        }
+      }
+    }
+    first = end;
+  }
+  return corners;
+}
+
+void add_frames(JacobianPlan& plan, const Monomials& position, Monomials& jacobian,
+                const Groups& groups, bool pyramid) {
+  std::map<std::pair<std::size_t, std::size_t>, std::size_t> indices;
+  std::vector<Monomials> along;
+  visit_edges(groups, [&](std::size_t i, std::size_t j) {
+    indices[{i, j}] = along.size();
+    JacobianPlan::Direction direction;
+    Monomials monomials = differentiate(position, j, i, direction.weights);
+    // Those along the base shrink towards the apex as their product in the Jacobian does.
+    if (pyramid && j < 4) monomials = divide(monomials, 4, direction.weights);
+    direction.shares = shares_of(monomials, groups);
+    for (const auto& [used, m] : find_vertices(monomials, groups)) direction.vertices.push_back(m);
+    direction.edges = find_lines(monomials, groups);
+    plan.directions.push_back(std::move(direction));
+    along.push_back(std::move(monomials));
+  });
+  for (const auto& corner : corners_by_edges(groups)) {
+    JacobianPlan::Frame& frame = plan.frames.emplace_back();
+    for (const auto& edge : corner) frame.directions.push_back(indices.at(edge));
+    Monomials product = along[frame.directions[0]];
+    for (std::size_t d = 1; d < frame.directions.size(); ++d) {
+      product = multiply(product, along[frame.directions[d]], frame.products.emplace_back());
+    }
+    for (JacobianPlan::Product& last : frame.products.back()) {
+      last.to = jacobian.index(product.all()[last.to]);
+    }
+  }
+}
+
+/// What a derivative has of each node.
+std::vector<double> find_shares_of_nodes(const JacobianPlan& plan, std::size_t axis,
+                                         std::size_t node_count) {
+  const std::size_t count = plan.derivative_shares[axis].size();
+  std::vector<double> shares(node_count * count);
+  for (const JacobianPlan::Weight& of_position : plan.control) {
+    for (const JacobianPlan::Weight& weight : plan.derivatives[axis]) {
+      if (weight.from != of_position.to) continue;
+      shares[of_position.from * count + weight.to] += weight.by * of_position.by;
+    }
+  }
+  return shares;
 }
 
 JacobianPlan make_plan(ElementType type) {
@@ -259,6 +367,7 @@ JacobianPlan make_plan(ElementType type) {
       const std::size_t axis = derivatives.size();
       derivatives.push_back(differentiate(position, c, first, plan.derivatives[axis]));
       plan.derivative_shares[axis] = shares_of(derivatives.back(), frame.groups);
+      plan.of_node[axis] = find_shares_of_nodes(plan, axis, element_width(type));
     }
     first += static_cast<std::size_t>(count);
   }
@@ -271,21 +380,9 @@ JacobianPlan make_plan(ElementType type) {
   }
   plan.shares = shares_of(jacobian, frame.groups);
 
-  first = 0;
-  for (const int count : frame.groups) {
-    for (int step = 1; step < count; ++step) {
-      for (std::size_t i = first;
-           i + static_cast<std::size_t>(step) < first + static_cast<std::size_t>(count); ++i) {
-        plan.edges.push_back(find_lines(jacobian, i, i + static_cast<std::size_t>(step)));
-      }
-    }
-    first += static_cast<std::size_t>(count);
-  }
-  for (std::uint16_t m = 0; m < jacobian.size(); ++m) {
-    std::size_t used = 0;
-    for (const std::int8_t exponent : jacobian.all()[m]) used += exponent != 0 ? 1 : 0;
-    if (used == frame.groups.size()) plan.vertices.push_back(m);
-  }
+  plan.edges = find_lines(jacobian, frame.groups);
+  for (const auto& [used, m] : find_vertices(jacobian, frame.groups)) plan.vertices.push_back(m);
+  add_frames(plan, position, jacobian, frame.groups, linear_type(type) == ElementType::pyramid);
   return plan;
 }
 

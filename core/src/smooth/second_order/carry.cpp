@@ -105,8 +105,10 @@ void Carry<Real>::visit_spoilt(Positions after, const Visit& visit) const {
         });
         if (!moves) continue;
         const Vec3d reference = orientation_.reference(first + e);
-        if (is_valid<Real>(block.type, nodes, after, reference)) continue;
-        if (is_valid<Real>(block.type, nodes, before_, reference)) visit(nodes);
+        const auto is_valid_in = [&](Positions positions) {
+          return is_valid(block.type, positions_of(nodes, positions).data(), reference);
+        };
+        if (!is_valid_in(after) && is_valid_in(before_)) visit(nodes);
       }
     });
     first += block.element_count();

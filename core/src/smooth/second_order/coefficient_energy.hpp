@@ -38,43 +38,33 @@ class CoefficientEnergy {
   /// @returns the move that lowers it most, by Newton's method with halved steps
   [[nodiscard]] Vec3d minimize() const {
     Vec3d move{0, 0, 0};
-    double now = at(move);
+    BallDerivatives now = at(move);
     for (int iteration = 0; iteration < 6; ++iteration) {
-      Vec3d step = newton_step(derivatives(move)).direction;
-      double next = at(move + step);
-      for (int k = 0; k < 10 && !(next < now); ++k) {
+      Vec3d step = newton_step(now).direction;
+      BallDerivatives next = at(move + step);
+      for (int k = 0; k < 10 && !(next.energy < now.energy); ++k) {
         step = 0.5 * step;
         next = at(move + step);
       }
-      if (!(next < now * (1 - 1e-6))) break;
+      if (!(next.energy < now.energy)) break;
       move += step;
+      if (!(next.energy < now.energy * (1 - 1e-6))) break;
       now = next;
     }
     return move;
   }
 
  private:
-  [[nodiscard]] double root(double c) const { return std::sqrt(c * c + 4 * delta_ * delta_); }
-
-  [[nodiscard]] double at(Vec3d move) const {
-    double sum = 0;
-    for (const LinearCoefficient& term : terms_) {
-      const double c = term.after(move);
-      sum += 2 / (c + root(c)) + weight_ * (c - 1) * (c - 1);
-    }
-    return sum;
-  }
-
-  [[nodiscard]] BallDerivatives derivatives(Vec3d move) const {
+  [[nodiscard]] BallDerivatives at(Vec3d move) const {
     BallDerivatives sum{};
     for (const LinearCoefficient& term : terms_) {
       const double c = term.after(move);
-      const double r = root(c);
-      const double h = (c + r) / 2;
-      const double second = 2 / (r * r * r) + 2 * weight_;
+      const double r = std::sqrt(c * c + 4 * delta_ * delta_);
+      const double of_h = 2 / (c + r), of_r = 1 / r;
+      const double second = 2 * (of_r * of_r * of_r + weight_);
       const Vec3d a = term.gradient;
-      sum.energy += 1 / h + weight_ * (c - 1) * (c - 1);
-      sum.gradient += (2 * weight_ * (c - 1) - 1 / (h * r)) * a;
+      sum.energy += of_h + weight_ * (c - 1) * (c - 1);
+      sum.gradient += (2 * weight_ * (c - 1) - of_h * of_r) * a;
       sum.xx += second * a.x * a.x, sum.xy += second * a.x * a.y, sum.xz += second * a.x * a.z;
       sum.yy += second * a.y * a.y, sum.yz += second * a.y * a.z, sum.zz += second * a.z * a.z;
     }

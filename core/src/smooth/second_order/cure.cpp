@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
+#include <chrono>
 #include <cmath>
 #include <vector>
 
@@ -16,15 +18,14 @@ namespace {
 /// By goal.
 struct Plan {
   double wanted;  // of the worst coefficient's nearness to the mean: elements below it are visited
-  int rings;      // around the elements that are cured
   int most_sweeps;
   int most_idle;  // sweeps that do not raise the worst
   double weight;  // of the distance from the mean
 };
-constexpr Plan kPlans[] = {{0.15, 2, 60, 6, 0}, {0.65, 0, 20, 3, 1}};
+constexpr Plan kPlans[] = {{0.15, 60, 6, 0}, {0.65, 20, 3, 1}};
 
-constexpr std::size_t kVisitsPerQuestion = 64;  // a visit takes up to 2 ms, among hexahedra
-constexpr std::size_t kShare = 16;              // elements or visits that a thread takes at a time
+constexpr std::size_t kShare = 4;  // visits that a thread takes at a time
+constexpr std::size_t kElementShare = 64;
 
 using Coefficients = std::array<double, kMostJacobianCoefficients>;
 
@@ -39,27 +40,48 @@ struct Patient {
 };
 
 template <class Functor>
-void for_each_share(std::size_t count, const Functor& functor) {
-  parallel_for((count + kShare - 1) / kShare, [&](std::size_t s) {
-    for (std::size_t i = s * kShare; i < std::min(count, (s + 1) * kShare); ++i) functor(i);
+void for_each_share(std::size_t count, std::size_t share, const Functor& functor) {
+  parallel_for((count + share - 1) / share, [&](std::size_t s) {
+    for (std::size_t i = s * share; i < std::min(count, (s + 1) * share); ++i) functor(i);
   });
 }
+
+/// How many visits to make before it is asked whether the cure goes on: among tetrahedra one takes
+/// 15 us, among hexahedra up to 2 ms.
+class Batch {
+ public:
+  [[nodiscard]] std::size_t size() const { return size_; }
+
+  template <class Work>
+  void time(const Work& work) {
+    using Clock = std::chrono::steady_clock;
+    const Clock::time_point start = Clock::now();
+    work();
+    const std::chrono::duration<double, std::milli> taken = Clock::now() - start;
+    if (taken.count() < 2) size_ = std::min<std::size_t>(size_ * 2, 1 << 16);
+    if (taken.count() > 8) size_ = std::max<std::size_t>(size_ / 2, 16);
+  }
+
+ private:
+  std::size_t size_ = 64;
+};
 
 template <class Real>
 class Cure {
  public:
-  Cure(CureGoal goal, const TopologyView& topology, std::span<const std::uint8_t> held,
+  Cure(CureGoal goal, const TopologyView& topology, const CureScope<Real>& scope,
        const SurfaceOrientation& orientation, std::span<Vec3<Real>> positions)
       : goal_(goal),
         plan_(kPlans[static_cast<int>(goal)]),
         topology_(topology),
-        held_(held),
+        scope_(scope),
         orientation_(orientation),
         positions_(positions) {}
 
   void run(const std::function<bool()>& goes_on) {
     std::vector<std::uint8_t> chosen = nodes_to_cure();
-    for (int ring = 0; ring < plan_.rings; ++ring) add_ring(chosen);
+    const int rings = goal_ == CureGoal::validity ? scope_.rings : 0;
+    for (int ring = 0; ring < rings; ++ring) add_ring(chosen);
     gather(chosen);
     colour();
     double best = find_worst();
@@ -75,30 +97,32 @@ class Cure {
  private:
   [[nodiscard]] std::span<const Vec3<Real>> positions() const { return positions_; }
   [[nodiscard]] bool is_valid(const Patient& patient) const {
-    return detail::is_valid(patient.type, patient.nodes, positions(), patient.reference);
+    const auto nodes = positions_of(patient.nodes, positions());
+    return detail::is_valid(patient.type, nodes.data(), patient.reference);
   }
 
   /// Finds the scale, the worst coefficient and whether the element is valid.
   void examine(Patient& patient) const {
-    const auto nodes = positions_of(patient.nodes, positions());
     patient.valid = is_valid(patient);
-    Coefficients found{};
-    const std::size_t count =
-        jacobian_coefficients(patient.type, nodes.data(), patient.reference, found.data());
+    Coefficients found;
+    const auto all = coefficients_of(patient, found);
     double sum = 0;
-    for (std::size_t k = 0; k < count; ++k) sum += std::abs(found[k]);
-    patient.scale = sum > 0 ? sum / static_cast<double>(count) : 1;
+    for (const double c : all) sum += std::abs(c);
+    patient.scale = sum > 0 ? sum / static_cast<double>(all.size()) : 1;
     patient.worst = worst_of(patient);
   }
 
-  [[nodiscard]] double worst_of(const Patient& patient) const {
+  std::span<const double> coefficients_of(const Patient& patient, Coefficients& found) const {
     const auto nodes = positions_of(patient.nodes, positions());
-    Coefficients found{};
-    const std::size_t count =
-        jacobian_coefficients(patient.type, nodes.data(), patient.reference, found.data());
+    return std::span(found).first(
+        jacobian_coefficients(patient.type, nodes.data(), patient.reference, found.data()));
+  }
+
+  [[nodiscard]] double worst_of(const Patient& patient) const {
+    Coefficients found;
     double worst = 1;
-    for (std::size_t k = 0; k < count; ++k) {
-      worst = std::min(worst, nearness(found[k] / patient.scale));
+    for (const double c : coefficients_of(patient, found)) {
+      worst = std::min(worst, nearness(c / patient.scale));
     }
     return worst;
   }
@@ -110,34 +134,31 @@ class Cure {
     return patient.worst < plan_.wanted;
   }
 
+  /// Calls `visit(type, nodes, element)` for all elements, on all threads.
   template <class Visit>
   void for_each_element(const Visit& visit) const {
-    std::size_t element = 0;
+    std::size_t first = 0;
     for (const ElementBlockView& block : topology_.blocks) {
       const std::size_t width = element_width(block.type);
-      for (std::size_t at = 0; at < block.nodes.size(); at += width) {
-        visit(block.type, block.nodes.subspan(at, width), element++);
-      }
+      for_each_share(block.element_count(), kElementShare, [&](std::size_t e) {
+        visit(block.type, block.nodes.subspan(e * width, width), first + e);
+      });
+      first += block.element_count();
+    }
+  }
+
+  /// Marks the nodes of elements.
+  static void mark(std::span<const NodeId> nodes, std::vector<std::uint8_t>& marks) {
+    for (const NodeId node : nodes) {
+      std::atomic_ref(marks[static_cast<std::size_t>(node)]).store(1, std::memory_order_relaxed);
     }
   }
 
   [[nodiscard]] std::vector<std::uint8_t> nodes_to_cure() const {
     std::vector<std::uint8_t> chosen(positions_.size());
-    std::size_t first = 0;
-    for (const ElementBlockView& block : topology_.blocks) {
-      const std::size_t width = element_width(block.type);
-      std::vector<std::uint8_t> cured(block.element_count());
-      for_each_share(cured.size(), [&](std::size_t e) {
-        cured[e] = needs_cure(
-            {block.type, block.nodes.subspan(e * width, width), orientation_.reference(first + e)});
-      });
-      for (std::size_t e = 0; e < cured.size(); ++e) {
-        for (std::size_t n = 0; cured[e] != 0 && n < width; ++n) {
-          chosen[static_cast<std::size_t>(block.nodes[e * width + n])] = 1;
-        }
-      }
-      first += block.element_count();
-    }
+    for_each_element([&](ElementType type, std::span<const NodeId> nodes, std::size_t element) {
+      if (needs_cure({type, nodes, orientation_.reference(element)})) mark(nodes, chosen);
+    });
     return chosen;
   }
 
@@ -146,9 +167,7 @@ class Cure {
     for_each_element([&](ElementType, std::span<const NodeId> nodes, std::size_t) {
       const bool touches = std::ranges::any_of(
           nodes, [&](NodeId node) { return inner[static_cast<std::size_t>(node)] != 0; });
-      for (const NodeId node : nodes) {
-        if (touches) chosen[static_cast<std::size_t>(node)] = 1;
-      }
+      if (touches) mark(nodes, chosen);
     });
   }
 
@@ -156,22 +175,50 @@ class Cure {
   void gather(const std::vector<std::uint8_t>& chosen) {
     std::vector<std::int32_t> index(positions_.size(), -1);
     for (std::size_t n = 0; n < chosen.size(); ++n) {
-      if (chosen[n] == 0 || held_[n] != 0) continue;
+      if (chosen[n] == 0 || scope_.held[n] != 0) continue;
       index[n] = static_cast<std::int32_t>(nodes_.size());
       nodes_.push_back(static_cast<NodeId>(n));
     }
-    elements_at_.resize(nodes_.size());
-    for_each_element([&](ElementType type, std::span<const NodeId> nodes, std::size_t element) {
-      bool moves = false;
-      for (const NodeId node : nodes) {
-        const std::int32_t at = index[static_cast<std::size_t>(node)];
-        if (at < 0) continue;
-        elements_at_[static_cast<std::size_t>(at)].push_back(patients_.size());
-        moves = true;
-      }
-      if (moves) patients_.push_back({type, nodes, orientation_.reference(element)});
+    const auto index_of = [&](NodeId node) { return index[static_cast<std::size_t>(node)]; };
+    std::vector<std::uint8_t> moves(topology_.element_count());
+    for_each_element([&](ElementType, std::span<const NodeId> nodes, std::size_t element) {
+      moves[element] = std::ranges::any_of(nodes, [&](NodeId node) { return index_of(node) >= 0; });
     });
-    for_each_share(patients_.size(), [&](std::size_t p) { examine(patients_[p]); });
+    std::size_t element = 0;
+    for (const ElementBlockView& block : topology_.blocks) {
+      const std::size_t width = element_width(block.type);
+      for (std::size_t at = 0; at < block.nodes.size(); at += width, ++element) {
+        if (moves[element] == 0) continue;
+        patients_.push_back(
+            {block.type, block.nodes.subspan(at, width), orientation_.reference(element)});
+      }
+    }
+    list_elements(index_of);
+    for_each_share(patients_.size(), kElementShare, [&](std::size_t p) { examine(patients_[p]); });
+  }
+
+  template <class IndexOf>
+  void list_elements(const IndexOf& index_of) {
+    const auto visit_entries = [&](const auto& visit) {
+      for (std::size_t p = 0; p < patients_.size(); ++p) {
+        for (const NodeId node : patients_[p].nodes) {
+          if (index_of(node) >= 0) visit(static_cast<std::size_t>(index_of(node)), p);
+        }
+      }
+    };
+    first_element_.assign(nodes_.size() + 2, 0);
+    visit_entries([&](std::size_t n, std::size_t) { ++first_element_[n + 2]; });
+    for (std::size_t n = 2; n < first_element_.size(); ++n) {
+      first_element_[n] += first_element_[n - 1];
+    }
+    elements_.resize(first_element_.back());
+    visit_entries([&](std::size_t n, std::size_t p) { elements_[first_element_[n + 1]++] = p; });
+  }
+
+  /// The patients at a node, by its index.
+  [[nodiscard]] std::span<const std::size_t> elements_at(std::size_t n) const {
+    return std::span(elements_).subspan(first_element_[n],
+                                        first_element_[n + 1] - first_element_[n]);
   }
 
   /// First fit, in ascending order: nodes of one colour share no element.
@@ -180,13 +227,13 @@ class Cure {
     std::vector<std::size_t> others;
     for (std::size_t n = 0; n < nodes_.size(); ++n) {
       std::uint64_t taken = 0;
-      for (const std::size_t p : elements_at_[n]) taken |= used[p];
+      for (const std::size_t p : elements_at(n)) taken |= used[p];
       const std::uint64_t bit = ~taken & (taken + 1);
       if (bit == 0) {
         others.push_back(n);  // each in a colour of its own
         continue;
       }
-      for (const std::size_t p : elements_at_[n]) used[p] |= bit;
+      for (const std::size_t p : elements_at(n)) used[p] |= bit;
       const auto colour = static_cast<std::size_t>(std::countr_zero(bit));
       if (colour >= colours_.size()) colours_.resize(colour + 1);
       colours_[colour].push_back(n);
@@ -196,7 +243,7 @@ class Cure {
 
   /// Of all elements.
   double find_worst() {
-    for_each_share(patients_.size(),
+    for_each_share(patients_.size(), kElementShare,
                    [&](std::size_t p) { patients_[p].worst = worst_of(patients_[p]); });
     double worst = 1;
     for (const Patient& patient : patients_) worst = std::min(worst, patient.worst);
@@ -212,41 +259,36 @@ class Cure {
       std::vector<std::size_t> poor;
       for (const std::size_t n : nodes) {
         const bool visited = std::ranges::any_of(
-            elements_at_[n], [&](std::size_t p) { return patients_[p].worst < plan_.wanted; });
+            elements_at(n), [&](std::size_t p) { return patients_[p].worst < plan_.wanted; });
         if (visited) poor.push_back(n);
       }
-      for (std::size_t first = 0; first < poor.size(); first += kVisitsPerQuestion) {
-        const std::size_t count = std::min(kVisitsPerQuestion, poor.size() - first);
-        for_each_share(count, [&](std::size_t i) { visit(poor[first + i]); });
+      for (std::size_t first = 0; first < poor.size();) {
+        const std::size_t count = std::min(batch_.size(), poor.size() - first);
+        batch_.time(
+            [&] { for_each_share(count, kShare, [&](std::size_t i) { visit(poor[first + i]); }); });
+        first += count;
         if (!goes_on()) return false;
       }
     }
     return true;
   }
 
-  /// The coefficients of the elements at a node, and their gradients by its position: exact
-  /// differences, for they are linear in it.
+  /// The coefficients of the elements at a node.
   [[nodiscard]] std::vector<LinearCoefficient> linearize(std::size_t index) const {
     std::vector<LinearCoefficient> terms;
-    Coefficients at{}, beside{};
-    for (const std::size_t p : elements_at_[index]) {
+    terms.reserve(elements_at(index).size() * 20);  // as many as a tetrahedron has
+    Coefficients values;
+    std::array<Vec3d, kMostJacobianCoefficients> gradients;
+    for (const std::size_t p : elements_at(index)) {
       const Patient& patient = patients_[p];
-      auto nodes = positions_of(patient.nodes, positions());
-      const auto own = static_cast<std::size_t>(std::ranges::find(patient.nodes, nodes_[index]) -
-                                                patient.nodes.begin());
-      const double step = norm(nodes[1] - nodes[0]);
+      const auto nodes = positions_of(patient.nodes, positions());
+      const auto own = std::ranges::find(patient.nodes, nodes_[index]) - patient.nodes.begin();
       const std::size_t count =
-          jacobian_coefficients(patient.type, nodes.data(), patient.reference, at.data());
-      const std::size_t first = terms.size();
-      for (std::size_t k = 0; k < count; ++k) terms.push_back({at[k] / patient.scale, {0, 0, 0}});
-      for (const auto axis : {&Vec3d::x, &Vec3d::y, &Vec3d::z}) {
-        const Vec3d there = nodes[own];
-        nodes[own].*axis += step;
-        jacobian_coefficients(patient.type, nodes.data(), patient.reference, beside.data());
-        nodes[own] = there;
-        for (std::size_t k = 0; k < count; ++k) {
-          terms[first + k].gradient.*axis = (beside[k] - at[k]) / (step * patient.scale);
-        }
+          jacobian_coefficients_at(static_cast<std::size_t>(own), patient.type, nodes.data(),
+                                   patient.reference, values.data(), gradients.data());
+      const double share = 1 / patient.scale;
+      for (std::size_t k = 0; k < count; ++k) {
+        terms.push_back({share * values[k], share * gradients[k]});
       }
     }
     return terms;
@@ -261,12 +303,17 @@ class Cure {
 
   /// Moves the node as far as valid elements stay so.
   void take(std::size_t index, Vec3d move, const CoefficientEnergy& energy, double worst) {
-    Vec3<Real>& position = positions_[static_cast<std::size_t>(nodes_[index])];
+    const auto node = static_cast<std::size_t>(nodes_[index]);
+    Vec3<Real>& position = positions_[node];
     const Vec3<Real> before = position;
-    const auto& elements = elements_at_[index];
+    const auto from = vec3_cast<double>(before);
+    const auto elements = elements_at(index);
     for (int k = 0; k < 6; ++k, move = 0.5 * move) {
-      if (goal_ == CureGoal::shape && !(energy.worst(move) > worst)) continue;
-      position = vec3_cast<Real>(vec3_cast<double>(before) + move);
+      const Vec3<Real> to = scope_.limit.clamp(node, vec3_cast<Real>(from + move));
+      if (goal_ == CureGoal::shape && !(energy.worst(vec3_cast<double>(to) - from) > worst)) {
+        continue;
+      }
+      position = to;
       const bool spoils = std::ranges::any_of(
           elements, [&](std::size_t p) { return patients_[p].valid && !is_valid(patients_[p]); });
       if (spoils) continue;
@@ -279,28 +326,29 @@ class Cure {
   CureGoal goal_;
   Plan plan_;
   const TopologyView& topology_;
-  std::span<const std::uint8_t> held_;
+  const CureScope<Real>& scope_;
   const SurfaceOrientation& orientation_;
   std::span<Vec3<Real>> positions_;
   std::vector<Patient> patients_;
   std::vector<NodeId> nodes_;
-  std::vector<std::vector<std::size_t>> elements_at_;  // patients, by index in `nodes_`
+  std::vector<std::size_t> first_element_, elements_;  // rows of patients, by index in `nodes_`
   std::vector<std::vector<std::size_t>> colours_;      // indices in `nodes_`
   double delta_ = 0;
+  Batch batch_;
 };
 
 }  // namespace
 
 template <class Real>
-void cure(CureGoal goal, const TopologyView& topology, std::span<const std::uint8_t> held,
+void cure(CureGoal goal, const TopologyView& topology, const CureScope<Real>& scope,
           const SurfaceOrientation& orientation, std::span<Vec3<Real>> positions,
           const std::function<bool()>& goes_on) {
-  Cure<Real>(goal, topology, held, orientation, positions).run(goes_on);
+  Cure<Real>(goal, topology, scope, orientation, positions).run(goes_on);
 }
 
-template void cure(CureGoal, const TopologyView&, std::span<const std::uint8_t>,
+template void cure(CureGoal, const TopologyView&, const CureScope<float>&,
                    const SurfaceOrientation&, std::span<Vec3f>, const std::function<bool()>&);
-template void cure(CureGoal, const TopologyView&, std::span<const std::uint8_t>,
+template void cure(CureGoal, const TopologyView&, const CureScope<double>&,
                    const SurfaceOrientation&, std::span<Vec3d>, const std::function<bool()>&);
 
 }  // namespace meshsmooth::detail

@@ -3,16 +3,26 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <vector>
 
 #include "meshsmooth/mesh.hpp"
 #include "meshsmooth/quality.hpp"
+#include "smooth/rules/displacement.hpp"
 
 namespace meshsmooth::detail {
 
 /// What a cure is for.
 enum class CureGoal : std::uint8_t {
-  validity,  // invalid elements: their nodes and those of two rings around them
+  validity,  // invalid elements: their nodes and those of rings around them
   shape,     // distorted ones: their nodes; the worst coefficient at a node never gets worse
+};
+
+/// What a cure may move.
+template <class Real>
+struct CureScope {
+  std::vector<std::uint8_t> held;      // [nodes], not 0: stays
+  DisplacementLimit<Real> limit = {};  // of the other ones
+  int rings = 2;                       // around invalid elements
 };
 
 /// Moves nodes of elements of second order until the elements are valid, or none is distorted, or
@@ -25,13 +35,12 @@ enum class CureGoal : std::uint8_t {
 /// of the measure: Toulorge, Geuzaine, Remacle, Lambrechts 2013, "Robust untangling of curvilinear
 /// meshes".
 ///
-/// takes  `held`: [nodes], not 0: stays; `goes_on`: asked every few visits, false ends with what is
-///        reached, and it may throw
+/// takes  `goes_on`: asked every few visits, false ends with what is reached, and it may throw
 /// cost   about 30 us a visit of a node among tetrahedra, on all threads; at most 60 sweeps
 /// order  deterministic
 /// gives  `positions`
 template <class Real>
-void cure(CureGoal goal, const TopologyView& topology, std::span<const std::uint8_t> held,
+void cure(CureGoal goal, const TopologyView& topology, const CureScope<Real>& scope,
           const SurfaceOrientation& orientation, std::span<Vec3<Real>> positions,
           const std::function<bool()>& goes_on);
 

@@ -118,33 +118,37 @@ class Job {
     } else {
       run_in(arena_, [&] { carry_.place(corners, after); });
     }
-    // A cure knows neither limits of moves nor of the elements that may change.
-    const bool limited = options_.movement_limit || options_.only_below;
     if (std::holds_alternative<Optimize>(options_.method) && iteration_limit(options_) > 0 &&
-        !limited && carry_.any_curved()) {
-      run_in(arena_, [&] { cure_elements(after); });
+        carry_.any_curved()) {
+      run_in(arena_, [&] { cure_elements(summary.convergence.bounding_box_diagonal, after); });
     }
     return summary;
   }
 
   /// On curved surfaces nodes would leave the surface.
-  void cure_elements(std::vector<Vec3<Real>>& after) const {
+  void cure_elements(double diagonal, std::vector<Vec3<Real>>& after) const {
     if (element_dimension() == 2 && !orientation_.plane()) return;
-    std::vector<std::uint8_t> held(topology_.fixed.begin(), topology_.fixed.end());
-    held.resize(topology_.node_count);
+    CureScope<Real> scope{{topology_.fixed.begin(), topology_.fixed.end()}};
+    scope.held.resize(topology_.node_count);
     for (const NodeId node : find_boundary_nodes(topology_, true)) {
-      held[static_cast<std::size_t>(node)] = 1;
+      scope.held[static_cast<std::size_t>(node)] = 1;
     }
+    if (const auto& limit = options_.movement_limit) {
+      scope.limit = {positions_.data(), limit->value * (limit->relative ? diagonal : 1)};
+    }
+    if (options_.only_below) scope.rings = options_.only_below->rings;
     const auto goes_on = [&] {
       Interrupt(control_).check();
       const bool ends = control_.finish_early != nullptr && control_.finish_early->load();
       return !ends && (!options_.compute_budget ||
                        std::chrono::steady_clock::now() - begin_ < *options_.compute_budget);
     };
-    cure(CureGoal::validity, topology_, held, orientation_, std::span(after), goes_on);
+    const std::span<Vec3<Real>> all(after);
+    cure(CureGoal::validity, topology_, scope, orientation_, all, goes_on);
+    if (options_.only_below) return;  // distorted elements are not bad ones
     // The corners have been optimized.
-    for (const NodeId node : mesh_.nodes()) held[static_cast<std::size_t>(node)] = 1;
-    cure(CureGoal::shape, topology_, held, orientation_, std::span(after), goes_on);
+    for (const NodeId node : mesh_.nodes()) scope.held[static_cast<std::size_t>(node)] = 1;
+    cure(CureGoal::shape, topology_, scope, orientation_, all, goes_on);
   }
 
   /// As far as curved elements stay valid: with half the motion until they do.

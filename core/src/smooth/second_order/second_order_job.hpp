@@ -17,9 +17,9 @@ using SmoothCorners =
     std::function<SmoothSummary(std::vector<Vec3<Real>>& corners, const SmoothOptions& options,
                                 const std::vector<NodeId>& held)>;
 
-/// A job on a mesh of second order: its corners by `run`, the other nodes by `Carry`, invalid
-/// elements by `cure`, these two on the
-/// threads of the arena. `mesh` is of `topology`. Positions change only when it returns.
+/// A job on a mesh of second order: its corners by `run`, the other nodes by `Carry`, invalid and
+/// distorted elements by `cure`, these two on the threads of the arena. `mesh` is of `topology`.
+/// Positions change only when it returns.
 template <class Real>
 SmoothSummary smooth_second_order(tbb::task_arena& arena, const TopologyView& topology,
                                   const CornerMesh& mesh, std::span<Vec3<Real>> positions,
