@@ -22,7 +22,7 @@ struct Plan {
   int most_idle;  // sweeps that do not raise the worst
   double weight;  // of the distance from the mean
 };
-constexpr Plan kPlans[] = {{0.15, 60, 6, 0}, {0.65, 20, 3, 1}};
+constexpr Plan kPlans[] = {{0.15, 60, 6, 0}, {0.85, 20, 3, 1}, {0.65, 20, 3, 1}};
 
 constexpr std::size_t kShare = 4;  // visits that a thread takes at a time
 constexpr std::size_t kElementShare = 64;
@@ -310,7 +310,7 @@ class Cure {
     const auto elements = elements_at(index);
     for (int k = 0; k < 6; ++k, move = 0.5 * move) {
       const Vec3<Real> to = scope_.limit.clamp(node, vec3_cast<Real>(from + move));
-      if (goal_ == CureGoal::shape && !(energy.worst(vec3_cast<double>(to) - from) > worst)) {
+      if (goal_ != CureGoal::validity && !(energy.worst(vec3_cast<double>(to) - from) > worst)) {
         continue;
       }
       position = to;

@@ -13,8 +13,9 @@ namespace meshsmooth::detail {
 
 /// What a cure is for.
 enum class CureGoal : std::uint8_t {
-  validity,  // invalid elements: their nodes and those of rings around them
-  shape,     // distorted ones: their nodes; the worst coefficient at a node never gets worse
+  validity,      // invalid elements: their nodes and those of rings around them
+  shape,         // distorted ones: their nodes; the worst coefficient at a node never gets worse
+  worst_shapes,  // the same of those that are far more distorted
 };
 
 /// What a cure may move.
@@ -28,15 +29,15 @@ struct CureScope {
 /// Moves nodes of elements of second order until the elements are valid, or none is distorted, or
 /// no visit helps. Nodes take turns, colour by colour; each lowers the `CoefficientEnergy` of the
 /// Bézier coefficients of the Jacobian in the elements at it, which are linear in its position. A
-/// curved element is distorted where one of them is below 0.65 or above 1 / 0.65 of their mean. An
-/// element that is valid stays so.
+/// curved element is distorted where one of them is below 0.85 or above 1 / 0.85 of their mean, far
+/// more where that is 0.65. An element that is valid stays so.
 ///
 /// Source of h: Escobar et al. 2003, "Simultaneous untangling and smoothing of tetrahedral meshes";
 /// of the measure: Toulorge, Geuzaine, Remacle, Lambrechts 2013, "Robust untangling of curvilinear
 /// meshes".
 ///
 /// takes  `goes_on`: asked every few visits, false ends with what is reached, and it may throw
-/// cost   about 30 us a visit of a node among tetrahedra, on all threads; at most 60 sweeps
+/// cost   about 15 us a visit of a node among tetrahedra, on all threads; at most 60 sweeps
 /// order  deterministic
 /// gives  `positions`
 template <class Real>

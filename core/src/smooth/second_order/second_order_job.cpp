@@ -146,9 +146,11 @@ class Job {
     const std::span<Vec3<Real>> all(after);
     cure(CureGoal::validity, topology_, scope, orientation_, all, goes_on);
     if (options_.only_below) return;  // distorted elements are not bad ones
-    // The corners have been optimized.
-    for (const NodeId node : mesh_.nodes()) scope.held[static_cast<std::size_t>(node)] = 1;
-    cure(CureGoal::shape, topology_, scope, orientation_, all, goes_on);
+    // The corners have been optimized: they move only where that is not enough.
+    CureScope<Real> mids = scope;
+    for (const NodeId node : mesh_.nodes()) mids.held[static_cast<std::size_t>(node)] = 1;
+    cure(CureGoal::shape, topology_, mids, orientation_, all, goes_on);
+    cure(CureGoal::worst_shapes, topology_, scope, orientation_, all, goes_on);
   }
 
   /// As far as curved elements stay valid: with half the motion until they do.
