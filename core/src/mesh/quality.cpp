@@ -22,6 +22,7 @@ using namespace detail;
 
 /// Sums are formed by chunk and added in order: the same bits for any number of threads.
 constexpr std::size_t kChunk = 8192;
+constexpr std::size_t kSecondOrderChunk = 256;  // curved elements cost more, and lie together
 
 /// A run of elements of one type.
 template <class Real>
@@ -89,7 +90,7 @@ void accumulate_briefly(const ElementRun<Real>& run, const SurfaceOrientation& o
   }
 }
 
-/// The mesh cut into runs of at most kChunk elements.
+/// The mesh cut into runs of at most a chunk of elements.
 template <class Real>
 std::vector<ElementRun<Real>> cut_into_runs(const TopologyView& topology,
                                             std::span<const Vec3<Real>> positions,
@@ -98,8 +99,9 @@ std::vector<ElementRun<Real>> cut_into_runs(const TopologyView& topology,
   std::size_t first_id = 0;
   for (const ElementBlockView& block : topology.blocks) {
     const std::size_t count = block.element_count();
-    for (std::size_t begin = 0; begin < count; begin += kChunk) {
-      runs.push_back({block.type, block.nodes.data(), begin, std::min(begin + kChunk, count),
+    const std::size_t chunk = is_second_order(block.type) ? kSecondOrderChunk : kChunk;
+    for (std::size_t begin = 0; begin < count; begin += chunk) {
+      runs.push_back({block.type, block.nodes.data(), begin, std::min(begin + chunk, count),
                       first_id, positions, element_ids.data()});
     }
     first_id += count;

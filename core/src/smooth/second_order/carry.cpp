@@ -7,6 +7,7 @@
 
 #include "mesh/curved_jacobian.hpp"
 #include "mesh/parallel.hpp"
+#include "smooth/second_order/shares.hpp"
 
 namespace meshsmooth::detail {
 namespace {
@@ -96,20 +97,18 @@ void Carry<Real>::visit_spoilt(Positions after, const Visit& visit) const {
   std::size_t first = 0;
   for (const ElementBlockView& block : topology_.blocks) {
     const std::size_t width = element_width(block.type);
-    parallel_for_ranges(block.element_count(), [&](std::size_t begin, std::size_t end) {
-      for (std::size_t e = begin; e < end; ++e) {
-        const std::span nodes = block.nodes.subspan(e * width, width);
-        const bool moves = std::ranges::any_of(nodes, [&](NodeId node) {
-          const auto n = static_cast<std::size_t>(node);
-          return !(after[n] == before_[n]);
-        });
-        if (!moves) continue;
-        const Vec3d reference = orientation_.reference(first + e);
-        const auto is_valid_in = [&](Positions positions) {
-          return is_valid(block.type, positions_of(nodes, positions).data(), reference);
-        };
-        if (!is_valid_in(after) && is_valid_in(before_)) visit(nodes);
-      }
+    for_each_share(block.element_count(), kElementShare, [&](std::size_t e) {
+      const std::span nodes = block.nodes.subspan(e * width, width);
+      const bool moves = std::ranges::any_of(nodes, [&](NodeId node) {
+        const auto n = static_cast<std::size_t>(node);
+        return !(after[n] == before_[n]);
+      });
+      if (!moves) return;
+      const Vec3d reference = orientation_.reference(first + e);
+      const auto is_valid_in = [&](Positions positions) {
+        return is_valid(block.type, positions_of(nodes, positions).data(), reference);
+      };
+      if (!is_valid_in(after) && is_valid_in(before_)) visit(nodes);
     });
     first += block.element_count();
   }

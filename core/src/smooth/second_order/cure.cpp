@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "mesh/curved_jacobian.hpp"
-#include "mesh/parallel.hpp"
 #include "smooth/second_order/coefficient_energy.hpp"
+#include "smooth/second_order/shares.hpp"
 
 namespace meshsmooth::detail {
 namespace {
@@ -25,7 +25,6 @@ struct Plan {
 constexpr Plan kPlans[] = {{0.15, 60, 6, 0}, {0.85, 20, 3, 1}, {0.65, 20, 3, 1}};
 
 constexpr std::size_t kShare = 4;  // visits that a thread takes at a time
-constexpr std::size_t kElementShare = 64;
 
 using Coefficients = std::array<double, kMostJacobianCoefficients>;
 
@@ -38,13 +37,6 @@ struct Patient {
   double worst = 1;  // nearness of one of them, over the scale
   bool valid = false;
 };
-
-template <class Functor>
-void for_each_share(std::size_t count, std::size_t share, const Functor& functor) {
-  parallel_for((count + share - 1) / share, [&](std::size_t s) {
-    for (std::size_t i = s * share; i < std::min(count, (s + 1) * share); ++i) functor(i);
-  });
-}
 
 /// How many visits to make before it is asked whether the cure goes on: among tetrahedra one takes
 /// 15 us, among hexahedra up to 2 ms.
@@ -172,18 +164,20 @@ class Cure {
   }
 
   /// The nodes that may move, ascending, and all elements at them.
-  void gather(const std::vector<std::uint8_t>& chosen) {
+  void gather(std::vector<std::uint8_t>& chosen) {
+    const std::vector<std::uint8_t> touched = elements_touching(chosen);
+    for (std::size_t n = 0; n < chosen.size(); ++n) {
+      if (scope_.held[n] != 0) chosen[n] = 0;
+    }
+    for (const NodeId node : boundary_of(touched)) chosen[static_cast<std::size_t>(node)] = 0;
+
     std::vector<std::int32_t> index(positions_.size(), -1);
     for (std::size_t n = 0; n < chosen.size(); ++n) {
-      if (chosen[n] == 0 || scope_.held[n] != 0) continue;
+      if (chosen[n] == 0) continue;
       index[n] = static_cast<std::int32_t>(nodes_.size());
       nodes_.push_back(static_cast<NodeId>(n));
     }
-    const auto index_of = [&](NodeId node) { return index[static_cast<std::size_t>(node)]; };
-    std::vector<std::uint8_t> moves(topology_.element_count());
-    for_each_element([&](ElementType, std::span<const NodeId> nodes, std::size_t element) {
-      moves[element] = std::ranges::any_of(nodes, [&](NodeId node) { return index_of(node) >= 0; });
-    });
+    const std::vector<std::uint8_t> moves = elements_touching(chosen);
     std::size_t element = 0;
     for (const ElementBlockView& block : topology_.blocks) {
       const std::size_t width = element_width(block.type);
@@ -193,8 +187,38 @@ class Cure {
             {block.type, block.nodes.subspan(at, width), orientation_.reference(element)});
       }
     }
-    list_elements(index_of);
+    list_elements([&](NodeId node) { return index[static_cast<std::size_t>(node)]; });
     for_each_share(patients_.size(), kElementShare, [&](std::size_t p) { examine(patients_[p]); });
+  }
+
+  [[nodiscard]] std::vector<std::uint8_t> elements_touching(
+      const std::vector<std::uint8_t>& chosen) const {
+    std::vector<std::uint8_t> touching(topology_.element_count());
+    for_each_element([&](ElementType, std::span<const NodeId> nodes, std::size_t element) {
+      touching[element] = std::ranges::any_of(
+          nodes, [&](NodeId node) { return chosen[static_cast<std::size_t>(node)] != 0; });
+    });
+    return touching;
+  }
+
+  /// Of some elements: a facet that others share too has no node that they do not all touch.
+  [[nodiscard]] std::vector<NodeId> boundary_of(const std::vector<std::uint8_t>& elements) const {
+    std::vector<ElementBlock> blocks;
+    std::vector<std::int32_t> regions;
+    std::size_t element = 0;
+    for (const ElementBlockView& block : topology_.blocks) {
+      const std::size_t width = element_width(block.type);
+      std::vector<NodeId>& nodes = blocks.emplace_back(ElementBlock{block.type, {}}).nodes;
+      for (std::size_t at = 0; at < block.nodes.size(); at += width, ++element) {
+        if (elements[element] == 0) continue;
+        const std::span own = block.nodes.subspan(at, width);
+        nodes.insert(nodes.end(), own.begin(), own.end());
+        if (!topology_.regions.empty()) regions.push_back(topology_.regions[element]);
+      }
+    }
+    std::vector<ElementBlockView> views;
+    for (const ElementBlock& block : blocks) views.push_back({block.type, block.nodes});
+    return find_boundary_nodes({topology_.node_count, views, {}, regions}, true);
   }
 
   template <class IndexOf>

@@ -30,7 +30,8 @@ struct CureScope {
 /// no visit helps. Nodes take turns, colour by colour; each lowers the `CoefficientEnergy` of the
 /// Bézier coefficients of the Jacobian in the elements at it, which are linear in its position. A
 /// curved element is distorted where one of them is below 0.85 or above 1 / 0.85 of their mean, far
-/// more where that is 0.65. An element that is valid stays so.
+/// more where that is 0.65. An element that is valid stays so; nodes of the boundary and between
+/// regions stay where they are.
 ///
 /// Source of h: Escobar et al. 2003, "Simultaneous untangling and smoothing of tetrahedral meshes";
 /// of the measure: Toulorge, Geuzaine, Remacle, Lambrechts 2013, "Robust untangling of curvilinear

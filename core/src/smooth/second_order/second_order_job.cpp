@@ -130,9 +130,6 @@ class Job {
     if (element_dimension() == 2 && !orientation_.plane()) return;
     CureScope<Real> scope{{topology_.fixed.begin(), topology_.fixed.end()}};
     scope.held.resize(topology_.node_count);
-    for (const NodeId node : find_boundary_nodes(topology_, true)) {
-      scope.held[static_cast<std::size_t>(node)] = 1;
-    }
     if (const auto& limit = options_.movement_limit) {
       scope.limit = {positions_.data(), limit->value * (limit->relative ? diagonal : 1)};
     }

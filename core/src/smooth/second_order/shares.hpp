@@ -1,0 +1,23 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+
+#include "mesh/parallel.hpp"
+
+namespace meshsmooth::detail {
+
+/// Elements that a thread takes at a time: a curved one costs up to a hundred straight ones, and
+/// they lie together.
+inline constexpr std::size_t kElementShare = 64;
+
+/// Calls `functor(i)` for every i < `count`, `share` at a time, on the threads of the current
+/// arena.
+template <class Functor>
+void for_each_share(std::size_t count, std::size_t share, const Functor& functor) {
+  parallel_for((count + share - 1) / share, [&](std::size_t s) {
+    for (std::size_t i = s * share; i < std::min(count, (s + 1) * share); ++i) functor(i);
+  });
+}
+
+}  // namespace meshsmooth::detail
