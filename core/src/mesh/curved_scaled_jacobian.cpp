@@ -31,8 +31,10 @@ class LeastScaledJacobian {
   /// @returns a lower bound, by no more than the tolerance unless there are too many parts; of a
   /// Jacobian that is not positive everywhere, some value there
   double of(const Part& whole) {
-    // The part with the lowest bound first.
-    std::vector<Part> parts = {whole};
+    // The part with the lowest bound first. Kept from element to element: of such sizes the
+    // allocator asks the system each time, which stops all threads.
+    thread_local std::vector<Part> parts;
+    parts.assign(1, whole);
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
     queue.push(examine(whole, 0, 0));
     while (true) {

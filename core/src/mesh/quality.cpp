@@ -13,6 +13,7 @@
 #include "mesh/measure.hpp"
 #include "mesh/metric_columns.hpp"
 #include "mesh/parallel.hpp"
+#include "mesh/spread.hpp"
 #include "mesh/tetrahedron_batch.hpp"
 
 namespace meshsmooth {
@@ -114,7 +115,8 @@ QualityStats measure_runs(const std::vector<ElementRun<Real>>& runs,
                           const SurfaceOrientation& orientation, QualityDetail quality_detail) {
   std::vector<ChunkSums> chunk_sums(runs.size());
   tbb::enumerable_thread_specific<QualityAccumulator> accumulators;
-  parallel_for(runs.size(), [&](std::size_t r) {
+  parallel_for(runs.size(), [&](std::size_t index) {
+    const std::size_t r = spread(index, runs.size());
     const auto accumulate =
         quality_detail == QualityDetail::brief ? accumulate_briefly<Real> : accumulate_run<Real>;
     accumulate(runs[r], orientation, accumulators.local(), chunk_sums[r]);

@@ -205,10 +205,12 @@ class Cure {
   [[nodiscard]] std::vector<NodeId> boundary_of(const std::vector<std::uint8_t>& elements) const {
     std::vector<ElementBlock> blocks;
     std::vector<std::int32_t> regions;
+    const auto count = static_cast<std::size_t>(std::ranges::count(elements, 1));
     std::size_t element = 0;
     for (const ElementBlockView& block : topology_.blocks) {
       const std::size_t width = element_width(block.type);
       std::vector<NodeId>& nodes = blocks.emplace_back(ElementBlock{block.type, {}}).nodes;
+      nodes.reserve(std::min(count, block.element_count()) * width);
       for (std::size_t at = 0; at < block.nodes.size(); at += width, ++element) {
         if (elements[element] == 0) continue;
         const std::span own = block.nodes.subspan(at, width);

@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "mesh/parallel.hpp"
+#include "mesh/spread.hpp"
 
 namespace meshsmooth::detail {
 
@@ -15,7 +16,9 @@ inline constexpr std::size_t kElementShare = 64;
 /// arena.
 template <class Functor>
 void for_each_share(std::size_t count, std::size_t share, const Functor& functor) {
-  parallel_for((count + share - 1) / share, [&](std::size_t s) {
+  const std::size_t share_count = (count + share - 1) / share;
+  parallel_for(share_count, [&](std::size_t index) {
+    const std::size_t s = spread(index, share_count);
     for (std::size_t i = s * share; i < std::min(count, (s + 1) * share); ++i) functor(i);
   });
 }
