@@ -126,6 +126,33 @@ TEST(Estimate, BoundsTheMemoryOfSecondOrder) {
   }
 }
 
+/// All inner nodes of second order beside the middle: everything is cured.
+TEST(Estimate, BoundsTheMemoryOfACure) {
+  for (const ElementType type : {ElementType::triangle, ElementType::tetrahedron}) {
+    const Mesh linear = test::lattice(type, type == ElementType::triangle ? 150 : 22);
+    Mesh mesh = test::noisy(test::second_order(linear), 0.3, 4);
+    for (std::size_t n = 0; n < linear.node_count(); ++n) {
+      test::points(mesh)[n] = test::points(linear)[n];
+    }
+    const SmoothOptions options{.method = Optimize{}, .max_iterations = 1};
+    const std::unique_ptr<Smoother> smoother = make_smoother("cpu", 2);
+    const std::int64_t estimate = smoother->estimate(test::size_of(mesh), options).host_bytes;
+    Mesh corners = linear;
+    const std::int64_t buffers = smoother->smooth(corners, options).host_peak_bytes;
+    const std::int64_t before = bytes_now;
+    bytes_peak = before;
+
+    const std::int64_t told = smoother->smooth(mesh, options).host_peak_bytes;
+
+    EXPECT_LE(bytes_peak - before, estimate) << element_name(type);
+    EXPECT_LE(told, estimate) << element_name(type);
+    EXPECT_GT(told, buffers) << element_name(type);
+    EXPECT_LE(static_cast<double>(estimate), 1.2 * static_cast<double>(told)) << element_name(type);
+    RecordProperty(std::string(element_name(type)),
+                   std::to_string(bytes_peak - before) + " of " + std::to_string(estimate));
+  }
+}
+
 TEST(Estimate, BoundsTheMemoryOfMixedAndCurvedMeshes) {
   for (const Method& method : std::vector<Method>{Laplacian{}, SmartLaplacian{}, Taubin{}}) {
     expect_bounded("mixed", test::mixed_stack(105), {.method = method, .max_iterations = 1});

@@ -1,3 +1,5 @@
+#include "mesh/boundary_nodes.hpp"
+
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -122,6 +124,14 @@ std::vector<NodeId> find_boundary_nodes(const TopologyView& topology, bool betwe
     if (on_boundary[node] != 0) boundary.push_back(static_cast<NodeId>(node));
   }
   return boundary;
+}
+
+std::int64_t detail::boundary_nodes_bytes(std::int64_t node_count, std::int64_t facet_count) {
+  // A list that grows has up to twice its size, and the one before beside it.
+  constexpr auto offset = static_cast<std::int64_t>(sizeof(std::size_t));
+  const std::int64_t list = 3 * static_cast<std::int64_t>(sizeof(NodeId));
+  return facet_count * (static_cast<std::int64_t>(sizeof(Facet)) + offset) +
+         node_count * (offset + 1 + list) + 2 * offset;
 }
 
 }  // namespace meshsmooth

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <vector>
 
+#include "mesh/boundary_nodes.hpp"
 #include "mesh/curved_jacobian.hpp"
 #include "smooth/second_order/coefficient_energy.hpp"
 #include "smooth/second_order/shares.hpp"
@@ -58,6 +59,27 @@ class Batch {
   std::size_t size_ = 64;
 };
 
+/// What the bytes of a cure follow from.
+struct CureSize {
+  std::int64_t nodes = 0, elements = 0;                // of the mesh
+  std::int64_t patients = 0, entries = 0, facets = 0;  // of the part that is cured; entries: nodes
+
+  void add(ElementType type, std::int64_t count) {
+    patients += count;
+    entries += count * static_cast<std::int64_t>(element_width(type));
+    facets += count * element_shape(type).facet_count;
+  }
+
+  /// The boundary is found first, then the part is kept; lists that grow have up to twice their
+  /// size.
+  [[nodiscard]] std::int64_t bytes() const {
+    const std::int64_t boundary = boundary_nodes_bytes(nodes, facets) + 4 * entries + 4 * patients;
+    const std::int64_t part = nodes * (4 + 4 + 8 + 2 * 8 + 2 * 8) + elements + 8 * entries +
+                              patients * (static_cast<std::int64_t>(sizeof(Patient)) + 8);
+    return 3 * nodes + elements + std::max(boundary, part);
+  }
+};
+
 template <class Real>
 class Cure {
  public:
@@ -68,9 +90,13 @@ class Cure {
         topology_(topology),
         scope_(scope),
         orientation_(orientation),
-        positions_(positions) {}
+        positions_(positions) {
+    size_.nodes = static_cast<std::int64_t>(topology.node_count);
+    size_.elements = static_cast<std::int64_t>(topology.element_count());
+  }
 
-  void run(const std::function<bool()>& goes_on) {
+  /// @returns the bytes that it holds
+  std::int64_t run(const std::function<bool()>& goes_on) {
     std::vector<std::uint8_t> chosen = nodes_to_cure();
     const int rings = goal_ == CureGoal::validity ? scope_.rings : 0;
     for (int ring = 0; ring < rings; ++ring) add_ring(chosen);
@@ -79,11 +105,12 @@ class Cure {
     double best = find_worst();
     int idle = 0;
     for (int sweep = 0; sweep < plan_.most_sweeps && best < plan_.wanted; ++sweep) {
-      if (idle == plan_.most_idle || !this->sweep(goes_on)) return;
+      if (idle == plan_.most_idle || !this->sweep(goes_on)) break;
       const double now = find_worst();
       idle = now > best + 1e-3 ? 0 : idle + 1;
       best = std::max(best, now);
     }
+    return size_.bytes();
   }
 
  private:
@@ -172,12 +199,14 @@ class Cure {
     for (const NodeId node : boundary_of(touched)) chosen[static_cast<std::size_t>(node)] = 0;
 
     std::vector<std::int32_t> index(positions_.size(), -1);
+    nodes_.reserve(static_cast<std::size_t>(std::ranges::count(chosen, 1)));
     for (std::size_t n = 0; n < chosen.size(); ++n) {
       if (chosen[n] == 0) continue;
       index[n] = static_cast<std::int32_t>(nodes_.size());
       nodes_.push_back(static_cast<NodeId>(n));
     }
     const std::vector<std::uint8_t> moves = elements_touching(chosen);
+    patients_.reserve(static_cast<std::size_t>(std::ranges::count(moves, 1)));
     std::size_t element = 0;
     for (const ElementBlockView& block : topology_.blocks) {
       const std::size_t width = element_width(block.type);
@@ -202,15 +231,17 @@ class Cure {
   }
 
   /// Of some elements: a facet that others share too has no node that they do not all touch.
-  [[nodiscard]] std::vector<NodeId> boundary_of(const std::vector<std::uint8_t>& elements) const {
+  [[nodiscard]] std::vector<NodeId> boundary_of(const std::vector<std::uint8_t>& elements) {
     std::vector<ElementBlock> blocks;
     std::vector<std::int32_t> regions;
-    const auto count = static_cast<std::size_t>(std::ranges::count(elements, 1));
     std::size_t element = 0;
     for (const ElementBlockView& block : topology_.blocks) {
       const std::size_t width = element_width(block.type);
       std::vector<NodeId>& nodes = blocks.emplace_back(ElementBlock{block.type, {}}).nodes;
-      nodes.reserve(std::min(count, block.element_count()) * width);
+      const auto count =
+          std::ranges::count(std::span(elements).subspan(element, block.element_count()), 1);
+      nodes.reserve(static_cast<std::size_t>(count) * width);
+      size_.add(block.type, count);
       for (std::size_t at = 0; at < block.nodes.size(); at += width, ++element) {
         if (elements[element] == 0) continue;
         const std::span own = block.nodes.subspan(at, width);
@@ -355,6 +386,7 @@ class Cure {
   const CureScope<Real>& scope_;
   const SurfaceOrientation& orientation_;
   std::span<Vec3<Real>> positions_;
+  CureSize size_;
   std::vector<Patient> patients_;
   std::vector<NodeId> nodes_;
   std::vector<std::size_t> first_element_, elements_;  // rows of patients, by index in `nodes_`
@@ -366,15 +398,28 @@ class Cure {
 }  // namespace
 
 template <class Real>
-void cure(CureGoal goal, const TopologyView& topology, const CureScope<Real>& scope,
-          const SurfaceOrientation& orientation, std::span<Vec3<Real>> positions,
-          const std::function<bool()>& goes_on) {
-  Cure<Real>(goal, topology, scope, orientation, positions).run(goes_on);
+std::int64_t cure(CureGoal goal, const TopologyView& topology, const CureScope<Real>& scope,
+                  const SurfaceOrientation& orientation, std::span<Vec3<Real>> positions,
+                  const std::function<bool()>& goes_on) {
+  return Cure<Real>(goal, topology, scope, orientation, positions).run(goes_on);
 }
 
-template void cure(CureGoal, const TopologyView&, const CureScope<float>&,
-                   const SurfaceOrientation&, std::span<Vec3f>, const std::function<bool()>&);
-template void cure(CureGoal, const TopologyView&, const CureScope<double>&,
-                   const SurfaceOrientation&, std::span<Vec3d>, const std::function<bool()>&);
+template std::int64_t cure(CureGoal, const TopologyView&, const CureScope<float>&,
+                           const SurfaceOrientation&, std::span<Vec3f>,
+                           const std::function<bool()>&);
+template std::int64_t cure(CureGoal, const TopologyView&, const CureScope<double>&,
+                           const SurfaceOrientation&, std::span<Vec3d>,
+                           const std::function<bool()>&);
+
+std::int64_t cure_bytes(const MeshSize& size) {
+  CureSize whole{.nodes = size.node_count};
+  for (const ElementType type : kElementTypes) {
+    const std::int64_t count = size.element_counts[static_cast<std::size_t>(type)];
+    if (count == 0 || !is_second_order(type)) continue;
+    whole.elements += count;
+    whole.add(type, count);
+  }
+  return whole.elements == 0 ? 0 : whole.bytes();
+}
 
 }  // namespace meshsmooth::detail

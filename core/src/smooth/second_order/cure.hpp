@@ -7,6 +7,7 @@
 
 #include "meshsmooth/mesh.hpp"
 #include "meshsmooth/quality.hpp"
+#include "meshsmooth/smoother.hpp"
 #include "smooth/rules/displacement.hpp"
 
 namespace meshsmooth::detail {
@@ -41,9 +42,14 @@ struct CureScope {
 /// cost   about 15 us a visit of a node among tetrahedra, on all threads; at most 60 sweeps
 /// order  deterministic
 /// gives  `positions`
+/// @returns the bytes that it held at most
 template <class Real>
-void cure(CureGoal goal, const TopologyView& topology, const CureScope<Real>& scope,
-          const SurfaceOrientation& orientation, std::span<Vec3<Real>> positions,
-          const std::function<bool()>& goes_on);
+std::int64_t cure(CureGoal goal, const TopologyView& topology, const CureScope<Real>& scope,
+                  const SurfaceOrientation& orientation, std::span<Vec3<Real>> positions,
+                  const std::function<bool()>& goes_on);
+
+/// @returns an upper bound of what `cure` holds on a mesh of this size, reached where all of it is
+/// cured; 0 for a linear one
+[[nodiscard]] std::int64_t cure_bytes(const MeshSize& size);
 
 }  // namespace meshsmooth::detail

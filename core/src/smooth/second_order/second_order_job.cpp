@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdint>
 #include <utility>
 
 #include "mesh/parallel.hpp"
@@ -120,14 +121,17 @@ class Job {
     }
     if (std::holds_alternative<Optimize>(options_.method) && iteration_limit(options_) > 0 &&
         carry_.any_curved()) {
-      run_in(arena_, [&] { cure_elements(summary.convergence.bounding_box_diagonal, after); });
+      const std::int64_t held_bytes = run_in(
+          arena_, [&] { return cure_elements(summary.convergence.bounding_box_diagonal, after); });
+      // What the corners' job held is free by now.
+      summary.host_peak_bytes = std::max(summary.host_peak_bytes, held_bytes);
     }
     return summary;
   }
 
   /// On curved surfaces nodes would leave the surface.
-  void cure_elements(double diagonal, std::vector<Vec3<Real>>& after) const {
-    if (element_dimension() == 2 && !orientation_.plane()) return;
+  [[nodiscard]] std::int64_t cure_elements(double diagonal, std::vector<Vec3<Real>>& after) const {
+    if (element_dimension() == 2 && !orientation_.plane()) return 0;
     CureScope<Real> scope{{topology_.fixed.begin(), topology_.fixed.end()}};
     scope.held.resize(topology_.node_count);
     if (const auto& limit = options_.movement_limit) {
@@ -141,13 +145,15 @@ class Job {
                        std::chrono::steady_clock::now() - begin_ < *options_.compute_budget);
     };
     const std::span<Vec3<Real>> all(after);
-    cure(CureGoal::validity, topology_, scope, orientation_, all, goes_on);
-    if (options_.only_below) return;  // distorted elements are not bad ones
+    const auto by = [&](CureGoal goal, const CureScope<Real>& within) {
+      return cure(goal, topology_, within, orientation_, all, goes_on);
+    };
+    const std::int64_t bytes = by(CureGoal::validity, scope);
+    if (options_.only_below) return bytes;  // distorted elements are not bad ones
     // The corners have been optimized: they move only where that is not enough.
     CureScope<Real> mids = scope;
     for (const NodeId node : mesh_.nodes()) mids.held[static_cast<std::size_t>(node)] = 1;
-    cure(CureGoal::shape, topology_, mids, orientation_, all, goes_on);
-    cure(CureGoal::worst_shapes, topology_, scope, orientation_, all, goes_on);
+    return std::max({bytes, by(CureGoal::shape, mids), by(CureGoal::worst_shapes, scope)});
   }
 
   /// As far as curved elements stay valid: with half the motion until they do.

@@ -1,10 +1,12 @@
 #include "smooth/second_order/second_order_smoother.hpp"
 
+#include <algorithm>
 #include <type_traits>
 #include <utility>
 
 #include "mesh/parallel.hpp"
 #include "meshsmooth/error.hpp"
+#include "smooth/second_order/cure.hpp"
 #include "smooth/second_order/second_order_job.hpp"
 #include "smooth/steps/mesh_counts.hpp"
 #include "smooth/steps/refusals.hpp"
@@ -41,6 +43,9 @@ class SecondOrderSmoother final : public Smoother {
   [[nodiscard]] MemoryEstimate estimate(const MeshSize& size,
                                         const SmoothOptions& options) const override {
     MemoryEstimate sum = linear_->estimate(CornerMesh::size_of(size), options);
+    if (std::holds_alternative<Optimize>(options.method) && iteration_limit(options) > 0) {
+      sum.host_bytes = std::max(sum.host_bytes, cure_bytes(size));  // one after the other
+    }
     sum.host_bytes += job_bytes(size) + CornerMesh::estimate_bytes(size);
     return sum;
   }
