@@ -94,24 +94,19 @@ void Carry<Real>::place(Positions corners, std::vector<Vec3<Real>>& after) const
 template <class Real>
 template <class Visit>
 void Carry<Real>::visit_spoilt(Positions after, const Visit& visit) const {
-  std::size_t first = 0;
-  for (const ElementBlockView& block : topology_.blocks) {
-    const std::size_t width = element_width(block.type);
-    for_each_share(block.element_count(), kElementShare, [&](std::size_t e) {
-      const std::span nodes = block.nodes.subspan(e * width, width);
-      const bool moves = std::ranges::any_of(nodes, [&](NodeId node) {
-        const auto n = static_cast<std::size_t>(node);
-        return !(after[n] == before_[n]);
-      });
-      if (!moves) return;
-      const Vec3d reference = orientation_.reference(first + e);
-      const auto is_valid_in = [&](Positions positions) {
-        return is_valid(block.type, positions_of(nodes, positions).data(), reference);
-      };
-      if (!is_valid_in(after) && is_valid_in(before_)) visit(nodes);
-    });
-    first += block.element_count();
-  }
+  for_each_element(topology_,
+                   [&](ElementType type, std::span<const NodeId> nodes, std::size_t element) {
+                     const bool moves = std::ranges::any_of(nodes, [&](NodeId node) {
+                       const auto n = static_cast<std::size_t>(node);
+                       return !(after[n] == before_[n]);
+                     });
+                     if (!moves) return;
+                     const Vec3d reference = orientation_.reference(element);
+                     const auto is_valid_in = [&](Positions positions) {
+                       return is_valid(type, positions_of(nodes, positions).data(), reference);
+                     };
+                     if (!is_valid_in(after) && is_valid_in(before_)) visit(nodes);
+                   });
 }
 
 template <class Real>

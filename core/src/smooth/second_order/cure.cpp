@@ -2,15 +2,14 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
-#include <bit>
 #include <chrono>
 #include <cmath>
+#include <optional>
 #include <vector>
 
-#include "mesh/boundary_nodes.hpp"
 #include "mesh/curved_jacobian.hpp"
 #include "smooth/second_order/coefficient_energy.hpp"
+#include "smooth/second_order/cured_part.hpp"
 #include "smooth/second_order/shares.hpp"
 
 namespace meshsmooth::detail {
@@ -28,16 +27,6 @@ constexpr Plan kPlans[] = {{0.15, 60, 6, 0}, {0.85, 20, 3, 1}, {0.65, 20, 3, 1}}
 constexpr std::size_t kShare = 4;  // visits that a thread takes at a time
 
 using Coefficients = std::array<double, kMostJacobianCoefficients>;
-
-/// An element of the part of the mesh that is cured.
-struct Patient {
-  ElementType type;
-  std::span<const NodeId> nodes;
-  Vec3d reference;
-  double scale = 1;  // of its coefficients
-  double worst = 1;  // nearness of one of them, over the scale
-  bool valid = false;
-};
 
 /// How many visits to make before it is asked whether the cure goes on: among tetrahedra one takes
 /// 15 us, among hexahedra up to 2 ms.
@@ -59,27 +48,6 @@ class Batch {
   std::size_t size_ = 64;
 };
 
-/// What the bytes of a cure follow from.
-struct CureSize {
-  std::int64_t nodes = 0, elements = 0;                // of the mesh
-  std::int64_t patients = 0, entries = 0, facets = 0;  // of the part that is cured; entries: nodes
-
-  void add(ElementType type, std::int64_t count) {
-    patients += count;
-    entries += count * static_cast<std::int64_t>(element_width(type));
-    facets += count * element_shape(type).facet_count;
-  }
-
-  /// The boundary is found first, then the part is kept; lists that grow have up to twice their
-  /// size.
-  [[nodiscard]] std::int64_t bytes() const {
-    const std::int64_t boundary = boundary_nodes_bytes(nodes, facets) + 4 * entries + 4 * patients;
-    const std::int64_t part = nodes * (4 + 4 + 8 + 2 * 8 + 2 * 8) + elements + 8 * entries +
-                              patients * (static_cast<std::int64_t>(sizeof(Patient)) + 8);
-    return 3 * nodes + elements + std::max(boundary, part);
-  }
-};
-
 template <class Real>
 class Cure {
  public:
@@ -90,18 +58,14 @@ class Cure {
         topology_(topology),
         scope_(scope),
         orientation_(orientation),
-        positions_(positions) {
-    size_.nodes = static_cast<std::int64_t>(topology.node_count);
-    size_.elements = static_cast<std::int64_t>(topology.element_count());
-  }
+        positions_(positions) {}
 
   /// @returns the bytes that it holds
   std::int64_t run(const std::function<bool()>& goes_on) {
-    std::vector<std::uint8_t> chosen = nodes_to_cure();
-    const int rings = goal_ == CureGoal::validity ? scope_.rings : 0;
-    for (int ring = 0; ring < rings; ++ring) add_ring(chosen);
-    gather(chosen);
-    colour();
+    part_.emplace(topology_, orientation_, nodes_to_cure(),
+                  goal_ == CureGoal::validity ? scope_.rings : 0, scope_.held);
+    for_each_share(patients().size(), kElementShare,
+                   [&](std::size_t p) { examine(patients()[p]); });
     double best = find_worst();
     int idle = 0;
     for (int sweep = 0; sweep < plan_.most_sweeps && best < plan_.wanted; ++sweep) {
@@ -110,11 +74,13 @@ class Cure {
       idle = now > best + 1e-3 ? 0 : idle + 1;
       best = std::max(best, now);
     }
-    return size_.bytes();
+    return part_->bytes();
   }
 
  private:
   [[nodiscard]] std::span<const Vec3<Real>> positions() const { return positions_; }
+  [[nodiscard]] std::vector<Patient>& patients() { return part_->patients(); }
+  [[nodiscard]] const std::vector<Patient>& patients() const { return part_->patients(); }
   [[nodiscard]] bool is_valid(const Patient& patient) const {
     const auto nodes = positions_of(patient.nodes, positions());
     return detail::is_valid(patient.type, nodes.data(), patient.reference);
@@ -153,170 +119,36 @@ class Cure {
     return patient.worst < plan_.wanted;
   }
 
-  /// Calls `visit(type, nodes, element)` for all elements, on all threads.
-  template <class Visit>
-  void for_each_element(const Visit& visit) const {
-    std::size_t first = 0;
-    for (const ElementBlockView& block : topology_.blocks) {
-      const std::size_t width = element_width(block.type);
-      for_each_share(block.element_count(), kElementShare, [&](std::size_t e) {
-        visit(block.type, block.nodes.subspan(e * width, width), first + e);
-      });
-      first += block.element_count();
-    }
-  }
-
-  /// Marks the nodes of elements.
-  static void mark(std::span<const NodeId> nodes, std::vector<std::uint8_t>& marks) {
-    for (const NodeId node : nodes) {
-      std::atomic_ref(marks[static_cast<std::size_t>(node)]).store(1, std::memory_order_relaxed);
-    }
-  }
-
   [[nodiscard]] std::vector<std::uint8_t> nodes_to_cure() const {
     std::vector<std::uint8_t> chosen(positions_.size());
-    for_each_element([&](ElementType type, std::span<const NodeId> nodes, std::size_t element) {
-      if (needs_cure({type, nodes, orientation_.reference(element)})) mark(nodes, chosen);
-    });
+    for_each_element(topology_,
+                     [&](ElementType type, std::span<const NodeId> nodes, std::size_t element) {
+                       if (needs_cure({type, nodes, orientation_.reference(element)}))
+                         mark_nodes(nodes, chosen);
+                     });
     return chosen;
-  }
-
-  void add_ring(std::vector<std::uint8_t>& chosen) const {
-    const std::vector<std::uint8_t> inner = chosen;
-    for_each_element([&](ElementType, std::span<const NodeId> nodes, std::size_t) {
-      const bool touches = std::ranges::any_of(
-          nodes, [&](NodeId node) { return inner[static_cast<std::size_t>(node)] != 0; });
-      if (touches) mark(nodes, chosen);
-    });
-  }
-
-  /// The nodes that may move, ascending, and all elements at them.
-  void gather(std::vector<std::uint8_t>& chosen) {
-    const std::vector<std::uint8_t> touched = elements_touching(chosen);
-    for (std::size_t n = 0; n < chosen.size(); ++n) {
-      if (scope_.held[n] != 0) chosen[n] = 0;
-    }
-    for (const NodeId node : boundary_of(touched)) chosen[static_cast<std::size_t>(node)] = 0;
-
-    std::vector<std::int32_t> index(positions_.size(), -1);
-    nodes_.reserve(static_cast<std::size_t>(std::ranges::count(chosen, 1)));
-    for (std::size_t n = 0; n < chosen.size(); ++n) {
-      if (chosen[n] == 0) continue;
-      index[n] = static_cast<std::int32_t>(nodes_.size());
-      nodes_.push_back(static_cast<NodeId>(n));
-    }
-    const std::vector<std::uint8_t> moves = elements_touching(chosen);
-    patients_.reserve(static_cast<std::size_t>(std::ranges::count(moves, 1)));
-    std::size_t element = 0;
-    for (const ElementBlockView& block : topology_.blocks) {
-      const std::size_t width = element_width(block.type);
-      for (std::size_t at = 0; at < block.nodes.size(); at += width, ++element) {
-        if (moves[element] == 0) continue;
-        patients_.push_back(
-            {block.type, block.nodes.subspan(at, width), orientation_.reference(element)});
-      }
-    }
-    list_elements([&](NodeId node) { return index[static_cast<std::size_t>(node)]; });
-    for_each_share(patients_.size(), kElementShare, [&](std::size_t p) { examine(patients_[p]); });
-  }
-
-  [[nodiscard]] std::vector<std::uint8_t> elements_touching(
-      const std::vector<std::uint8_t>& chosen) const {
-    std::vector<std::uint8_t> touching(topology_.element_count());
-    for_each_element([&](ElementType, std::span<const NodeId> nodes, std::size_t element) {
-      touching[element] = std::ranges::any_of(
-          nodes, [&](NodeId node) { return chosen[static_cast<std::size_t>(node)] != 0; });
-    });
-    return touching;
-  }
-
-  /// Of some elements: a facet that others share too has no node that they do not all touch.
-  [[nodiscard]] std::vector<NodeId> boundary_of(const std::vector<std::uint8_t>& elements) {
-    std::vector<ElementBlock> blocks;
-    std::vector<std::int32_t> regions;
-    std::size_t element = 0;
-    for (const ElementBlockView& block : topology_.blocks) {
-      const std::size_t width = element_width(block.type);
-      std::vector<NodeId>& nodes = blocks.emplace_back(ElementBlock{block.type, {}}).nodes;
-      const auto count =
-          std::ranges::count(std::span(elements).subspan(element, block.element_count()), 1);
-      nodes.reserve(static_cast<std::size_t>(count) * width);
-      size_.add(block.type, count);
-      for (std::size_t at = 0; at < block.nodes.size(); at += width, ++element) {
-        if (elements[element] == 0) continue;
-        const std::span own = block.nodes.subspan(at, width);
-        nodes.insert(nodes.end(), own.begin(), own.end());
-        if (!topology_.regions.empty()) regions.push_back(topology_.regions[element]);
-      }
-    }
-    std::vector<ElementBlockView> views;
-    for (const ElementBlock& block : blocks) views.push_back({block.type, block.nodes});
-    return find_boundary_nodes({topology_.node_count, views, {}, regions}, true);
-  }
-
-  template <class IndexOf>
-  void list_elements(const IndexOf& index_of) {
-    const auto visit_entries = [&](const auto& visit) {
-      for (std::size_t p = 0; p < patients_.size(); ++p) {
-        for (const NodeId node : patients_[p].nodes) {
-          if (index_of(node) >= 0) visit(static_cast<std::size_t>(index_of(node)), p);
-        }
-      }
-    };
-    first_element_.assign(nodes_.size() + 2, 0);
-    visit_entries([&](std::size_t n, std::size_t) { ++first_element_[n + 2]; });
-    for (std::size_t n = 2; n < first_element_.size(); ++n) {
-      first_element_[n] += first_element_[n - 1];
-    }
-    elements_.resize(first_element_.back());
-    visit_entries([&](std::size_t n, std::size_t p) { elements_[first_element_[n + 1]++] = p; });
-  }
-
-  /// The patients at a node, by its index.
-  [[nodiscard]] std::span<const std::size_t> elements_at(std::size_t n) const {
-    return std::span(elements_).subspan(first_element_[n],
-                                        first_element_[n + 1] - first_element_[n]);
-  }
-
-  /// First fit, in ascending order: nodes of one colour share no element.
-  void colour() {
-    std::vector<std::uint64_t> used(patients_.size());  // colours at an element, at most 27 nodes
-    std::vector<std::size_t> others;
-    for (std::size_t n = 0; n < nodes_.size(); ++n) {
-      std::uint64_t taken = 0;
-      for (const std::size_t p : elements_at(n)) taken |= used[p];
-      const std::uint64_t bit = ~taken & (taken + 1);
-      if (bit == 0) {
-        others.push_back(n);  // each in a colour of its own
-        continue;
-      }
-      for (const std::size_t p : elements_at(n)) used[p] |= bit;
-      const auto colour = static_cast<std::size_t>(std::countr_zero(bit));
-      if (colour >= colours_.size()) colours_.resize(colour + 1);
-      colours_[colour].push_back(n);
-    }
-    for (const std::size_t n : others) colours_.push_back({n});
   }
 
   /// Of all elements.
   double find_worst() {
-    for_each_share(patients_.size(), kElementShare,
-                   [&](std::size_t p) { patients_[p].worst = worst_of(patients_[p]); });
+    for_each_share(patients().size(), kElementShare,
+                   [&](std::size_t p) { patients()[p].worst = worst_of(patients()[p]); });
     double worst = 1;
-    for (const Patient& patient : patients_) worst = std::min(worst, patient.worst);
+    for (const Patient& patient : patients()) worst = std::min(worst, patient.worst);
     return worst;
   }
 
   /// @returns whether the cure goes on
   bool sweep(const std::function<bool()>& goes_on) {
     // Escobar's choice: no smaller than what makes the worst coefficient tell.
-    const double low = std::ranges::min_element(patients_, {}, &Patient::worst)->worst;
+    const double low = std::ranges::min_element(patients(), {}, &Patient::worst)->worst;
     delta_ = std::sqrt(0.25 * plan_.wanted * (plan_.wanted - low));
-    for (const std::vector<std::size_t>& nodes : colours_) {
+    for (const std::vector<std::size_t>& nodes : part_->colours()) {
       std::vector<std::size_t> poor;
       for (const std::size_t n : nodes) {
-        const bool visited = std::ranges::any_of(
-            elements_at(n), [&](std::size_t p) { return patients_[p].worst < plan_.wanted; });
+        const bool visited = std::ranges::any_of(part_->elements_at(n), [&](std::size_t p) {
+          return patients()[p].worst < plan_.wanted;
+        });
         if (visited) poor.push_back(n);
       }
       for (std::size_t first = 0; first < poor.size();) {
@@ -333,13 +165,14 @@ class Cure {
   /// The coefficients of the elements at a node.
   [[nodiscard]] std::vector<LinearCoefficient> linearize(std::size_t index) const {
     std::vector<LinearCoefficient> terms;
-    terms.reserve(elements_at(index).size() * 20);  // as many as a tetrahedron has
+    terms.reserve(part_->elements_at(index).size() * 20);  // as many as a tetrahedron has
     Coefficients values;
     std::array<Vec3d, kMostJacobianCoefficients> gradients;
-    for (const std::size_t p : elements_at(index)) {
-      const Patient& patient = patients_[p];
+    for (const std::size_t p : part_->elements_at(index)) {
+      const Patient& patient = patients()[p];
       const auto nodes = positions_of(patient.nodes, positions());
-      const auto own = std::ranges::find(patient.nodes, nodes_[index]) - patient.nodes.begin();
+      const auto own =
+          std::ranges::find(patient.nodes, part_->nodes()[index]) - patient.nodes.begin();
       const std::size_t count =
           jacobian_coefficients_at(static_cast<std::size_t>(own), patient.type, nodes.data(),
                                    patient.reference, values.data(), gradients.data());
@@ -360,11 +193,11 @@ class Cure {
 
   /// Moves the node as far as valid elements stay so.
   void take(std::size_t index, Vec3d move, const CoefficientEnergy& energy, double worst) {
-    const auto node = static_cast<std::size_t>(nodes_[index]);
+    const auto node = static_cast<std::size_t>(part_->nodes()[index]);
     Vec3<Real>& position = positions_[node];
     const Vec3<Real> before = position;
     const auto from = vec3_cast<double>(before);
-    const auto elements = elements_at(index);
+    const auto elements = part_->elements_at(index);
     for (int k = 0; k < 6; ++k, move = 0.5 * move) {
       const Vec3<Real> to = scope_.limit.clamp(node, vec3_cast<Real>(from + move));
       if (goal_ != CureGoal::validity && !(energy.worst(vec3_cast<double>(to) - from) > worst)) {
@@ -372,9 +205,9 @@ class Cure {
       }
       position = to;
       const bool spoils = std::ranges::any_of(
-          elements, [&](std::size_t p) { return patients_[p].valid && !is_valid(patients_[p]); });
+          elements, [&](std::size_t p) { return patients()[p].valid && !is_valid(patients()[p]); });
       if (spoils) continue;
-      for (const std::size_t p : elements) patients_[p].valid |= is_valid(patients_[p]);
+      for (const std::size_t p : elements) patients()[p].valid |= is_valid(patients()[p]);
       return;
     }
     position = before;
@@ -386,11 +219,7 @@ class Cure {
   const CureScope<Real>& scope_;
   const SurfaceOrientation& orientation_;
   std::span<Vec3<Real>> positions_;
-  CureSize size_;
-  std::vector<Patient> patients_;
-  std::vector<NodeId> nodes_;
-  std::vector<std::size_t> first_element_, elements_;  // rows of patients, by index in `nodes_`
-  std::vector<std::vector<std::size_t>> colours_;      // indices in `nodes_`
+  std::optional<CuredPart> part_;
   double delta_ = 0;
   Batch batch_;
 };
@@ -412,7 +241,7 @@ template std::int64_t cure(CureGoal, const TopologyView&, const CureScope<double
                            const std::function<bool()>&);
 
 std::int64_t cure_bytes(const MeshSize& size) {
-  CureSize whole{.nodes = size.node_count};
+  CuredPart::Size whole{.nodes = size.node_count};
   for (const ElementType type : kElementTypes) {
     const std::int64_t count = size.element_counts[static_cast<std::size_t>(type)];
     if (count == 0 || !is_second_order(type)) continue;

@@ -5,6 +5,7 @@
 
 #include "mesh/parallel.hpp"
 #include "mesh/spread.hpp"
+#include "meshsmooth/mesh.hpp"
 
 namespace meshsmooth::detail {
 
@@ -21,6 +22,19 @@ void for_each_share(std::size_t count, std::size_t share, const Functor& functor
     const std::size_t s = spread(index, share_count);
     for (std::size_t i = s * share; i < std::min(count, (s + 1) * share); ++i) functor(i);
   });
+}
+
+/// Calls `visit(type, nodes, element)` for all elements.
+template <class Visit>
+void for_each_element(const TopologyView& topology, const Visit& visit) {
+  std::size_t first = 0;
+  for (const ElementBlockView& block : topology.blocks) {
+    const std::size_t width = element_width(block.type);
+    for_each_share(block.element_count(), kElementShare, [&](std::size_t e) {
+      visit(block.type, block.nodes.subspan(e * width, width), first + e);
+    });
+    first += block.element_count();
+  }
 }
 
 }  // namespace meshsmooth::detail
