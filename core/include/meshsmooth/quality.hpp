@@ -20,7 +20,7 @@ enum class QualityDetail {
 enum class QualityMetric {
   mean_ratio,          // every type, worst corner; 1 = ideal, negative = inverted
   scaled_jacobian,     // every type, worst corner, ideal corner = 1; a pyramid may exceed 1; of
-                       // a curved element a lower bound of the least in it, 0.003 below at most
+                       // a curved element a lower bound of the least in it, by about 0.003
   radius_ratio,        // tetrahedra: 3 inradius / circumradius, signed
   min_dihedral_angle,  // tetrahedra, degrees; 0 when inverted
   max_dihedral_angle,  // tetrahedra, degrees; 180 when inverted

@@ -45,9 +45,9 @@ std::size_t jacobian_coefficients_at(std::size_t node, ElementType type, const V
 
 /// The least scaled Jacobian in an element of second order: of the Jacobian over the product of the
 /// lengths of the derivatives along the edges at a corner, of a simplex the longest such product at
-/// each point; 1 in the ideal linear element. A lower bound, 0.003 below at most (0.002 times what
-/// the ideal corner has), by bisection of the element. Of an element that is not valid, a value
-/// of at most 0 that it has somewhere.
+/// each point; 1 in the ideal linear element. A lower bound, 0.003 below at most unless 256 parts
+/// of the bisected element do not suffice. Of an element that is not valid, a value of at most 0
+/// that it has somewhere.
 ///
 /// Source: Johnen, Geuzaine, Toulorge, Remacle, "Quality measures for curvilinear finite elements",
 /// of quads and hexahedra; of simplices Verdict's corner with the longest edges, at every point.
