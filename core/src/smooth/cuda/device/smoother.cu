@@ -7,10 +7,10 @@
 #include "smooth/cuda/device/estimate.cuh"
 #include "smooth/steps/pipeline.hpp"
 
+// No anonymous namespace; see sweeps/optimize.cu.
 namespace meshsmooth::detail {
-namespace {
 
-void use_device(int device) { check_cuda(cudaSetDevice(device), "selecting a device"); }
+static void use_device(int device) { check_cuda(cudaSetDevice(device), "selecting a device"); }
 
 class CudaSmoother final : public Smoother {
  public:
@@ -97,8 +97,6 @@ class CudaSmoother final : public Smoother {
   std::string device_name_;
   CudaLane lane_;
 };
-
-}  // namespace
 
 std::vector<BackendInfo> list_cuda_backends() {
   int count = 0;

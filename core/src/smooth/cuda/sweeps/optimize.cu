@@ -3,8 +3,9 @@
 #include "smooth/cuda/sweeps/batch_loop.cuh"
 #include "smooth/cuda/sweeps/optimize_kernel.cuh"
 
+// No anonymous namespace in a file that nvcc compiles: it names one by a hash with the file's path
+// in it, and two builds in different folders would differ.
 namespace meshsmooth::detail {
-namespace {
 
 /// For every entry of a ball of tetrahedra the three other nodes, in the corner's order.
 /// grid   blocks of kBlockSize, a team of 8 threads per node, so that accesses are coalesced
@@ -85,8 +86,6 @@ void run_with(CudaExecutor& executor, OptimizeSweeper<CudaExecutor, Real>& sweep
       });
   unpad_positions(executor, around.node_count, x, sweeper.positions());
 }
-
-}  // namespace
 
 DeviceBuffer<NodeId> find_opposite_nodes(CudaExecutor& executor, const Surroundings& around) {
   auto opposite = executor.allocate<NodeId>(3 * 4 * around.elements.count);
