@@ -20,20 +20,21 @@ struct LinearCoefficient {
 /// How near a coefficient, as a share of its element's mean, is to it: 1 at the mean.
 [[nodiscard]] inline double nearness(double c) { return c <= 1 ? c : 1 / c; }
 
-/// The sum of 1 / h(c) + w (c - 1)² over coefficients c, h(c) = (c + sqrt(c² + 4 δ²)) / 2: convex,
-/// and large where a coefficient is not positive.
+/// @returns the nearness of the coefficient that is worst after a move, at most 1
+[[nodiscard]] inline double worst_after(std::span<const LinearCoefficient> terms, Vec3d move) {
+  double worst = 1;
+  for (const LinearCoefficient& term : terms) worst = std::min(worst, nearness(term.after(move)));
+  return worst;
+}
+
+/// The sum of 1 / h(c - b) over coefficients c, h(d) = (d + sqrt(d² + 4 δ²)) / 2: convex, and large
+/// where a coefficient is not above the barrier b. Of a positive barrier also that of
+/// 1 / h(1 / b - c), so that it is large too where a coefficient is not below 1 / b.
 class CoefficientEnergy {
  public:
-  CoefficientEnergy(std::span<const LinearCoefficient> terms, double delta, double weight)
-      : terms_(terms), delta_(delta), weight_(weight) {}
-
-  [[nodiscard]] double worst(Vec3d move) const {
-    double worst = 1;
-    for (const LinearCoefficient& term : terms_) {
-      worst = std::min(worst, nearness(term.after(move)));
-    }
-    return worst;
-  }
+  /// Where δ is 0, all coefficients must lie between the barriers.
+  CoefficientEnergy(std::span<const LinearCoefficient> terms, double barrier, double delta)
+      : terms_(terms), barrier_(barrier), delta_(delta) {}
 
   /// @returns the move that lowers it most, by Newton's method with halved steps
   [[nodiscard]] Vec3d minimize() const {
@@ -59,23 +60,28 @@ class CoefficientEnergy {
     BallDerivatives sum{};
     for (const LinearCoefficient& term : terms_) {
       const double c = term.after(move);
-      const double r = std::sqrt(c * c + 4 * delta_ * delta_);
-      const double of_h = 2 / (c + r), of_r = 1 / r;
-      const double second = 2 * (of_r * of_r * of_r + weight_);
-      const Vec3d a = term.gradient;
-      sum.energy += of_h + weight_ * (c - 1) * (c - 1);
-      sum.gradient += (2 * weight_ * (c - 1) - of_h * of_r) * a;
-      sum.xx += second * a.x * a.x, sum.xy += second * a.x * a.y, sum.xz += second * a.x * a.z;
-      sum.yy += second * a.y * a.y, sum.yz += second * a.y * a.z, sum.zz += second * a.z * a.z;
+      add(c - barrier_, term.gradient, sum);
+      if (barrier_ > 0) add(1 / barrier_ - c, -1 * term.gradient, sum);
     }
     const double small = 1e-6 * (sum.xx + sum.yy + sum.zz);  // in a plane one direction is free
     sum.xx += small, sum.yy += small, sum.zz += small;
     return sum;
   }
 
+  /// Adds 1 / h of a distance with gradient `a`.
+  void add(double distance, Vec3d a, BallDerivatives& sum) const {
+    const double r = std::sqrt(distance * distance + 4 * delta_ * delta_);
+    const double of_h = 2 / (distance + r), of_r = 1 / r;
+    const double second = 2 * of_r * of_r * of_r;
+    sum.energy += of_h;
+    sum.gradient += (-of_h * of_r) * a;
+    sum.xx += second * a.x * a.x, sum.xy += second * a.x * a.y, sum.xz += second * a.x * a.z;
+    sum.yy += second * a.y * a.y, sum.yz += second * a.y * a.z, sum.zz += second * a.z * a.z;
+  }
+
   std::span<const LinearCoefficient> terms_;
+  double barrier_;
   double delta_;
-  double weight_;
 };
 
 }  // namespace meshsmooth::detail

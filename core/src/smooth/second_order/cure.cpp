@@ -19,10 +19,10 @@ namespace {
 struct Plan {
   double wanted;  // of the worst coefficient's nearness to the mean: elements below it are visited
   int most_sweeps;
-  int most_idle;  // sweeps that do not raise the worst
-  double weight;  // of the distance from the mean
+  int most_idle;   // sweeps that do not raise the worst
+  double barrier;  // as a share of the worst coefficient at a node
 };
-constexpr Plan kPlans[] = {{0.15, 60, 6, 0}, {0.85, 20, 3, 1}, {0.65, 20, 3, 1}};
+constexpr Plan kPlans[] = {{0.15, 60, 6, 0}, {0.85, 20, 3, 0.9}, {0.65, 20, 3, 0.9}};
 
 constexpr std::size_t kShare = 4;  // visits that a thread takes at a time
 
@@ -186,13 +186,15 @@ class Cure {
 
   void visit(std::size_t index) {
     const std::vector<LinearCoefficient> terms = linearize(index);
-    const CoefficientEnergy energy(terms, delta_, plan_.weight);
-    const double before = energy.worst({0, 0, 0});
-    if (before < plan_.wanted) take(index, energy.minimize(), energy, before);
+    const double before = worst_after(terms, {0, 0, 0});
+    if (!(before < plan_.wanted)) return;
+    const double barrier = plan_.barrier * std::max(before, 0.0);
+    const CoefficientEnergy energy(terms, barrier, barrier > 0 ? 0 : delta_);
+    take(index, energy.minimize(), terms, before);
   }
 
   /// Moves the node as far as valid elements stay so.
-  void take(std::size_t index, Vec3d move, const CoefficientEnergy& energy, double worst) {
+  void take(std::size_t index, Vec3d move, std::span<const LinearCoefficient> terms, double worst) {
     const auto node = static_cast<std::size_t>(part_->nodes()[index]);
     Vec3<Real>& position = positions_[node];
     const Vec3<Real> before = position;
@@ -200,7 +202,8 @@ class Cure {
     const auto elements = part_->elements_at(index);
     for (int k = 0; k < 6; ++k, move = 0.5 * move) {
       const Vec3<Real> to = scope_.limit.clamp(node, vec3_cast<Real>(from + move));
-      if (goal_ != CureGoal::validity && !(energy.worst(vec3_cast<double>(to) - from) > worst)) {
+      if (goal_ != CureGoal::validity &&
+          !(worst_after(terms, vec3_cast<double>(to) - from) > worst)) {
         continue;
       }
       position = to;
