@@ -120,6 +120,19 @@ class CpuExecutor {
     return sum;
   }
 
+  static constexpr std::size_t kTeam = 1;
+
+  template <class Visits, class Visit, class Settle>
+  void run_rounds(std::size_t count, const Visits& visits, const Visit& visit,
+                  const Settle& settle) {
+    for (std::size_t changes = count; changes > 0;) {
+      for_each(visits(changes), [&](std::size_t i) { visit(i, changes); });
+      changes = reduce(
+          count, std::size_t{0}, [&](std::size_t i) -> std::size_t { return settle(i) ? 1 : 0; },
+          Plus{});
+    }
+  }
+
   template <class T>
   T exclusive_scan(T* data, std::size_t count) {
     T sum = 0;

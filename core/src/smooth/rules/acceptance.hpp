@@ -17,18 +17,29 @@ struct Acceptance {
 /// `element_quality` of an element at the positions `x`.
 template <bool kTetrahedra = false, class P>
 MESHSMOOTH_HD double quality_of(const Surroundings& around, const P& x, std::size_t e) {
-  const ElementView element = around.elements[e];
+  const ElementView element = around.elements.get<kTetrahedra>(e);
   return element_quality<kTetrahedra>(
       *element.shape,
       [&](int n) { return vec3_cast<double>(x[static_cast<std::size_t>(element.nodes[n])]); },
       around.reference_of(e));
 }
 
+/// Whether `quality_of` is above 0.
+template <bool kTetrahedra, class P>
+MESHSMOOTH_HD bool is_positive(const Surroundings& around, const P& x, std::size_t e) {
+  if constexpr (!kTetrahedra) return quality_of(around, x, e) > 0;
+  const ElementView element = around.elements.get<true>(e);
+  const auto get = [&](int n) {
+    return vec3_cast<double>(x[static_cast<std::size_t>(element.nodes[n])]);
+  };
+  return tetrahedron_is_positive(get(0), get(1), get(2), get(3));
+}
+
 /// `element_quality` of an element with `node` moved to `position`.
 template <bool kTetrahedra = false, class P>
 MESHSMOOTH_HD double quality_with(const Surroundings& around, const P& x, ElementId e,
                                   std::size_t node, Vec3<typename P::Real> position) {
-  const ElementView element = around.elements[e];
+  const ElementView element = around.elements.get<kTetrahedra>(e);
   return element_quality<kTetrahedra>(
       *element.shape,
       [&](int n) {

@@ -17,6 +17,13 @@ MESHSMOOTH_HD inline double tetrahedron_quality(Vec3d origin, Vec3d p1, Vec3d p2
   return det > 0 ? mean_ratio : -mean_ratio;
 }
 
+/// Whether `tetrahedron_quality` is above 0, without the lengths of all edges.
+MESHSMOOTH_HD inline bool tetrahedron_is_positive(Vec3d origin, Vec3d p1, Vec3d p2, Vec3d p3) {
+  const Vec3d a = p1 - origin, b = p2 - origin, c = p3 - origin;
+  const double det = dot(a, cross(b, c));
+  return det > 0 && det * det > kSignBound * kSignBound * (dot(a, a) * dot(b, b) * dot(c, c));
+}
+
 /// The quality by which the rules compare elements: above 0 if and only if the Jacobian is
 /// certainly positive everywhere, negative if it is certainly negative at a corner, else 0. In a
 /// volume element it is the cube of the worst corner's mean ratio (the same order without a root),

@@ -40,6 +40,12 @@ struct Elements {
     return run_count == 1 && is_simplex(*runs[0].shape);
   }
 
+  /// An element of any mesh, or of one that has tetrahedra alone.
+  template <bool kTetrahedra>
+  [[nodiscard]] MESHSMOOTH_HD ElementView get(std::size_t element) const {
+    if constexpr (kTetrahedra) return {runs[0].shape, runs[0].nodes + 4 * element};
+    return (*this)[element];
+  }
   [[nodiscard]] MESHSMOOTH_HD ElementView operator[](std::size_t element) const {
     int run = 0;
     while (run + 1 < run_count && runs[run + 1].first <= element) ++run;

@@ -35,8 +35,8 @@ struct CureScope {
 /// regions stay where they are.
 ///
 /// Source of h: Escobar et al. 2003, "Simultaneous untangling and smoothing of tetrahedral meshes";
-/// of the measure and of barriers that move with the worst coefficient: Toulorge, Geuzaine, Remacle,
-/// Lambrechts 2013, "Robust untangling of curvilinear meshes".
+/// of the measure and of barriers that move with the worst coefficient: Toulorge, Geuzaine,
+/// Remacle, Lambrechts 2013, "Robust untangling of curvilinear meshes".
 ///
 /// takes  `goes_on`: asked every few visits, false ends with what is reached, and it may throw
 /// cost   about 15 us a visit of a node among tetrahedra, on all threads; at most 60 sweeps

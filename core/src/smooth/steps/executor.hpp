@@ -21,6 +21,7 @@ struct Plus {
 struct ExampleFunctor {
   MESHSMOOTH_HD std::int64_t operator()(std::size_t) const { return 0; }
   MESHSMOOTH_HD std::int64_t operator()(std::int64_t a, std::int64_t b) const { return a + b; }
+  MESHSMOOTH_HD void operator()(std::size_t, std::size_t) const {}
 };
 
 /// What a step that both backends share needs of a backend: one memory space and a few
@@ -36,6 +37,10 @@ struct ExampleFunctor {
 ///   for_each(n, f)        f(i)
 ///   reduce(n, zero, f, op)  op over f(i); the grouping depends on n alone, so that
 ///                         sums have the same bits for any number of threads
+///   run_rounds(n, visits, visit, settle)  rounds, c = n in the first: visit(i, c) for all i below
+///                         visits(c), then settle(i) for all i below n; c becomes the number of
+///                         those that return true, and the rounds end where it is 0. kTeam: how
+///                         many threads are to share a node's visit
 ///   exclusive_scan(data, n)  in place over n entries; returns the sum
 ///   adder()               fetch_add for functors that share a slot
 ///   store, load           of slots that other functors access at the same time
@@ -57,6 +62,8 @@ concept Executor = requires(E& e, double* data, const double* host, std::span<co
   { e.download(host, n, data) } -> std::same_as<void>;
   { e.for_each(n, f) } -> std::same_as<void>;
   { e.reduce(n, std::int64_t{0}, f, f) } -> std::same_as<std::int64_t>;
+  { e.run_rounds(n, f, f, f) } -> std::same_as<void>;
+  { E::kTeam } -> std::convertible_to<std::size_t>;
   { e.exclusive_scan(sums, n) } -> std::same_as<std::int64_t>;
   { e.adder()(slot, std::uint32_t{1}) } -> std::same_as<std::uint32_t>;
   { E::store(slot, std::uint32_t{1}) } -> std::same_as<void>;

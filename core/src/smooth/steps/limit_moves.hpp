@@ -7,13 +7,13 @@ namespace meshsmooth::detail {
 
 /// Bytes of `limit_moves` for n nodes.
 [[nodiscard]] constexpr std::int64_t limit_moves_bytes(std::int64_t n, bool smart) {
-  return n * (smart ? 3 + 8 : 3);
+  return n * (smart ? 3 + 8 : 3) + 3 * 4;
 }
 
 /// `limit_moves` of a mesh that is known to have tetrahedra alone, or of any.
 template <bool kTetrahedra, Executor E, class Real>
-std::int64_t limit_moves_of(E& executor, const SweepContext<E, Real>& context,
-                            const Vec3<Real>* before, Vec3<Real>* after) {
+SweepStats limit_moves_of(E& executor, const SweepContext<E, Real>& context,
+                          const Vec3<Real>* before, Vec3<Real>* after) {
   const Surroundings& around = context.around;
   const Acceptance acceptance = context.acceptance;
   const DisplacementLimit<Real> displacement_limit = context.displacement_limit;
@@ -23,90 +23,87 @@ std::int64_t limit_moves_of(E& executor, const SweepContext<E, Real>& context,
   auto changed_buffer = executor.template allocate<std::uint8_t>(node_count);
   auto floor_buffer = executor.template allocate<double>(acceptance.smart ? node_count : 0);
   std::uint8_t* const cuts = cut_buffer.data();
-  std::uint8_t* const mark = mark_buffer.data();
+  std::uint8_t* const marks = mark_buffer.data();
   std::uint8_t* const changed = changed_buffer.data();
   double* const floor = floor_buffer.data();
   const QuietPositions<Real> old_x{before};
   const QuietPositions<Real> new_x{after};
 
   executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) {
+    const bool moves = !(before[node] == after[node]);
     cuts[node] = 0;
-    mark[node] = 0;
-    changed[node] = before[node] == after[node] ? 0 : 1;
-    if (acceptance.smart && changed[node] != 0)
+    marks[node] = 0;
+    changed[node] = moves ? 1 : 0;
+    if (acceptance.smart && moves)
       floor[node] = worst_quality<kTetrahedra>(SingleThread{}, around, old_x, node);
   });
-  const auto touched = [=] MESHSMOOTH_HD(std::size_t e) {
-    const ElementView element = around.elements[e];
-    for (int n = 0; n < element.shape->node_count; ++n) {
-      if (changed[element.nodes[n]] != 0) return true;
+  const auto mark = [=] MESHSMOOTH_HD(NodeId node) { E::store(marks[node], std::uint8_t{1}); };
+  const auto visit_element = [=] MESHSMOOTH_HD(std::size_t e) {
+    const ElementView element = around.elements.template get<kTetrahedra>(e);
+    const bool signs = kTetrahedra && !acceptance.smart;  // where they suffice
+    const double quality = signs ? 0 : quality_of<kTetrahedra>(around, new_x, e);
+    const bool valid = signs ? is_positive<kTetrahedra>(around, new_x, e) : quality > 0;
+    const bool broken = acceptance.guard && !valid && is_positive<kTetrahedra>(around, old_x, e);
+    if (!broken && !acceptance.smart) return;
+    const int count = kTetrahedra ? 4 : element.shape->node_count;
+    for (int n = 0; n < count; ++n) {
+      const NodeId node = element.nodes[n];
+      if (broken || (!(before[node] == after[node]) && quality < floor[node])) mark(node);
     }
-    return false;
   };
-  const auto mark_if_broken = [=] MESHSMOOTH_HD(std::size_t e) {
-    if (quality_of<kTetrahedra>(around, new_x, e) > 0 ||
-        !(quality_of<kTetrahedra>(around, old_x, e) > 0))
-      return;
-    const ElementView element = around.elements[e];
-    for (int n = 0; n < element.shape->node_count; ++n) {
-      E::store(mark[element.nodes[n]], std::uint8_t{1});
+  const SlidingConstraints sliding = around.sliding;
+  const std::size_t facet_count = acceptance.facets ? sliding.facet_count : 0;
+  const auto visit_facet = [=] MESHSMOOTH_HD(std::size_t f) {
+    if (!facet_turns(sliding, f, before, after)) return;
+    for (const NodeId n : sliding.facets[f].nodes) {
+      if (n >= 0) mark(n);
     }
+  };
+  const std::size_t element_count =
+      acceptance.guard || acceptance.smart ? around.elements.count : 0;
+  const auto touched = [=] MESHSMOOTH_HD(std::size_t e) {
+    const ElementView element = around.elements.template get<kTetrahedra>(e);
+    const int count = kTetrahedra ? 4 : element.shape->node_count;
+    bool any = false;
+    for (int n = 0; n < count; ++n) any |= changed[element.nodes[n]] != 0;
+    return any;
   };
   // Below this share of changed nodes, visiting their balls costs less than all elements.
-  constexpr std::size_t kFew = 16;
-  for (bool few_changed = false;;) {
-    if (acceptance.guard && few_changed) {
-      executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) {
-        if (changed[node] == 0) return;
-        for (const ElementId* e = around.balls.begin(node); e != around.balls.end(node); ++e) {
-          mark_if_broken(*e);
-        }
-      });
-    } else if (acceptance.guard) {
-      executor.for_each(around.elements.count, [=] MESHSMOOTH_HD(std::size_t e) {
-        if (touched(e)) mark_if_broken(e);
-      });
+  const std::size_t few = node_count / 16;
+  const auto visits = [=] MESHSMOOTH_HD(std::size_t changes) {
+    return facet_count + (changes < few ? node_count * E::kTeam : element_count);
+  };
+  const auto visit = [=] MESHSMOOTH_HD(std::size_t n, std::size_t changes) {
+    if (n < facet_count) return visit_facet(n);
+    n -= facet_count;
+    if (!(changes < few)) {
+      if (touched(n)) visit_element(n);
+      return;
     }
-    if (acceptance.facets) {
-      const SlidingConstraints sliding = around.sliding;
-      executor.for_each(sliding.facet_count, [=] MESHSMOOTH_HD(std::size_t f) {
-        if (!facet_turns(sliding, f, before, after)) return;
-        for (const NodeId n : sliding.facets[f].nodes) {
-          if (n >= 0) E::store(mark[n], std::uint8_t{1});
-        }
-      });
+    const std::size_t node = n / E::kTeam;
+    if (changed[node] == 0) return;
+    const ElementId* const end = around.balls.end(node);
+    for (const ElementId* e = around.balls.begin(node) + n % E::kTeam; e < end; e += E::kTeam) {
+      visit_element(*e);
     }
-    if (acceptance.smart) {
-      executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) {
-        if (before[node] == after[node]) return;
-        for (const ElementId* e = around.balls.begin(node); e != around.balls.end(node); ++e) {
-          if (touched(*e) && quality_of<kTetrahedra>(around, new_x, *e) < floor[node]) {
-            mark[node] = 1;
-            return;
-          }
-        }
-      });
+  };
+  const auto settle = [=] MESHSMOOTH_HD(std::size_t node) {
+    const bool bad = marks[node] != 0 && !(before[node] == after[node]);
+    marks[node] = 0;
+    changed[node] = bad ? 1 : 0;
+    if (bad) {
+      after[node] = ++cuts[node] < kMoveTrials ? part_of_way(around, displacement_limit, node,
+                                                             before[node], after[node], Real(0.5))
+                                               : before[node];
     }
-    const std::int64_t cut = executor.reduce(
-        node_count, std::int64_t{0},
-        [=] MESHSMOOTH_HD(std::size_t node) -> std::int64_t {
-          const bool bad = mark[node] != 0 && !(before[node] == after[node]);
-          mark[node] = 0;
-          changed[node] = bad ? 1 : 0;
-          if (!bad) return 0;
-          after[node] = ++cuts[node] < kMoveTrials
-                            ? part_of_way(around, displacement_limit, node, before[node],
-                                          after[node], Real(0.5))
-                            : before[node];
-          return 1;
-        },
-        Plus{});
-    if (cut == 0) break;
-    few_changed = static_cast<std::size_t>(cut) < node_count / kFew;
-  }
+    return bad;
+  };
+  executor.run_rounds(node_count, visits, visit, settle);
   return executor.reduce(
-      node_count, std::int64_t{0},
-      [=] MESHSMOOTH_HD(std::size_t node) -> std::int64_t { return cuts[node] != 0 ? 1 : 0; },
+      node_count, SweepStats{},
+      [=] MESHSMOOTH_HD(std::size_t node) {
+        return stats_of_move(before[node], after[node], cuts[node] != 0);
+      },
       Plus{});
 }
 
@@ -115,27 +112,18 @@ std::int64_t limit_moves_of(E& executor, const SweepContext<E, Real>& context,
 /// or of the node whose ball it worsens (smart) are halved, and undone in the last trial.
 /// Terminates, because a sweep with all moves undone is acceptable.
 ///
-/// returns  how many nodes were limited
-/// cost     one quality per element in the first round, for smart one per ball entry; few
-///          more rounds, which evaluate only what has changed; `limit_moves_bytes`
+/// returns  what remains of the sweep
+/// cost     one sign or quality per element, for smart one quality per ball entry more; then
+///          rounds that visit only the balls of what has changed, and all facets at sliding nodes;
+///          `limit_moves_bytes`
 /// order    deterministic
 /// tests    smoother_oracle_test compares with the oracle's node by node version
 template <Executor E, class Real>
-std::int64_t limit_moves(E& executor, const SweepContext<E, Real>& context,
-                         const Vec3<Real>* before, Vec3<Real>* after) {
+SweepStats limit_moves(E& executor, const SweepContext<E, Real>& context, const Vec3<Real>* before,
+                       Vec3<Real>* after) {
   return context.around.elements.tetrahedra
              ? limit_moves_of<true>(executor, context, before, after)
              : limit_moves_of<false>(executor, context, before, after);
-}
-
-/// `limit_moves`, then the statistics of what remains of the sweep.
-template <Executor E, class Real>
-SweepStats limit_and_measure(E& executor, const SweepContext<E, Real>& context,
-                             const Vec3<Real>* before, Vec3<Real>* after) {
-  const std::int64_t held = limit_moves(executor, context, before, after);
-  SweepStats stats = measure_moves(executor, context.around.node_count, before, after);
-  stats.held = held;
-  return stats;
 }
 
 }  // namespace meshsmooth::detail

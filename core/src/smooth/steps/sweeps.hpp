@@ -13,16 +13,16 @@ SweepStats sweep_jacobi(E& executor, const SweepContext<E, Real>& context, const
   const Surroundings& around = context.around;
   const DisplacementLimit<Real> displacement_limit = context.displacement_limit;
   const QuietPositions<Real> x{before};
-  const SweepStats stats = executor.reduce(
-      around.node_count, SweepStats{},
-      [=] MESHSMOOTH_HD(std::size_t node) {
-        if (around.fixed[node] != 0) return SweepStats{};
-        after[node] =
-            project(around, displacement_limit, node, step_towards(mean, around, x, node, factor));
-        return stats_of_move(before[node], after[node], false);
-      },
-      Plus{});
-  return context.acceptance.active() ? limit_and_measure(executor, context, before, after) : stats;
+  const auto move = [=] MESHSMOOTH_HD(std::size_t node) {
+    if (around.fixed[node] != 0) return SweepStats{};
+    after[node] =
+        project(around, displacement_limit, node, step_towards(mean, around, x, node, factor));
+    return stats_of_move(before[node], after[node], false);
+  };
+  if (!context.acceptance.active())
+    return executor.reduce(around.node_count, SweepStats{}, move, Plus{});
+  executor.for_each(around.node_count, [=] MESHSMOOTH_HD(std::size_t node) { move(node); });
+  return limit_moves(executor, context, before, after);
 }
 
 /// The new position of a node that moves alone.
@@ -70,18 +70,17 @@ SweepStats sweep_asynchronous(E& executor, const SweepContext<E, Real>& context,
   const bool limited = context.acceptance.active();
   if (limited) copy_positions(executor, around.node_count, positions, before);
   const typename E::template AsynchronousPositions<Real> x{positions};
-  const SweepStats stats = executor.reduce(
-      around.node_count, SweepStats{},
-      [=] MESHSMOOTH_HD(std::size_t node) {
-        if (around.fixed[node] != 0) return SweepStats{};
-        const Vec3<Real> before_move = x[node];
-        const Vec3<Real> position =
-            project(around, displacement_limit, node, step_towards(mean, around, x, node, factor));
-        x.store(node, position);
-        return stats_of_move(before_move, position, false);
-      },
-      Plus{});
-  return limited ? limit_and_measure<E, Real>(executor, context, before, positions) : stats;
+  const auto move = [=] MESHSMOOTH_HD(std::size_t node) {
+    if (around.fixed[node] != 0) return SweepStats{};
+    const Vec3<Real> before_move = x[node];
+    const Vec3<Real> position =
+        project(around, displacement_limit, node, step_towards(mean, around, x, node, factor));
+    x.store(node, position);
+    return stats_of_move(before_move, position, false);
+  };
+  if (!limited) return executor.reduce(around.node_count, SweepStats{}, move, Plus{});
+  executor.for_each(around.node_count, [=] MESHSMOOTH_HD(std::size_t node) { move(node); });
+  return limit_moves<E, Real>(executor, context, before, positions);
 }
 
 /// Arrays of an HC sweep, node_count each.
@@ -121,7 +120,7 @@ SweepStats sweep_hc(E& executor, const SweepContext<E, Real>& context, Real alph
   if (!context.acceptance.active()) {
     return measure_moves(executor, around.node_count, before, after);
   }
-  return limit_and_measure(executor, context, before, after);
+  return limit_moves(executor, context, before, after);
 }
 
 }  // namespace meshsmooth::detail

@@ -50,7 +50,7 @@ std::int64_t admit(E& executor, const SweepContext<E, Real>& context, const Vec3
     if (around.fixed[node] == 0)
       positions[node] = project(around, displacement_limit, node, positions[node]);
   });
-  return context.acceptance.active() ? limit_moves(executor, context, input, positions) : 0;
+  return context.acceptance.active() ? limit_moves(executor, context, input, positions).held : 0;
 }
 
 /// The method WindowedSinc: `WindowedSincFilter` about the centre of the box, fixed nodes as they

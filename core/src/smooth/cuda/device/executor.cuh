@@ -10,6 +10,7 @@
 #include "smooth/cuda/device/launch.cuh"
 #include "smooth/cuda/device/stream_marks.hpp"
 #include "smooth/cuda/primitives/reduce.cuh"
+#include "smooth/cuda/primitives/rounds.cuh"
 #include "smooth/steps/executor.hpp"
 #include "smooth/steps/interrupt.hpp"
 
@@ -132,6 +133,19 @@ class CudaExecutor : public StreamMarks {
     auto partial = allocate<T>(blocks);
     launch<&reduce_kernel<T, Body, Combine>>(stream(), {blocks}, count, zero, body, combine,
                                              partial.data(), lane().ticket(), result);
+  }
+
+  static constexpr std::size_t kTeam = kRoundTeam;
+
+  template <class Visits, class Visit, class Settle>
+  void run_rounds(std::size_t count, const Visits& visits, const Visit& visit,
+                  const Settle& settle) {
+    constexpr auto kKernel = &rounds_kernel<Visits, Visit, Settle>;
+    const auto most = static_cast<std::size_t>(4 * lane().multiprocessor_count());
+    const unsigned int blocks = cooperative_blocks<kKernel>(lane(), block_count(count, most));
+    auto changes = allocate<unsigned int>(kRoundCounts);
+    clear(changes.data(), kRoundCounts);
+    launch_cooperative<kKernel>(stream(), {blocks}, count, visits, visit, settle, changes.data());
   }
 
   template <class T>
