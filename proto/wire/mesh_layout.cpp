@@ -89,7 +89,8 @@ MeshSize MeshLayout::size() const {
   MeshSize size{.node_count = node_count,
                 .element_counts = {},
                 .float64 = float64,
-                .regions = regions_present};
+                .regions = regions_present,
+                .reference = kept_reference_float64.has_value()};
   for (const Block& block : blocks) {
     size.element_counts[static_cast<std::size_t>(block.type)] += block.element_count;
   }

@@ -1,6 +1,5 @@
 #include "lane.hpp"
 
-#include <algorithm>
 #include <exception>
 #include <utility>
 
@@ -90,26 +89,13 @@ void Lane::run_job(Job& job) {
   }
 }
 
-namespace {
-
-void copy_positions(const PositionsView& from, const PositionsSpan& to) {
-  std::visit(
-      []<class Real>(const auto& source, std::span<Vec3<Real>> target) {
-        std::ranges::transform(source, target.begin(),
-                               [](const auto& p) { return vec3_cast<Real>(p); });
-      },
-      from, to);
-}
-
-}  // namespace
-
 SmoothSummary Lane::smooth(Job& job, const JobControl& control) {
   wire::MeshAssembler& mesh = job.mesh();
   SmoothOptions options = job.request().options;
   if (aims_at_reference(options)) options.reference = mesh.reference();
   if (std::holds_alternative<Move>(options.method)) {
     options.prescribed = mesh.prescribed();
-    copy_positions(mesh.reference(), mesh.positions());
+    options.reference = mesh.reference();
   }
   const auto topology = job.topology();
   if (!topology) return smoother_->smooth(mesh.topology(), mesh.positions(), options, control);

@@ -118,7 +118,8 @@ PreparedForJob TopologyCache::prepare(CachedTopology& topology, Smoother& smooth
   if (auto prepared = present()) return {std::move(prepared), true};
 
   auto reservation = reserve(device, smoother.estimate_prepared(topology.layout().size()));
-  PreparedForJob result{smoother.prepare(topology.arrays()->view(), control)};
+  const wire::TopologyArrays& arrays = *topology.arrays();
+  PreparedForJob result{smoother.prepare(arrays.view(), control, arrays.reference())};
   if (!reservation) return result;  // used by this job only
   const MemoryEstimate bytes = result.topology->bytes(), most = reservation->bytes();
   if (bytes.host_bytes > most.host_bytes || bytes.device_bytes > most.device_bytes) {

@@ -5,16 +5,16 @@
 #include "core/smoothing.hpp"
 #include "generate.hpp"
 #include "meshsmooth/error.hpp"
+#include "support/kept_reference.hpp"
 #include "support/motions.hpp"
 
 namespace meshsmooth {
 namespace {
 
 using test::Job;
+using test::least_mean_ratio;
 using test::Motion;
 using test::points;
-
-double least_mean_ratio(const QualityStats& quality) { return quality.metrics.front().min; }
 
 /// Moves, and checks what holds of every motion.
 Job moved(const Motion& motion, SmoothOptions options) {
@@ -195,6 +195,26 @@ TEST(Move, WorksOnAPreparedTopologyAndInFloat) {
   const Job job = test::smooth(single, motion.options());
   EXPECT_EQ(job.summary.motion->reached, 1);
   EXPECT_EQ(job.summary.quality_after.inverted_count, 0);
+}
+
+TEST(Move, SharesTheSystemOfAKeptReference) { test::expect_shared_systems("cpu"); }
+
+TEST(Move, BoundsTheMemoryOfAKeptReference) { test::expect_bounded_memory("cpu"); }
+
+TEST(Move, NeedsFewIterationsOnAKeptReference) { test::expect_few_iterations("cpu"); }
+
+TEST(Move, BeginsAtTheReferenceOfItsOptions) {
+  const Motion motion = test::turned_hub(8, 30, 4);
+  const Job expected = test::smooth(motion.reference, motion.options());
+  SmoothOptions options = motion.options();
+  options.reference = std::span<const Vec3d>(points(motion.reference));
+  Mesh elsewhere = motion.reference;
+  std::ranges::fill(std::get<std::vector<Vec3d>>(elsewhere.positions), Vec3d{7, 7, 7});
+  const Job job = test::smooth(elsewhere, options);
+  EXPECT_TRUE(test::same_bits(job.mesh, expected.mesh));
+  EXPECT_EQ(job.summary.nodes.moved, expected.summary.nodes.moved);
+  options.reference = std::span<const Vec3d>(points(motion.reference)).first(5);
+  EXPECT_THROW(test::smooth(elsewhere, options), InvalidMesh);
 }
 
 TEST(Move, EndsInAValidMeshWhenItsTimeIsUp) {

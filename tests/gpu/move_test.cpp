@@ -3,9 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <thread>
+#include <vector>
 
 #include "core/smoothing.hpp"
 #include "support/cuda_device.hpp"
+#include "support/kept_reference.hpp"
 #include "support/mesh_size.hpp"
 #include "support/motions.hpp"
 
@@ -78,6 +81,36 @@ TEST_F(CudaMove, ReturnsToTheReferenceBitForBit) {
   Mesh mesh;
   run("cuda:0", motion, motion.options(), mesh);
   EXPECT_TRUE(test::same_bits(mesh, motion.reference));
+}
+
+TEST_F(CudaMove, SharesTheSystemOfAKeptReference) { test::expect_shared_systems("cuda:0"); }
+
+TEST_F(CudaMove, BoundsTheMemoryOfAKeptReference) { test::expect_bounded_memory("cuda:0"); }
+
+TEST_F(CudaMove, NeedsFewIterationsOnAKeptReference) { test::expect_few_iterations("cuda:0"); }
+
+TEST_F(CudaMove, SharesAKeptReferenceBetweenLanes) {
+  const test::Motion motion = test::turned_hub(14, 45, 10);
+  const MeshTopology topology(motion.reference);
+  const PositionsView reference = std::span<const Vec3d>(test::points(motion.reference));
+  const auto prepared = make_smoother("cuda:0")->prepare(topology.view(), {}, reference);
+  constexpr int kLanes = 4, kJobs = 6;
+  std::vector<Mesh> results(kLanes * kJobs, motion.reference);
+  {
+    std::vector<std::jthread> lanes;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      lanes.emplace_back([&, lane] {
+        const auto smoother = make_smoother("cuda:0");
+        SmoothOptions options = motion.options();
+        options.reference = reference;
+        for (int n = 0; n < kJobs; ++n) {
+          Mesh& result = results[static_cast<std::size_t>(lane * kJobs + n)];
+          (void)smoother->smooth(*prepared, result.positions_span(), options, {});
+        }
+      });
+    }
+  }
+  for (const Mesh& result : results) EXPECT_TRUE(test::same_bits(result, results.front()));
 }
 
 TEST_F(CudaMove, TakesNoMoreMemoryThanTheEstimate) {

@@ -62,8 +62,9 @@ class SoakedSmoother final : public Smoother {
     return real_->estimate(size, options);
   }
   [[nodiscard]] std::shared_ptr<const PreparedTopology> prepare(
-      const TopologyView& topology, const JobControl& control) override {
-    return real_->prepare(topology, control);
+      const TopologyView& topology, const JobControl& control,
+      const PositionsView& reference) override {
+    return real_->prepare(topology, control, reference);
   }
   [[nodiscard]] MemoryEstimate estimate_prepared(const MeshSize& size) const override {
     return real_->estimate_prepared(size);

@@ -149,7 +149,8 @@ class FakeSmoother final : public Smoother {
   }
 
   std::shared_ptr<const PreparedTopology> prepare(const TopologyView& topology,
-                                                  const JobControl& job) override {
+                                                  const JobControl& job,
+                                                  const PositionsView&) override {
     std::function<void()> thrower;
     auto result = std::make_shared<FakePreparedTopology>();
     {

@@ -78,6 +78,7 @@ struct SmoothOptions {
   std::optional<double> report_below = {};
   /// Of `Optimize`: positions of the mesh in which each element has the shape it shall have,
   /// [node_count] in the mesh's unit, not owned; or empty. What slides where is read from it too.
+  /// Of `Move`: where the nodes lie at first, or empty: in the positions of the job.
   PositionsView reference = {};
   PrescribedNodes prescribed = {};  ///< Of `Move`, which needs at least one.
   /// Metrics to return for every element of the result, each once: SmoothSummary::element_quality.

@@ -47,7 +47,8 @@ struct MeshSize {
   std::int64_t node_count = 0;
   std::array<std::int64_t, kElementTypeCount> element_counts{};
   bool float64 = true;
-  bool regions = false;  // its elements have regions
+  bool regions = false;    // its elements have regions
+  bool reference = false;  // a reference is kept with it, for motions
 };
 
 /// Bytes by memory space.
@@ -72,6 +73,8 @@ class PreparedTopology {
 
   /// The topology that it was made from.
   TopologyView topology;
+  /// The reference that it was made with, or empty.
+  PositionsView reference = {};
 
   /// @returns the bytes that it owns
   [[nodiscard]] virtual MemoryEstimate bytes() const { return {}; }
@@ -114,14 +117,22 @@ class Smoother {
   /// sums from those of a bare topology, whose nodes are ordered by their positions.
   /// About twice the time of those steps of a job, on CUDA 50 to 100 times (1M nodes 82 ms, H200).
   ///
-  /// @param topology  what it views must outlive the result
+  /// With a reference, jobs of `Move` whose `SmoothOptions::reference` is this very array share
+  /// what they need of it: the matrix of Laplace's equation and its multigrid hierarchy, for the
+  /// newest set of fixed nodes. The first of them builds it, in the time of about 40 of its
+  /// iterations.
+  ///
+  /// @param topology   what it views must outlive the result
+  /// @param reference  [topology.node_count] or empty; must outlive the result, unchanged
   /// @throws what `smooth` throws for a topology
   [[nodiscard]] virtual std::shared_ptr<const PreparedTopology> prepare(
-      const TopologyView& topology, const JobControl& control = {});
+      const TopologyView& topology, const JobControl& control = {},
+      const PositionsView& reference = {});
   /// @returns an upper bound of `PreparedTopology::bytes` for a mesh of this size
   [[nodiscard]] virtual MemoryEstimate estimate_prepared(const MeshSize& size) const;
 
   /// Smooths `prepared.topology`. O(nodes + sweeps * edges), and O(elements) to evaluate.
+  /// `Move` with a `SmoothOptions::reference` does not read `positions`.
   virtual SmoothSummary smooth(const PreparedTopology& prepared, PositionsSpan positions,
                                const SmoothOptions& options, const JobControl& control);
 

@@ -51,10 +51,11 @@ void validate_form(const M&, Form form) {
 
 void validate_target(const SmoothOptions& options) {
   if (position_count(options.reference) == 0) return;
+  if (std::holds_alternative<Move>(options.method)) return;  // begins there
   const auto* method = std::get_if<Optimize>(&options.method);
   if (method == nullptr) {
     throw NotSupported("OPTION_NOT_SUPPORTED",
-                       "only optimize aims at a reference, the method is " +
+                       "only optimize and move have a reference, the method is " +
                            std::string(method_name(options.method)),
                        {{"field", "reference"}});
   }

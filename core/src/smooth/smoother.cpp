@@ -29,9 +29,11 @@ namespace {
 }  // namespace
 
 std::shared_ptr<const PreparedTopology> Smoother::prepare(const TopologyView& topology,
-                                                          const JobControl&) {
+                                                          const JobControl&,
+                                                          const PositionsView& reference) {
   auto result = std::make_shared<PreparedTopology>();
   result->topology = topology;
+  result->reference = reference;
   return result;
 }
 

@@ -12,6 +12,7 @@ namespace meshsmooth::bench {
 using Action = std::function<int()>;
 
 void add_kept_command(CLI::App& app, Action& action);
+void add_motions_command(CLI::App& app, Action& action);
 void add_paper_command(CLI::App& app, Action& action);
 void add_pipeline_command(CLI::App& app, Action& action);
 void add_result_hashes_command(CLI::App& app, Action& action);

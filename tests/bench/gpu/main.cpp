@@ -14,6 +14,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   Action action;
   add_kept_command(app, action);
+  add_motions_command(app, action);
   add_paper_command(app, action);
   add_pipeline_command(app, action);
   add_result_hashes_command(app, action);

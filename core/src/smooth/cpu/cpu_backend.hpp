@@ -52,12 +52,19 @@ class CpuBackend {
   template <class Real>
   using Job = JobMesh<CpuExecutor, Real>;
 
-  /// `prepared`: what is known of the topology, or null.
+  /// `prepared`: what is known of the topology, or null; `kept`: see `kept_reference`.
   CpuBackend(CpuExecutor& executor, QualityDetail quality_detail,
-             const CpuPreparedTopology* prepared = nullptr)
-      : executor_(executor), quality_detail_(quality_detail), prepared_(prepared) {}
+             const CpuPreparedTopology* prepared = nullptr,
+             KeptReference<CpuExecutor>* kept = nullptr)
+      : executor_(executor), quality_detail_(quality_detail), prepared_(prepared), kept_(kept) {}
 
   [[nodiscard]] CpuExecutor& executor() { return executor_; }
+
+  [[nodiscard]] KeptReference<CpuExecutor>* kept_reference() const { return kept_; }
+  template <class T>
+  void keep(CpuBuffer<T>& buffer) const {
+    buffer.count_by(kept_->count());
+  }
 
   template <class Real>
   [[nodiscard]] Job<Real> prepare(const TopologyView& topology,
@@ -132,6 +139,7 @@ class CpuBackend {
   [[nodiscard]] const std::int64_t* write_back(const Job<Real>& job,
                                                std::span<Vec3<Real>> positions) {
     const NodeId* const caller_ids = job.caller_ids.data();
+    const Vec3<Real>* const given = job.given.data();  // the same array, unless a reference moves
     const Vec3<Real>* const from = job.positions.data();
     Vec3<Real>* const to = positions.data();
     executor_.check();  // the last chance to end without a result
@@ -139,10 +147,10 @@ class CpuBackend {
       return parallel_reduce(
           positions.size(), std::int64_t{0},
           [=](std::size_t node) -> std::int64_t {
-            Vec3<Real>& target = to[caller_ids[node]];
-            if (from[node] == target) return 0;
-            target = from[node];
-            return 1;
+            const auto id = static_cast<std::size_t>(caller_ids[node]);
+            const bool stays = from[node] == given[id];
+            to[id] = stays ? given[id] : from[node];
+            return stays ? 0 : 1;
           },
           std::plus<>());
     });
@@ -166,6 +174,7 @@ class CpuBackend {
   CpuExecutor& executor_;
   QualityDetail quality_detail_;
   const CpuPreparedTopology* prepared_;
+  KeptReference<CpuExecutor>* kept_;
   std::int64_t moved_ = 0;
 };
 

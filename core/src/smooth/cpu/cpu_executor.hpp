@@ -6,6 +6,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstring>
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "mesh/parallel.hpp"
 #include "meshsmooth/vec3.hpp"
 #include "smooth/cpu/cpu_buffer.hpp"
+#include "smooth/rules/surroundings.hpp"
 #include "smooth/steps/executor.hpp"
 #include "smooth/steps/interrupt.hpp"
 
@@ -120,6 +122,25 @@ class CpuExecutor {
     return sum;
   }
 
+  template <class T, class Functor, class Combine>
+  void reduce_to(std::size_t count, T zero, const Functor& functor, const Combine& combine,
+                 T* result) {
+    *result = reduce(count, zero, functor, combine);
+  }
+
+  using Team = SingleThread;
+
+  template <class Functor>
+  void for_each_row(std::size_t count, const Functor& functor) {
+    for_each(count, [&](std::size_t row) { functor(row, Team()); });
+  }
+  template <class T, class Functor, class Combine>
+  void reduce_rows_to(std::size_t count, T zero, const Functor& functor, const Combine& combine,
+                      T* result) {
+    reduce_to(
+        count, zero, [&](std::size_t row) { return functor(row, Team()); }, combine, result);
+  }
+
   static constexpr std::size_t kTeam = 1;
 
   template <class Visits, class Visit, class Settle>
@@ -173,6 +194,8 @@ class CpuExecutor {
   }
 
   void synchronize() {}
+  /// Work is done when a call returns.
+  void hold(const std::shared_ptr<const void>&) {}
   void check() const { interrupt_.check(); }
 
   /// Adds its lifetime to `seconds`.

@@ -14,6 +14,16 @@
 namespace meshsmooth::detail {
 namespace {
 
+/// Checks the caller's positions, which a reference makes no more than the place of the result.
+void validate_given(const TopologyView& topology, const PositionsSpan& positions,
+                    const SmoothOptions& options) {
+  if (begins_at_reference(options)) {
+    validate_sizes(topology, as_view(positions));
+  } else {
+    validate_positions(topology, as_view(positions));
+  }
+}
+
 std::string cpu_name() {
   std::ifstream info("/proc/cpuinfo");
   for (std::string line; std::getline(info, line);) {
@@ -42,7 +52,8 @@ class CpuSmoother final : public Smoother {
                        const SmoothOptions& options, const JobControl& control) override {
     validate(options);
     run_in(arena_, [&] {
-      validate(topology, as_view(positions));
+      validate(topology);
+      validate_given(topology, positions, options);
       validate_arrays(topology, options);
     });
     return run(topology, positions, options, control, nullptr);
@@ -53,13 +64,17 @@ class CpuSmoother final : public Smoother {
   }
 
   [[nodiscard]] std::shared_ptr<const PreparedTopology> prepare(
-      const TopologyView& topology, const JobControl& control) override {
+      const TopologyView& topology, const JobControl& control,
+      const PositionsView& reference) override {
     refuse_too_large(topology);
-    run_in(arena_, [&] { validate(topology); });
+    run_in(arena_, [&] {
+      validate(topology);
+      if (position_count(reference) > 0) validate_reference(topology, reference);
+    });
     const Interrupt interrupt(control);
     CpuExecutor executor(arena_, interrupt);
     executor.check();
-    return prepare_topology(executor, topology, control);
+    return prepare_topology(executor, topology, control, reference);
   }
 
   SmoothSummary smooth(const PreparedTopology& prepared, PositionsSpan positions,
@@ -67,8 +82,8 @@ class CpuSmoother final : public Smoother {
     validate(options);
     const auto& own = dynamic_cast<const CpuPreparedTopology&>(prepared);
     run_in(arena_, [&] {
-      validate_positions(own.topology, as_view(positions));
-      validate_arrays(own.topology, options);
+      validate_given(own.topology, positions, options);
+      validate_arrays(own.topology, options, own.reference);
     });
     return run(own.topology, positions, options, control, &own);
   }
@@ -82,9 +97,14 @@ class CpuSmoother final : public Smoother {
           const Interrupt interrupt(control);
           CpuExecutor executor(arena_, interrupt);
           executor.check();
-          CpuBackend steps(executor, options.quality_detail, prepared);
+          const auto given = given_positions(options, span);
+          KeptReference<CpuExecutor>* const kept =
+              prepared != nullptr && is_same_array(prepared->reference, given)
+                  ? prepared->kept.get()
+                  : nullptr;
+          CpuBackend steps(executor, options.quality_detail, prepared, kept);
           const JobTopology of_job(topology, options);
-          SmoothSummary summary = run_pipeline(steps, of_job.view(), span, options, control);
+          SmoothSummary summary = run_pipeline(steps, of_job.view(), given, span, options, control);
           summary.backend = backend();
           summary.device_name = device_name_;
           summary.thread_count = thread_count_;

@@ -17,7 +17,7 @@ namespace meshsmooth::detail {
   const MeshCounts mesh = count_mesh(size);
   const std::int64_t bytes = mesh.nodes * (4 + 1) +  // caller's ids, boundary marks
                              element_bytes(mesh) + ball_bytes(mesh) + ring_bytes(mesh);
-  return bytes + bytes / 50;
+  return bytes + bytes / 50 + (size.reference ? kept_system_bytes(mesh) : 0);
 }
 
 /// Upper bound of the bytes of a job on the CPU backend, from its sizes alone: the highest of its
@@ -37,7 +37,10 @@ namespace meshsmooth::detail {
   const std::int64_t normals =
       mesh.dimension == 2 ? mesh.elements * std::int64_t{sizeof(PackedDirection)} : 0;
   const std::int64_t found = n + normals + (needs_balls(options) ? rows : rings);
-  const std::int64_t iterating = found + iterate_bytes(mesh, options) + motion_bytes(mesh, given) +
+  const std::int64_t sweeping = iterate_bytes(mesh, options);
+  const bool moves = std::holds_alternative<Move>(given.method);
+  const std::int64_t iterating = found +
+                                 (moves ? motion_bytes(mesh, size.reference, sweeping) : sweeping) +
                                  (colours ? colouring_bytes(n) : 0);
   const std::int64_t evaluating = found + element_quality_bytes(mesh, options);
   const std::int64_t peak =

@@ -8,6 +8,7 @@
 #include "smooth/cpu/incidence.hpp"
 #include "smooth/cpu/job_elements.hpp"
 #include "smooth/cpu/node_order.hpp"
+#include "smooth/motion/kept_reference.hpp"
 #include "smooth/rules/fixed_nodes.hpp"
 #include "smooth/steps/positions.hpp"
 #include "smooth/steps/refusals.hpp"
@@ -93,9 +94,10 @@ struct CpuPreparedTopology final : PreparedTopology {
   RowBuffer<CpuExecutor, NodeId> rings;
   CpuBuffer<std::uint8_t> on_boundary;
   std::int64_t boundary_nodes = 0;
+  std::unique_ptr<KeptReference<CpuExecutor>> kept;  // if there is a reference
 
   [[nodiscard]] MemoryEstimate bytes() const override {
-    return {static_cast<std::int64_t>(count.now()), 0};
+    return {static_cast<std::int64_t>(count.now()) + (kept ? kept->most_bytes() : 0), 0};
   }
   [[nodiscard]] std::int64_t boundary_node_count() const override { return boundary_nodes; }
 };
@@ -106,10 +108,16 @@ struct CpuPreparedTopology final : PreparedTopology {
 /// cost   about twice that of `prepare_job`
 inline std::shared_ptr<CpuPreparedTopology> prepare_topology(CpuExecutor& executor,
                                                              const TopologyView& topology,
-                                                             const JobControl& control) {
+                                                             const JobControl& control,
+                                                             const PositionsView& reference) {
   const std::size_t node_count = topology.node_count;
   auto result = std::make_shared<CpuPreparedTopology>();
   result->topology = topology;
+  if (position_count(reference) > 0) {
+    result->reference = reference;
+    result->kept = std::make_unique<KeptReference<CpuExecutor>>(
+        kept_system_bytes(count_mesh(size_of(topology))));
+  }
   const auto report = [&](Stage stage) {
     if (control.on_progress) control.on_progress({stage, 0, 0, 0});
   };

@@ -1,28 +1,32 @@
 #pragma once
 
+#include <cmath>
+
 #include "smooth/rules/surroundings.hpp"
 #include "smooth/rules/targets.hpp"
 #include "smooth/steps/executor.hpp"
-#include "smooth/steps/mesh_counts.hpp"
 
 namespace meshsmooth::detail {
 
-/// The matrix of Laplace's equation on a mesh, as rules read it: of each ring entry its value, and
-/// the diagonal, which is minus their sum. In executor memory.
+/// A symmetric matrix by rows, in executor memory: Laplace's on a mesh, whose rows are the rings,
+/// or a coarser one. The diagonal is minus the sum of the row's values, plus `excess`.
 struct LaplaceMatrix {
-  Rows<NodeId> rings;
-  const float* values;    // by ring entry
-  const float* diagonal;  // by node
+  Rows<NodeId> rows;
+  const float* values;            // by entry
+  const float* excess = nullptr;  // by row; null: 0
 
   /// The row of a node times a vector. By differences: in a thin layer the diagonal's rounding
   /// exceeds what couples the node to its neighbours along the layer.
-  [[nodiscard]] MESHSMOOTH_HD Vec3f row(std::size_t node, const Vec3f* x) const {
+  template <class Team>
+  [[nodiscard]] MESHSMOOTH_HD Vec3f row(std::size_t node, const Vec3f* x, const Team& team) const {
     const Vec3f own = x[node];
     Vec3f sum{0, 0, 0};
-    for (std::int64_t k = rings.offsets[node]; k < rings.offsets[node + 1]; ++k) {
-      sum += values[k] * (x[rings.entries[k]] - own);
+    const std::int64_t end = rows.offsets[node + 1];
+    for (std::int64_t k = rows.offsets[node] + team.rank; k < end; k += team.size) {
+      sum += values[k] * (x[rows.entries[k]] - own);
     }
-    return sum;
+    sum = team.sum(sum);
+    return excess == nullptr ? sum : sum + excess[node] * own;
   }
 };
 
@@ -76,15 +80,14 @@ MESHSMOOTH_HD void add_stiffness(const ElementShape& shape, int own, const Get& 
   }
 }
 
-/// The row of a node, summed up over its ball in the order of the ball.
+/// The values of a node's row, summed up over its ball in the order of the ball.
 template <int kDimension, class Real>
 MESHSMOOTH_HD void assemble_row(const Surroundings& around, const Vec3<Real>* positions,
-                                std::size_t node, float* values, float* diagonal) {
+                                std::size_t node, float* values) {
   const NodeId* const ring = around.rings.begin(node);
   const std::size_t ring_size = around.rings.size(node);
   float* const row = values + around.rings.offsets[node];
   for (std::size_t n = 0; n < ring_size; ++n) row[n] = 0;
-  double sum = 0;
   for (const ElementId* e = around.balls.begin(node); e != around.balls.end(node); ++e) {
     const ElementView element = around.elements[*e];
     int own = 0;
@@ -94,49 +97,45 @@ MESHSMOOTH_HD void assemble_row(const Surroundings& around, const Vec3<Real>* po
         [&](int n, double value) {
           std::size_t place = 0;
           while (place < ring_size && ring[place] != element.nodes[n]) ++place;
-          if (place == ring_size) return;
-          row[place] += static_cast<float>(value);
-          sum -= value;
+          if (place < ring_size) row[place] += static_cast<float>(value);
         });
   }
-  diagonal[node] = static_cast<float>(sum);
 }
 
-/// Owns a `LaplaceMatrix`.
-template <Executor E>
-struct LaplaceArrays {
-  typename E::template Buffer<float> values;
-  typename E::template Buffer<float> diagonal;
-  LaplaceMatrix view{};
-};
-
-/// Bytes of `LaplaceArrays`.
-[[nodiscard]] inline std::int64_t laplace_bytes(const MeshCounts& mesh) {
-  return 2 * mesh.edges * std::int64_t{sizeof(float)} + mesh.nodes * std::int64_t{sizeof(float)};
-}
-
-/// Assembles the matrix of a valid mesh.
+/// Assembles the values of the matrix of a valid mesh, whose rows are the rings.
 ///
-/// cost   O(ball entries * ring); `laplace_bytes`
+/// gives  `values`, by ring entry
+/// cost   O(ball entries * ring)
 /// order  deterministic
 template <Executor E, class Real>
-LaplaceArrays<E> assemble_laplace(E& executor, const Surroundings& around, std::size_t ring_entries,
-                                  const Vec3<Real>* positions) {
-  LaplaceArrays<E> result{executor.template allocate<float>(ring_entries),
-                          executor.template allocate<float>(around.node_count)};
-  float* const values = result.values.data();
-  float* const diagonal = result.diagonal.data();
+void assemble_laplace(E& executor, const Surroundings& around, const Vec3<Real>* positions,
+                      float* values) {
   if (around.surface()) {
     executor.for_each(around.node_count, [=] MESHSMOOTH_HD(std::size_t node) {
-      assemble_row<2>(around, positions, node, values, diagonal);
+      assemble_row<2>(around, positions, node, values);
     });
   } else {
     executor.for_each(around.node_count, [=] MESHSMOOTH_HD(std::size_t node) {
-      assemble_row<3>(around, positions, node, values, diagonal);
+      assemble_row<3>(around, positions, node, values);
     });
   }
-  result.view = {around.rings, values, diagonal};
-  return result;
+}
+
+/// The inverse of a row's absolute sum: scaled by it, the matrix has eigenvalues in (0, 1]
+/// (l1-Jacobi). Source: Baker, Falgout, Kolev, Yang 2011, "Multigrid smoothers for ultraparallel
+/// computing", 3. 0 where the row takes no part. Columns for which `takes_part` is false count in
+/// the diagonal alone.
+template <class TakesPart>
+MESHSMOOTH_HD float jacobi_weight(const LaplaceMatrix& matrix, std::size_t row,
+                                  const TakesPart& takes_part) {
+  if (!takes_part(row)) return 0;
+  double sum = matrix.excess == nullptr ? 0 : matrix.excess[row];
+  for (std::int64_t k = matrix.rows.offsets[row]; k < matrix.rows.offsets[row + 1]; ++k) {
+    const double value = matrix.values[k];
+    sum -= value;
+    if (takes_part(static_cast<std::size_t>(matrix.rows.entries[k]))) sum += std::abs(value);
+  }
+  return sum > 0 ? static_cast<float>(1 / sum) : 0;
 }
 
 }  // namespace meshsmooth::detail

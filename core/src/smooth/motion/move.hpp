@@ -1,8 +1,10 @@
 #pragma once
 
 #include <algorithm>
+#include <optional>
 #include <vector>
 
+#include "smooth/motion/kept_reference.hpp"
 #include "smooth/motion/prescribed.hpp"
 #include "smooth/motion/solve_laplace.hpp"
 #include "smooth/rules/element_quality.hpp"
@@ -104,16 +106,16 @@ void place(E& executor, const SweepContext<E, Real>& context, const Prescribed<E
   });
 }
 
-/// Bytes of `Motion` besides those of `Optimizer`; at first the solver's, then where to return to.
-[[nodiscard]] inline std::int64_t motion_bytes(const MeshCounts& mesh,
-                                               const SmoothOptions& options) {
-  if (!std::holds_alternative<Move>(options.method)) return 0;
+/// Bytes of `Motion`, whose sweeps take `sweeping`; at first the solver's, then those and where to
+/// return to. `kept`: its system is to be kept.
+[[nodiscard]] inline std::int64_t motion_bytes(const MeshCounts& mesh, bool kept,
+                                               std::int64_t sweeping) {
   const std::int64_t displacement = mesh.nodes * std::int64_t{sizeof(Vec3f)};
   const std::int64_t prescribed = mesh.nodes * (4 + 2 * mesh.position_bytes);
   const std::int64_t finding = mesh.nodes * (4 + 4 + mesh.position_bytes);
-  const std::int64_t solving = laplace_bytes(mesh) + solving_bytes(mesh);
   return displacement + prescribed +
-         std::max({finding, solving, mesh.nodes * mesh.position_bytes + mesh.elements});
+         std::max({finding, solving_bytes(mesh, kept),
+                   mesh.nodes * mesh.position_bytes + std::max(mesh.elements, sweeping)});
 }
 
 /// The method Move: from the reference, which is valid, to the prescribed positions, in one step or
@@ -124,11 +126,13 @@ class Motion {
   using E = typename B::Executor;
 
   /// `positions` are those of the reference, and become those of the result.
-  Motion(B& backend, const SweepContext<E, Real>& context, const JobMesh<E, Real>& job,
-         const SmoothOptions& options, ConvergenceMonitor& monitor, Vec3<Real>* positions)
+  Motion(B& backend, const SweepContext<E, Real>& context, Colouring<E>& colouring,
+         const JobMesh<E, Real>& job, const SmoothOptions& options, ConvergenceMonitor& monitor,
+         Vec3<Real>* positions)
       : backend_(backend),
         executor_(backend.executor()),
         context_(context),
+        colouring_(colouring),
         job_(job),
         options_(options),
         method_(std::get<Move>(options.method)),
@@ -141,13 +145,10 @@ class Motion {
     const std::size_t n = job_.node_count;
     auto valid = executor_.template allocate<Vec3<Real>>(n);  // the last one
     copy_positions<E, Real>(executor_, n, positions_, valid.data());
-    const auto& sweeping = std::get<Optimize>(monitor_.options().method);
-    Optimizer<B, Real> optimizer(backend_, context_, sweeping, monitor_, positions_);
-
     const bool sweeps = !monitor_.done_at_once();
     double reached = 0;
     bool settled = true;
-    for (double step = 1; reached < 1 && !optimizer.job_ended();) {
+    for (double step = 1; reached < 1 && !job_ended();) {
       const double next = std::min(1.0, reached + step);
       place(executor_, context_, prescribed, displacement.data(), valid.data(), next - reached,
             next, positions_);
@@ -155,7 +156,8 @@ class Motion {
       if (invalid.all == 0 && near_reference()) {
         if (sweeps) monitor_.end(StopReason::converged, EndRule::small_gains);
       } else if (sweeps && invalid.locked == 0) {
-        optimizer.run({.tolerance = next < 1 ? kCoarse : 1, .repairs = kRepairs, .precise = false});
+        optimizer().run(
+            {.tolerance = next < 1 ? kCoarse : 1, .repairs = kRepairs, .precise = false});
         invalid = count_invalid(executor_, context_.around, positions_);
       }
       if (invalid.all == 0) {
@@ -177,15 +179,26 @@ class Motion {
       stats.blocking_elements =
           find_invalid(executor_, context_.around, caller_elements(), positions_);
       copy_positions<E, Real>(executor_, n, valid.data(), positions_);
-      if (sweeps && !settled && !optimizer.job_ended()) optimizer.run({.precise = false});
-      if (!optimizer.job_ended() && (sweeps || monitor_.free_count() == 0)) {
+      if (sweeps && !settled && !job_ended()) optimizer().run({.precise = false});
+      if (!job_ended() && (sweeps || monitor_.free_count() == 0)) {
         monitor_.end(StopReason::stagnated, EndRule::no_progress);
       }
     }
-    optimizer.report();
+    if (options_.report_below) optimizer().report();
   }
 
  private:
+  /// Made when it is first needed: a small step makes no sweep.
+  [[nodiscard]] Optimizer<B, Real>& optimizer() {
+    if (!optimizer_) {
+      colouring_ = backend_.colour(context_.around, job_.caller_ids.data());
+      const auto& sweeping = std::get<Optimize>(monitor_.options().method);
+      optimizer_.emplace(backend_, context_, sweeping, monitor_, positions_);
+    }
+    return *optimizer_;
+  }
+  [[nodiscard]] bool job_ended() const { return optimizer_ && optimizer_->job_ended(); }
+
   /// How much more than at the end a sweep must gain to go on, where the motion goes on.
   static constexpr double kCoarse = 100;
   /// What takes longer to untangle is faster in two steps.
@@ -213,10 +226,10 @@ class Motion {
     const typename E::Timer timer(executor_, stats.linear_seconds);
     auto displacement = executor_.template allocate<Vec3f>(job_.node_count);
     begin_displacement(executor_, job_.node_count, prescribed, displacement.data());
-    const auto matrix = assemble_laplace(executor_, context_.around, job_.rings.entries.size(),
-                                         static_cast<const Vec3<Real>*>(positions_));
-    const LinearStats linear =
-        solve_laplace(executor_, context_.around, matrix.view, displacement.data());
+    const auto shared = find_system(backend_, context_.around, job_.rings.entries.size(),
+                                    static_cast<const Vec3<Real>*>(positions_));
+    LaplaceSolver<E> solver(executor_, context_.around, shared->system);
+    const LinearStats linear = solver.solve(displacement.data());
     stats.linear_iteration_count = linear.iterations;
     stats.linear_residual = linear.residual;
     return displacement;
@@ -225,6 +238,8 @@ class Motion {
   B& backend_;
   E& executor_;
   const SweepContext<E, Real>& context_;
+  Colouring<E>& colouring_;
+  std::optional<Optimizer<B, Real>> optimizer_;
   const JobMesh<E, Real>& job_;
   const SmoothOptions& options_;
   const Move& method_;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -18,14 +19,49 @@ namespace meshsmooth::detail {
     const bool ideal = method->target == Target::ideal;
     sweeps.method = Optimize{.target = ideal ? Target::ideal : Target::input};
     sweeps.tangled = TangledPolicy::repair;
+    sweeps.reference = {};
     sweeps.max_iterations = iteration_limit(options);
   }
   return sweeps;
 }
 
-/// Checks the arrays that come with the options.
-inline void validate_arrays(const TopologyView& topology, const SmoothOptions& options) {
-  if (aims_at_reference(options)) validate_reference(topology, options.reference);
+/// Whether the nodes lie in `SmoothOptions::reference` at first.
+[[nodiscard]] inline bool begins_at_reference(const SmoothOptions& options) {
+  return std::holds_alternative<Move>(options.method) && position_count(options.reference) > 0;
+}
+
+/// Where the nodes of a job lie at first. A reference of the other type is copied to `positions`.
+template <class Real>
+[[nodiscard]] std::span<const Vec3<Real>> given_positions(const SmoothOptions& options,
+                                                          std::span<Vec3<Real>> positions) {
+  if (!begins_at_reference(options)) return positions;
+  using Same = std::span<const Vec3<Real>>;
+  if (const auto* same = std::get_if<Same>(&options.reference)) return *same;
+  std::visit(
+      [&](const auto& reference) {
+        std::ranges::transform(reference, positions.begin(),
+                               [](const auto& p) { return vec3_cast<Real>(p); });
+      },
+      options.reference);
+  return positions;
+}
+
+template <class Real>
+[[nodiscard]] bool is_same_array(const PositionsView& known, std::span<const Vec3<Real>> given) {
+  const auto* same = std::get_if<std::span<const Vec3<Real>>>(&known);
+  return same != nullptr && same->data() == given.data() && same->size() == given.size();
+}
+[[nodiscard]] inline bool is_same_array(const PositionsView& known, const PositionsView& given) {
+  return std::visit([&](const auto& positions) { return is_same_array(known, positions); }, given);
+}
+
+/// Checks the arrays that come with the options. `known`: a reference that has been checked.
+inline void validate_arrays(const TopologyView& topology, const SmoothOptions& options,
+                            const PositionsView& known = {}) {
+  if (aims_at_reference(options) ||
+      (begins_at_reference(options) && !is_same_array(known, options.reference))) {
+    validate_reference(topology, options.reference);
+  }
   if (std::holds_alternative<Move>(options.method)) {
     validate_prescribed(topology, options.prescribed);
   }

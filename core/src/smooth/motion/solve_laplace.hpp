@@ -1,8 +1,9 @@
 #pragma once
 
 #include <cmath>
+#include <utility>
 
-#include "smooth/motion/laplace_matrix.hpp"
+#include "smooth/motion/laplace_system.hpp"
 
 namespace meshsmooth::detail {
 
@@ -29,8 +30,10 @@ MESHSMOOTH_HD inline Vec3f scaled(Vec3f by, Vec3f a) {
   return {by.x * a.x, by.y * a.y, by.z * a.z};
 }
 /// 0 where the divisor is.
-[[nodiscard]] inline Vec3f quotients(Vec3d a, Vec3d b) {
-  const auto quotient = [](double x, double y) { return static_cast<float>(y != 0 ? x / y : 0); };
+MESHSMOOTH_HD inline float quotient(double a, double b) {
+  return static_cast<float>(b != 0 ? a / b : 0);
+}
+MESHSMOOTH_HD inline Vec3f quotients(Vec3d a, Vec3d b) {
   return {quotient(a.x, b.x), quotient(a.y, b.y), quotient(a.z, b.z)};
 }
 [[nodiscard]] inline double total(Vec3d a) { return a.x + a.y + a.z; }
@@ -45,97 +48,175 @@ MESHSMOOTH_HD inline Vec3f allowed_part(const SlidingConstraints& sliding, std::
   return constraint->along() ? along : vector - along;
 }
 
-/// The residual, preconditioned by the diagonal.
-struct ByDiagonal {
-  const float* diagonal;
-  const Vec3f* residual;
+/// A node's part of the sums over the residual: its squares in `second`. Without a hierarchy it
+/// preconditions by the diagonal, too: the products with that in `first`.
+struct JacobiSums {
+  const float* weights;  // null: there is a hierarchy
+  Vec3f* preconditioned;
 
-  [[nodiscard]] MESHSMOOTH_HD Vec3f operator()(std::size_t node) const {
-    return diagonal[node] > 0 ? (1 / diagonal[node]) * residual[node] : Vec3f{0, 0, 0};
-  }
-  /// Its product with the residual, and the residual's square.
-  [[nodiscard]] MESHSMOOTH_HD PairOfSums sums(std::size_t node) const {
-    return {products(residual[node], (*this)(node)), products(residual[node], residual[node])};
+  /// Stores the residual in `to` unless that is null.
+  [[nodiscard]] MESHSMOOTH_HD PairOfSums operator()(std::size_t node, Vec3f residual,
+                                                    Vec3f* to) const {
+    if (to != nullptr) to[node] = residual;
+    if (weights == nullptr) return {{0, 0, 0}, products(residual, residual)};
+    const Vec3f z = weights[node] * residual;
+    if (to != nullptr) preconditioned[node] = z;
+    return {products(residual, z), products(residual, residual)};
   }
 };
 
-/// Vectors of the conjugate gradients.
+/// Conjugate gradients on Laplace's equation for a displacement: a system for each component,
+/// preconditioned by a V-cycle, or by the diagonal where there is no hierarchy. Sums stay in
+/// executor memory; the host waits once an iteration, for the residual.
 template <Executor E>
-struct GradientVectors {
-  typename E::template Buffer<Vec3f> residual, direction, product;
-};
+class LaplaceSolver {
+ public:
+  LaplaceSolver(E& executor, const Surroundings& around, const LaplaceSystem<E>& system)
+      : executor_(executor),
+        around_(around),
+        system_(system),
+        vectors_(executor, around.node_count, system.hierarchy),
+        residual_(allocate()),
+        preconditioned_(allocate()),
+        direction_(allocate()),
+        product_(allocate()),
+        sums_(executor.template allocate<PairOfSums>(2)),
+        curvature_(executor.template allocate<Vec3d>(1)) {}
 
-/// Bytes of `solve_laplace`.
-[[nodiscard]] inline std::int64_t solving_bytes(const MeshCounts& mesh) {
-  return 3 * mesh.nodes * std::int64_t{sizeof(Vec3f)};
-}
+  /// Continues a displacement into the mesh, until the residual is 1e-4 of the first one. Less
+  /// never left an inverted element that more would not have.
+  ///
+  /// takes  `u`: the displacement of the fixed nodes, 0 at the others
+  /// gives  `u` at all nodes; of a sliding node along its plane, line or facets
+  /// cost   an iteration: a pass over the rings, two over the nodes, and `cycle`
+  /// order  deterministic: the sums are grouped by size alone
+  LinearStats solve(Vec3f* u) {
+    constexpr double kResidual = 1e-4;
+    constexpr int kMostIterations = 5000;
+    PairOfSums* now = sums_.data();
+    PairOfSums* next = now + 1;
+    begin(u, now);
+    const double first = squares(now);
+    LinearStats stats;
+    if (!(first > 0)) return stats;
+    while (stats.iterations < kMostIterations) {
+      executor_.check();
+      precondition(now);
+      turn(now, stats.iterations == 0 ? nullptr : next);
+      multiply();
+      advance(now, u, next);
+      ++stats.iterations;
+      stats.residual = std::sqrt(squares(next) / first);
+      if (!(stats.residual > kResidual)) break;
+      std::swap(now, next);
+    }
+    return stats;
+  }
 
-/// Continues a displacement into the mesh: conjugate gradients on Laplace's equation, a system for
-/// each component, preconditioned by the diagonal, until the residual is 1e-4 of the first one.
-/// Less never left an inverted element that more would not have.
-///
-/// takes  `u`: the displacement of the fixed nodes, 0 at the others
-/// gives  `u` at all nodes; of a sliding node along its plane, line or facets
-/// cost   per iteration a pass over the rings and two over the nodes; `solving_bytes`
-/// order  deterministic: the sums are grouped by size alone
-template <Executor E>
-LinearStats solve_laplace(E& executor, const Surroundings& around, const LaplaceMatrix& matrix,
-                          Vec3f* u) {
-  constexpr double kResidual = 1e-4;
-  constexpr int kMostIterations = 5000;
-  const std::size_t n = around.node_count;
-  const auto allocate = [&] { return executor.template allocate<Vec3f>(n); };
-  GradientVectors<E> vectors{allocate(), allocate(), allocate()};
-  Vec3f* const r = vectors.residual.data();
-  Vec3f* const p = vectors.direction.data();
-  Vec3f* const ap = vectors.product.data();
-  const ByDiagonal preconditioned{matrix.diagonal, r};
-
-  PairOfSums now = executor.reduce(
-      n, PairOfSums{},
-      [=] MESHSMOOTH_HD(std::size_t node) {
-        const bool free = around.fixed[node] == 0;
-        r[node] =
-            free ? -1.0F * allowed_part(around.sliding, node, matrix.row(node, u)) : Vec3f{0, 0, 0};
-        p[node] = preconditioned(node);
-        return preconditioned.sums(node);
-      },
-      Plus{});
-  const double first = total(now.second);
-  LinearStats stats;
-  if (!(first > 0)) return stats;
-  while (stats.iterations < kMostIterations) {
-    executor.check();
-    const Vec3d curvature = executor.reduce(
-        n, Vec3d{0, 0, 0},
-        [=] MESHSMOOTH_HD(std::size_t node) {
-          if (around.fixed[node] != 0) {
-            ap[node] = {0, 0, 0};
-            return Vec3d{0, 0, 0};
+  /// The residual of `u`, and its squares in `to`; see `JacobiSums`.
+  void begin(const Vec3f* u, PairOfSums* to) {
+    const Surroundings around = around_;
+    const LaplaceMatrix matrix = system_.matrix(around);
+    const JacobiSums sums = jacobi();
+    Vec3f* const r = residual_.data();
+    executor_.reduce_rows_to(
+        around.node_count, PairOfSums{},
+        [=] MESHSMOOTH_HD(std::size_t node, const Team& team) {
+          Vec3f value{0, 0, 0};
+          if (around.fixed[node] == 0) {
+            value = -1.0F * allowed_part(around.sliding, node, matrix.row(node, u, team));
           }
-          ap[node] = allowed_part(around.sliding, node, matrix.row(node, p));
-          return products(p[node], ap[node]);
+          return sums(node, value, team.rank == 0 ? r : nullptr);
         },
-        Plus{});
-    const Vec3f alpha = quotients(now.first, curvature);
-    const PairOfSums next = executor.reduce(
-        n, PairOfSums{},
-        [=] MESHSMOOTH_HD(std::size_t node) {
-          u[node] += scaled(alpha, p[node]);
-          r[node] += scaled(-1.0F * alpha, ap[node]);
-          return preconditioned.sums(node);
+        Plus{}, to);
+  }
+
+  /// Preconditions the residual by a V-cycle, and sums up its products with that.
+  void precondition(PairOfSums* to) {
+    if (system_.hierarchy.empty()) return;
+    const Surroundings around = around_;
+    const Vec3f* const r = residual_.data();
+    Vec3f* const z = preconditioned_.data();
+    const JacobiStep last = cycle(executor_, system_.matrix(around), system_.weights.data(),
+                                  around.node_count, r, system_.hierarchy, 0, vectors_);
+    executor_.reduce_rows_to(
+        around.node_count, Vec3d{0, 0, 0},
+        [=] MESHSMOOTH_HD(std::size_t node, const Team& team) {
+          const Vec3f value = allowed_part(around.sliding, node, last(node, team));
+          if (team.rank == 0) z[node] = value;
+          return products(r[node], value);
         },
-        Plus{});
-    ++stats.iterations;
-    stats.residual = std::sqrt(total(next.second) / first);
-    if (!(stats.residual > kResidual)) break;
-    const Vec3f beta = quotients(next.first, now.first);
-    now = next;
-    executor.for_each(n, [=] MESHSMOOTH_HD(std::size_t node) {
-      p[node] = preconditioned(node) + scaled(beta, p[node]);
+        Plus{}, &to->first);
+  }
+
+  /// The direction becomes the preconditioned residual, plus a part of itself but at first, where
+  /// `before` is null.
+  void turn(const PairOfSums* now, const PairOfSums* before) {
+    const Vec3f* const z = preconditioned_.data();
+    Vec3f* const p = direction_.data();
+    executor_.for_each(around_.node_count, [=] MESHSMOOTH_HD(std::size_t node) {
+      p[node] = before == nullptr ? z[node]
+                                  : z[node] + scaled(quotients(now->first, before->first), p[node]);
     });
   }
-  return stats;
-}
+
+  /// The product of the matrix with the direction, and the sums of its products with that.
+  void multiply() {
+    const Surroundings around = around_;
+    const LaplaceMatrix matrix = system_.matrix(around);
+    const Vec3f* const p = direction_.data();
+    Vec3f* const ap = product_.data();
+    executor_.reduce_rows_to(
+        around.node_count, Vec3d{0, 0, 0},
+        [=] MESHSMOOTH_HD(std::size_t node, const Team& team) {
+          Vec3f value{0, 0, 0};
+          if (around.fixed[node] == 0) {
+            value = allowed_part(around.sliding, node, matrix.row(node, p, team));
+          }
+          if (team.rank == 0) ap[node] = value;
+          return products(p[node], value);
+        },
+        Plus{}, curvature_.data());
+  }
+
+  /// A step along the direction, and the squares of the new residual in `to`; see `JacobiSums`.
+  void advance(const PairOfSums* now, Vec3f* u, PairOfSums* to) {
+    const JacobiSums sums = jacobi();
+    const Vec3d* const curvature = curvature_.data();
+    const Vec3f* const p = direction_.data();
+    const Vec3f* const ap = product_.data();
+    Vec3f* const r = residual_.data();
+    executor_.reduce_to(
+        around_.node_count, PairOfSums{},
+        [=] MESHSMOOTH_HD(std::size_t node) {
+          const Vec3f alpha = quotients(now->first, *curvature);
+          u[node] += scaled(alpha, p[node]);
+          return sums(node, r[node] - scaled(alpha, ap[node]), r);
+        },
+        Plus{}, to);
+  }
+
+ private:
+  using Team = typename E::Team;
+
+  [[nodiscard]] double squares(const PairOfSums* sums) {
+    PairOfSums host;
+    executor_.download(sums, 1, &host);
+    return total(host.second);
+  }
+  [[nodiscard]] JacobiSums jacobi() {
+    return {system_.hierarchy.empty() ? system_.weights.data() : nullptr, preconditioned_.data()};
+  }
+  [[nodiscard]] auto allocate() { return executor_.template allocate<Vec3f>(around_.node_count); }
+
+  using Vector = typename E::template Buffer<Vec3f>;
+  E& executor_;
+  const Surroundings& around_;
+  const LaplaceSystem<E>& system_;
+  CycleVectors<E> vectors_;
+  Vector residual_, preconditioned_, direction_, product_;
+  typename E::template Buffer<PairOfSums> sums_;
+  typename E::template Buffer<Vec3d> curvature_;
+};
 
 }  // namespace meshsmooth::detail

@@ -47,7 +47,10 @@ struct SingleThread {
   static constexpr int size = 1;
   static constexpr int rank = 0;
   [[nodiscard]] MESHSMOOTH_HD double lowest(double value) const { return value; }
-  [[nodiscard]] MESHSMOOTH_HD double sum(double value) const { return value; }
+  template <class T>
+  [[nodiscard]] MESHSMOOTH_HD T sum(T value) const {
+    return value;
+  }
   [[nodiscard]] MESHSMOOTH_HD bool all(bool value) const { return value; }
 };
 

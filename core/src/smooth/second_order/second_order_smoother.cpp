@@ -56,8 +56,9 @@ class SecondOrderSmoother final : public Smoother {
   }
 
   [[nodiscard]] std::shared_ptr<const PreparedTopology> prepare(
-      const TopologyView& topology, const JobControl& control) override {
-    if (!is_second_order(topology)) return linear_->prepare(topology, control);
+      const TopologyView& topology, const JobControl& control,
+      const PositionsView& reference) override {
+    if (!is_second_order(topology)) return linear_->prepare(topology, control, reference);
     run_in(arena_, [&] { validate(topology); });
     auto result = std::make_shared<PreparedSecondOrder>(topology);
     result->linear = with_own_facets(

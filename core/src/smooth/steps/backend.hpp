@@ -4,6 +4,7 @@
 #include <span>
 #include <tuple>
 
+#include "smooth/motion/kept_reference.hpp"
 #include "smooth/rules/means.hpp"
 #include "smooth/steps/job_mesh.hpp"
 #include "smooth/steps/optimize_sweeper.hpp"
@@ -56,6 +57,8 @@ concept BackendOf = requires(B& backend, const TopologyView& topology,
 ///   Executor              where the shared steps run; `executor()` gives it
 ///   Orientation           what surface elements must not turn against, for a job:
 ///                         `references()` and `common()` as `Surroundings` has them
+///   kept_reference()         where a motion finds its Laplace system, and keeps it; null: nowhere
+///   keep(buffer)          moves a buffer there
 ///   prepare(topology, positions, options, control, times)
 ///                         steps 1 and 2: order of nodes and elements, rings, balls, boundary,
 ///                         fixed nodes. Throws InvalidMesh
@@ -82,8 +85,11 @@ concept BackendOf = requires(B& backend, const TopologyView& topology,
 ///                         `Executor::finish`
 template <class B>
 concept Backend = requires(B& backend, const Surroundings& around, const NodeId* caller_ids,
+                           typename B::Executor::template Buffer<NodeId>& ids,
                            const typename B::Orientation& orientation) {
   { backend.executor() } -> std::same_as<typename B::Executor&>;
+  { backend.kept_reference() } -> std::same_as<KeptReference<typename B::Executor>*>;
+  { backend.keep(ids) } -> std::same_as<void>;
   { backend.colour(around, caller_ids) } -> std::same_as<Colouring<typename B::Executor>>;
   {
     backend.find_opposite_nodes(around)

@@ -3,6 +3,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 
 #include "meshsmooth/annotations.hpp"
@@ -23,6 +24,10 @@ struct ExampleFunctor {
   MESHSMOOTH_HD std::int64_t operator()(std::int64_t a, std::int64_t b) const { return a + b; }
   MESHSMOOTH_HD void operator()(std::size_t, std::size_t) const {}
 };
+template <class Team>
+struct ExampleRowFunctor {
+  MESHSMOOTH_HD std::int64_t operator()(std::size_t, const Team&) const { return 0; }
+};
 
 /// What a step that both backends share needs of a backend: one memory space and a few
 /// operations on it. Functors are called with every index below `count` in any order, by any
@@ -37,6 +42,10 @@ struct ExampleFunctor {
 ///   for_each(n, f)        f(i)
 ///   reduce(n, zero, f, op)  op over f(i); the grouping depends on n alone, so that
 ///                         sums have the same bits for any number of threads
+///   reduce_to(n, zero, f, op, to)  the same, into executor memory
+///   Team                  threads that share a row: `SingleThread`, or as that is
+///   for_each_row(n, f)    f(i, team), called by each thread of a team with its own
+///   reduce_rows_to(n, zero, f, op, to)  the same; of a team one thread's value counts
 ///   run_rounds(n, visits, visit, settle)  rounds, c = n in the first: visit(i, c) for all i below
 ///                         visits(c), then settle(i) for all i below n; c becomes the number of
 ///                         those that return true, and the rounds end where it is 0. kTeam: how
@@ -48,6 +57,7 @@ struct ExampleFunctor {
 ///   Timer(executor, seconds)  adds the time of the work inside its lifetime, at the
 ///                         latest when `finish()` returns
 ///   synchronize()         waits for all queued work
+///   hold(pointer)         keeps what it points to until all work of the job has ended
 ///   finish()              waits for all work and completes the timers; ends a job
 ///   check()               throws Cancelled or DeadlineExceeded when the job must end
 template <class E>
@@ -62,6 +72,11 @@ concept Executor = requires(E& e, double* data, const double* host, std::span<co
   { e.download(host, n, data) } -> std::same_as<void>;
   { e.for_each(n, f) } -> std::same_as<void>;
   { e.reduce(n, std::int64_t{0}, f, f) } -> std::same_as<std::int64_t>;
+  { e.reduce_to(n, std::int64_t{0}, f, f, sums) } -> std::same_as<void>;
+  { e.for_each_row(n, ExampleRowFunctor<typename E::Team>()) } -> std::same_as<void>;
+  {
+    e.reduce_rows_to(n, std::int64_t{0}, ExampleRowFunctor<typename E::Team>(), f, sums)
+    } -> std::same_as<void>;
   { e.run_rounds(n, f, f, f) } -> std::same_as<void>;
   { E::kTeam } -> std::convertible_to<std::size_t>;
   { e.exclusive_scan(sums, n) } -> std::same_as<std::int64_t>;
@@ -70,6 +85,7 @@ concept Executor = requires(E& e, double* data, const double* host, std::span<co
   { E::load(slot) } -> std::same_as<std::uint32_t>;
   { x.store(n, x[n]) } -> std::same_as<void>;
   { e.synchronize() } -> std::same_as<void>;
+  { e.hold(std::shared_ptr<const void>()) } -> std::same_as<void>;
   { e.check() } -> std::same_as<void>;
   { e.finish() } -> std::same_as<void>;
 }

@@ -15,21 +15,20 @@ namespace meshsmooth::detail {
 /// neighbours -> boundary -> constraints -> iterate -> evaluate -> write back, in this order and
 /// timed: the one text of every backend.
 ///
-/// takes  a mesh whose sizes are valid, the caller's positions in host memory; what the backend
-///        has not had validated, `prepare` finds
-/// gives  smoothed positions in `positions` (free nodes only) and the summary
+/// takes  a mesh whose sizes are valid, the given positions in host memory; what the backend has
+///        not had validated, `prepare` finds
+/// gives  smoothed positions in `positions`, which may be the array given, and the summary
 template <Backend B, class Real>
 SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
-                           std::span<Vec3<Real>> positions, const SmoothOptions& options,
-                           const JobControl& control) {
+                           std::span<const Vec3<Real>> given, std::span<Vec3<Real>> positions,
+                           const SmoothOptions& options, const JobControl& control) {
   using E = typename B::Executor;
   E& executor = backend.executor();
   refuse_too_large(topology);
   const SmoothOptions sweeping = sweeping_options(options);
   const bool moves = std::holds_alternative<Move>(options.method);
   StageTimes times;
-  auto job =
-      backend.prepare(topology, std::span<const Vec3<Real>>(positions), sweeping, control, times);
+  auto job = backend.prepare(topology, given, sweeping, control, times);
   TargetArrays<E> targets = find_reference(executor, job, sweeping);
   typename B::Orientation orientation;
   {
@@ -46,7 +45,11 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
 
   {
     const StageTimer timer(executor, times.evaluate_seconds, control, Stage::evaluate);
-    summary.quality_before = backend.evaluate(job, orientation);
+    const auto evaluate = [&] { return backend.evaluate(job, orientation); };
+    summary.quality_before =
+        backend.kept_reference() != nullptr
+            ? backend.kept_reference()->quality(options.quality_detail, evaluate)
+            : evaluate();
     refuse_tangled(summary.quality_before, sweeping.tangled, job.volume());
     if (moves) refuse_tangled_reference(summary.quality_before);
   }
@@ -64,15 +67,15 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
     around.anchors = anchors.data();
     if (options.only_below) fix_outside(executor, around, *options.only_below, job);
     summary.nodes = job.nodes;
-    Colouring<E> colouring;
-    if (resolve_form(sweeping) == Form::gauss_seidel) {
+    Colouring<E> colouring;  // `Motion` finds its own, unless it makes no sweep
+    if (resolve_form(sweeping) == Form::gauss_seidel && !moves) {
       colouring = backend.colour(around, job.caller_ids.data());
-      summary.colour_count = static_cast<int>(colouring.count());
     }
     if (!needs_balls(sweeping)) job.balls = {};
     ConvergenceMonitor monitor(sweeping, control, job.box.diagonal(), job.free_count);
     if (moves) summary.motion.emplace();
     iterate(backend, around, colouring, options, monitor, job, moves ? &*summary.motion : nullptr);
+    summary.colour_count = static_cast<int>(colouring.count());
     summary.stop_reason = monitor.reason();
     summary.convergence = monitor.take();
     summary.poor = monitor.poor();

@@ -38,14 +38,26 @@ class CudaBackend {
   template <class Real>
   using Job = JobMesh<CudaExecutor, Real>;
 
-  /// `prepared`: what is known of the topology, or null. The caller's mesh must outlive the object.
+  /// `prepared`: what is known of the topology, or null; `at_reference`: the mesh lies as in its
+  /// reference. The caller's mesh must outlive the object.
   CudaBackend(CudaExecutor& executor, const TopologyView& topology, PositionsView positions,
-              QualityDetail quality_detail, const CudaPreparedTopology* prepared = nullptr)
+              QualityDetail quality_detail, const CudaPreparedTopology* prepared = nullptr,
+              bool at_reference = false)
       : executor_(executor),
         evaluator_(executor, topology, positions, quality_detail),
-        prepared_(prepared) {}
+        prepared_(prepared),
+        at_reference_(at_reference) {}
 
   [[nodiscard]] CudaExecutor& executor() { return executor_; }
+
+  [[nodiscard]] KeptReference<CudaExecutor>* kept_reference() const {
+    return at_reference_ ? prepared_->kept.get() : nullptr;
+  }
+  template <class T>
+  void keep(DeviceBuffer<T>& buffer) const {
+    buffer = detail::keep(executor_, *prepared_->memory, prepared_->kept->count(), buffer,
+                          buffer.size());
+  }
 
   template <class Real>
   [[nodiscard]] Job<Real> prepare(const TopologyView& topology,
@@ -113,6 +125,7 @@ class CudaBackend {
   CudaExecutor& executor_;
   CudaEvaluator evaluator_;
   const CudaPreparedTopology* prepared_;
+  bool at_reference_;
   std::int64_t* moved_ = nullptr;  // once the caller's order is restored
 };
 

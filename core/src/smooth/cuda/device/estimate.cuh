@@ -65,10 +65,12 @@ namespace meshsmooth::detail {
   const std::int64_t normals =
       mesh.dimension == 2 ? mesh.elements * std::int64_t{sizeof(PackedDirection)} : 0;
   const std::int64_t found = (needs_balls(options) ? balls : 0) + rings + normals;
+  const std::int64_t sweeping = iterate_bytes(mesh, options, visiting_bytes(mesh, options)) +
+                                extra_sweep_bytes(mesh, options, patch);
+  const bool moves = std::holds_alternative<Move>(given_options.method);
   const std::int64_t iterating = found +
-                                 iterate_bytes(mesh, options, visiting_bytes(mesh, options)) +
-                                 extra_sweep_bytes(mesh, options, patch) +
-                                 motion_bytes(mesh, given_options) + (colours ? n * 4 : 0);
+                                 (moves ? motion_bytes(mesh, size.reference, sweeping) : sweeping) +
+                                 (colours ? n * 4 : 0);
   const std::int64_t evaluating = found + element_quality_bytes(mesh, options);
 
   const std::int64_t held = (plan.kept ? balls : 0) + rings + look_back;  // after `prepare`

@@ -3,14 +3,18 @@
 #include <cub/device/device_scan.cuh>
 
 #include <algorithm>
+#include <memory>
 #include <span>
 #include <type_traits>
+#include <utility>
+#include <vector>
 
 #include "meshsmooth/vec3.hpp"
 #include "smooth/cuda/device/launch.cuh"
 #include "smooth/cuda/device/stream_marks.hpp"
 #include "smooth/cuda/primitives/reduce.cuh"
 #include "smooth/cuda/primitives/rounds.cuh"
+#include "smooth/cuda/primitives/warp_team.cuh"
 #include "smooth/steps/executor.hpp"
 #include "smooth/steps/interrupt.hpp"
 
@@ -24,6 +28,28 @@ __global__ void __launch_bounds__(kBlockSize) for_each_kernel(std::size_t count,
     body(i);
   }
 }
+
+/// Threads that share a row: two turns for most rings, and adjacent loads.
+inline constexpr int kTeamOfRow = 8;
+
+/// A body for rows, called by the threads of teams.
+template <class Body>
+struct RowBody {
+  Body body;
+  __device__ void operator()(std::size_t thread) const {
+    body(thread / kTeamOfRow, WarpTeam<kTeamOfRow>());
+  }
+};
+template <class T, class Body>
+struct RowValue {
+  Body body;
+  T zero;
+  __device__ T operator()(std::size_t thread) const {
+    const WarpTeam<kTeamOfRow> team;
+    const T value = body(thread / kTeamOfRow, team);
+    return team.rank == 0 ? value : zero;
+  }
+};
 
 /// Positions for asynchronous relaxation (Form::asynchronous), which other threads write at the
 /// same time: each coordinate is whole, a position may mix old and new.
@@ -66,6 +92,9 @@ class CudaExecutor : public StreamMarks {
   [[nodiscard]] ByteCount& bytes() { return bytes_; }
   [[nodiscard]] const Interrupt& interrupt() const { return interrupt_; }
   void check() const { interrupt_.check(); }
+
+  /// Keeps something until all work of the job has ended.
+  void hold(std::shared_ptr<const void> what) { held_.push_back(std::move(what)); }
 
   template <class T>
   [[nodiscard]] Buffer<T> allocate(std::size_t size) {
@@ -135,6 +164,23 @@ class CudaExecutor : public StreamMarks {
                                              partial.data(), lane().ticket(), result);
   }
 
+  template <class T, class Body, class Combine>
+  void reduce_to(std::size_t count, T zero, const Body& body, const Combine& combine, T* result) {
+    reduce_later(count, zero, body, combine, result);
+  }
+
+  using Team = WarpTeam<kTeamOfRow>;
+
+  template <class Body>
+  void for_each_row(std::size_t count, const Body& body) {
+    for_each(count * kTeamOfRow, RowBody<Body>{body});
+  }
+  template <class T, class Body, class Combine>
+  void reduce_rows_to(std::size_t count, T zero, const Body& body, const Combine& combine,
+                      T* result) {
+    reduce_later(count * kTeamOfRow, zero, RowValue<T, Body>{body, zero}, combine, result);
+  }
+
   static constexpr std::size_t kTeam = kRoundTeam;
 
   template <class Visits, class Visit, class Settle>
@@ -199,6 +245,7 @@ class CudaExecutor : public StreamMarks {
 
   const Interrupt& interrupt_;
   ByteCount bytes_;
+  std::vector<std::shared_ptr<const void>> held_;  // what uses it has ended then
 };
 
 static_assert(Executor<CudaExecutor>);

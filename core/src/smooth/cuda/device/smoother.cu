@@ -52,14 +52,16 @@ class CudaSmoother final : public Smoother {
   }
 
   [[nodiscard]] std::shared_ptr<const PreparedTopology> prepare(
-      const TopologyView& topology, const JobControl& control) override {
+      const TopologyView& topology, const JobControl& control,
+      const PositionsView& reference) override {
     validate_sizes(topology);
+    if (position_count(reference) > 0) validate_reference(topology, reference);
     refuse_too_large(topology);
     use_device(lane_.device());
     const Interrupt interrupt(control);
     CudaExecutor executor(lane_, interrupt);
     executor.check();
-    return prepare_topology(executor, topology, control);
+    return prepare_topology(executor, topology, control, reference);
   }
 
   SmoothSummary smooth(const PreparedTopology& prepared, PositionsSpan positions,
@@ -74,7 +76,7 @@ class CudaSmoother final : public Smoother {
                     const CudaPreparedTopology* prepared) {
     validate(options);
     validate_sizes(topology, as_view(positions));
-    validate_arrays(topology, options);
+    validate_arrays(topology, options, prepared != nullptr ? prepared->reference : PositionsView{});
     const JobTopology of_job(topology, options);
     use_device(lane_.device());
     return std::visit(
@@ -82,9 +84,10 @@ class CudaSmoother final : public Smoother {
           const Interrupt interrupt(control);
           CudaExecutor executor(lane_, interrupt);
           executor.check();
-          CudaBackend steps(executor, of_job.view(), as_view(positions), options.quality_detail,
-                            prepared);
-          SmoothSummary summary = run_pipeline(steps, of_job.view(), span, options, control);
+          const auto given = given_positions(options, span);
+          const bool kept = prepared != nullptr && is_same_array(prepared->reference, given);
+          CudaBackend steps(executor, of_job.view(), given, options.quality_detail, prepared, kept);
+          SmoothSummary summary = run_pipeline(steps, of_job.view(), given, span, options, control);
           summary.backend = backend();
           summary.device_name = device_name_;
           summary.device_peak_bytes = static_cast<std::int64_t>(executor.bytes().peak());

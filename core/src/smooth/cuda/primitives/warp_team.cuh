@@ -1,5 +1,7 @@
 #pragma once
 
+#include "meshsmooth/vec3.hpp"
+
 namespace meshsmooth::detail {
 
 /// A team: kSize threads of one warp that work on one node.
@@ -24,6 +26,13 @@ struct WarpTeam {
   /// Butterfly reduction: all threads get the same bits.
   [[nodiscard]] __device__ double sum(double value) const {
     for (int step = size / 2; step > 0; step /= 2) value += __shfl_xor_sync(mask, value, step);
+    return value;
+  }
+  [[nodiscard]] __device__ Vec3f sum(Vec3f value) const {
+    for (int step = size / 2; step > 0; step /= 2) {
+      value += Vec3f{__shfl_xor_sync(mask, value.x, step), __shfl_xor_sync(mask, value.y, step),
+                     __shfl_xor_sync(mask, value.z, step)};
+    }
     return value;
   }
   [[nodiscard]] __device__ bool all(bool value) const { return __all_sync(mask, value) != 0; }

@@ -7,6 +7,7 @@
 
 #include "smooth/cuda/topology/landmarks.cuh"
 #include "smooth/cuda/topology/prepare.cuh"
+#include "smooth/motion/kept_reference.hpp"
 
 namespace meshsmooth::detail {
 
@@ -52,9 +53,10 @@ struct CudaPreparedTopology final : PreparedTopology {
   RowBuffer<CudaExecutor, NodeId> rings;
   DeviceBuffer<std::uint8_t> on_boundary;
   std::int64_t boundary_nodes = 0;
+  std::unique_ptr<KeptReference<CudaExecutor>> kept;  // if there is a reference
 
   [[nodiscard]] MemoryEstimate bytes() const override {
-    return {0, static_cast<std::int64_t>(count.now())};
+    return {0, static_cast<std::int64_t>(count.now()) + (kept ? kept->most_bytes() : 0)};
   }
   [[nodiscard]] std::int64_t boundary_node_count() const override { return boundary_nodes; }
 };
@@ -65,15 +67,15 @@ struct CudaPreparedTopology final : PreparedTopology {
   const std::int64_t bytes =
       mesh.nodes * (4 + 1) + mesh.entries * 4 + (mesh.types > 1 ? mesh.elements * 4 : 0) +
       row_bytes(mesh.nodes, mesh.entries) + row_bytes(mesh.nodes, 2 * mesh.edges);
-  return bytes + bytes / 50;
+  return bytes + bytes / 50 + (size.reference ? kept_system_bytes(mesh) : 0);
 }
 
 /// Copies the first `size` values of a job's buffer into memory that outlives it.
 template <class T>
-DeviceBuffer<T> keep(CudaExecutor& executor, CudaPreparedTopology& to, const DeviceBuffer<T>& from,
-                     std::size_t size) {
-  DeviceBuffer<T> kept(size, {to.memory->pool(), to.count});
-  to.memory->synchronize();
+DeviceBuffer<T> keep(CudaExecutor& executor, KeptMemory& memory, ByteCount& count,
+                     const DeviceBuffer<T>& from, std::size_t size) {
+  DeviceBuffer<T> kept(size, {memory.pool(), count});
+  memory.synchronize();
   if (size > 0) {
     check_cuda(cudaMemcpyAsync(kept.data(), from.data(), size * sizeof(T), cudaMemcpyDeviceToDevice,
                                executor.stream()),
@@ -87,9 +89,9 @@ DeviceBuffer<T> keep(CudaExecutor& executor, CudaPreparedTopology& to, const Dev
 ///
 /// takes  a topology whose sizes are valid
 /// cost   two searches for rings, and `place_by_edges`
-inline std::shared_ptr<const CudaPreparedTopology> prepare_topology(CudaExecutor& executor,
-                                                                    const TopologyView& topology,
-                                                                    const JobControl& control) {
+inline std::shared_ptr<const CudaPreparedTopology> prepare_topology(
+    CudaExecutor& executor, const TopologyView& topology, const JobControl& control,
+    const PositionsView& reference) {
   if (control.on_progress) control.on_progress({Stage::find_neighbours, 0, 0, 0});
   const std::size_t node_count = topology.node_count;
   JobMesh<CudaExecutor, float> job;
@@ -119,14 +121,20 @@ inline std::shared_ptr<const CudaPreparedTopology> prepare_topology(CudaExecutor
 
   auto result = std::make_shared<CudaPreparedTopology>(executor.lane().device());
   result->topology = topology;
+  if (position_count(reference) > 0) {
+    result->reference = reference;
+    result->kept = std::make_unique<KeptReference<CudaExecutor>>(
+        kept_system_bytes(count_mesh(size_of(topology))));
+  }
   // However this ends, the copies end before what they fill is freed.
   const auto wait = [](CudaExecutor* of) { cudaStreamSynchronize(of->lane().stream.get()); };
   const std::unique_ptr<CudaExecutor, decltype(wait)> copies_end_first(&executor, wait);
   const PrepareState& found = preparation.found(executor);
   result->boundary_nodes = static_cast<std::int64_t>(found.boundary);
-  const auto keep_all = [&](const auto& buffer) {
-    return keep(executor, *result, buffer, buffer.size());
+  const auto keep_some = [&](const auto& buffer, std::size_t size) {
+    return keep(executor, *result->memory, result->count, buffer, size);
   };
+  const auto keep_all = [&](const auto& buffer) { return keep_some(buffer, buffer.size()); };
   result->caller_ids = keep_all(job.caller_ids);
   result->elements.view = job.elements.view;
   result->elements.dimension = job.elements.dimension;
@@ -140,10 +148,9 @@ inline std::shared_ptr<const CudaPreparedTopology> prepare_topology(CudaExecutor
   }
   std::size_t entry_count = 0;
   for (const ElementBlockView& block : topology.blocks) entry_count += block.nodes.size();
-  result->balls = {keep_all(job.balls.offsets),
-                   keep(executor, *result, job.balls.entries, entry_count)};
-  result->rings = {keep_all(job.rings.offsets), keep(executor, *result, job.rings.entries,
-                                                     static_cast<std::size_t>(found.ring_entries))};
+  result->balls = {keep_all(job.balls.offsets), keep_some(job.balls.entries, entry_count)};
+  result->rings = {keep_all(job.rings.offsets),
+                   keep_some(job.rings.entries, static_cast<std::size_t>(found.ring_entries))};
   // Of nodes in no element the search says that they are fixed, too.
   std::uint8_t* const marks = job.fixed.data();
   const Rows<NodeId> rings = job.rings.view();

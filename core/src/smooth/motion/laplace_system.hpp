@@ -1,0 +1,60 @@
+#pragma once
+
+#include "smooth/motion/multigrid.hpp"
+#include "smooth/steps/mesh_counts.hpp"
+
+namespace meshsmooth::detail {
+
+/// Laplace's equation on a reference, for some fixed nodes: what many motions can share.
+template <Executor E>
+struct LaplaceSystem {
+  typename E::template Buffer<float> values;   // by ring entry
+  typename E::template Buffer<float> weights;  // by node; 0: it is fixed
+  Hierarchy<E> hierarchy;
+
+  /// Its rows are the rings.
+  [[nodiscard]] LaplaceMatrix matrix(const Surroundings& around) const {
+    return {around.rings, values.data()};
+  }
+};
+
+/// Bytes of a hierarchy, an upper bound for ordinary meshes: a coarser level has a tenth to a fifth
+/// of the rows, each with twice to four times as many entries.
+[[nodiscard]] inline std::int64_t hierarchy_bytes(const MeshCounts& mesh) {
+  return 170 * mesh.nodes + 4 * std::int64_t{kMostCoarsestRows * kMostCoarsestRows};
+}
+/// Bytes of `LaplaceSystem` that is kept.
+[[nodiscard]] inline std::int64_t kept_system_bytes(const MeshCounts& mesh) {
+  return 8 * mesh.edges + 5 * mesh.nodes + hierarchy_bytes(mesh);
+}
+/// Bytes of `LaplaceSolver` and its system; of one to be kept also while it is built.
+[[nodiscard]] inline std::int64_t solving_bytes(const MeshCounts& mesh, bool kept) {
+  const std::int64_t vectors = 4 * mesh.nodes * std::int64_t{sizeof(Vec3f)};
+  const std::int64_t system = 8 * mesh.edges + 4 * mesh.nodes;
+  if (!kept) return vectors + system;
+  return kept_system_bytes(mesh) + std::max(vectors * 7 / 4, 110 * mesh.nodes);
+}
+
+struct FreeNodes {
+  const std::uint8_t* fixed;
+  [[nodiscard]] MESHSMOOTH_HD bool operator()(std::size_t node) const { return fixed[node] == 0; }
+};
+
+/// Assembles the matrix; a hierarchy if `kept`, for it pays from the second motion on.
+template <Executor E, class Real>
+LaplaceSystem<E> build_laplace_system(E& executor, const Surroundings& around,
+                                      std::size_t ring_entries, const Vec3<Real>* positions,
+                                      bool kept) {
+  LaplaceSystem<E> system;
+  system.values = executor.template allocate<float>(ring_entries);
+  system.weights = executor.template allocate<float>(around.node_count);
+  assemble_laplace(executor, around, positions, system.values.data());
+  const LaplaceMatrix matrix = system.matrix(around);
+  find_weights(executor, matrix, around.node_count, FreeNodes{around.fixed}, system.weights.data());
+  if (kept) {
+    system.hierarchy = build_hierarchy(executor, matrix, system.weights.data(), around.node_count);
+  }
+  return system;
+}
+
+}  // namespace meshsmooth::detail
