@@ -128,13 +128,14 @@ class CpuExecutor {
     *result = reduce(count, zero, functor, combine);
   }
 
-  using Team = SingleThread;
+  using RingTeam = SingleThread;
+  using RowTeam = SingleThread;
 
-  template <class Functor>
+  template <class Team, class Functor>
   void for_each_row(std::size_t count, const Functor& functor) {
     for_each(count, [&](std::size_t row) { functor(row, Team()); });
   }
-  template <class T, class Functor, class Combine>
+  template <class Team, class T, class Functor, class Combine>
   void reduce_rows_to(std::size_t count, T zero, const Functor& functor, const Combine& combine,
                       T* result) {
     reduce_to(

@@ -142,13 +142,15 @@ inline constexpr float kSecondDamping = 1.1389990F;
 /// A V-cycle from 0 with two steps of damped Jacobi before and after the coarser level, but for the
 /// last step, which is returned. It is a symmetric positive definite operator.
 ///
+/// `Team` shares the rows of this level.
+///
 /// cost   four products on each level
 /// order  deterministic
-template <Executor E>
+template <class Team, Executor E>
 JacobiStep cycle(E& executor, const LaplaceMatrix& matrix, const float* weights,
                  std::size_t row_count, const Vec3f* right, const Hierarchy<E>& hierarchy,
                  std::size_t level, CycleVectors<E>& vectors) {
-  using Team = typename E::Team;
+  using RowTeam = typename E::RowTeam;
   const CoarseLevel<E>& coarser = hierarchy.levels[level];
   Vec3f* const guess = vectors.levels[level].guess.data();
   Vec3f* const other = vectors.levels[level].other.data();
@@ -156,46 +158,53 @@ JacobiStep cycle(E& executor, const LaplaceMatrix& matrix, const float* weights,
     other[row] = kFirstDamping * weights[row] * right[row];
   });
   const JacobiStep second{matrix, weights, right, other, kSecondDamping};
-  executor.for_each_row(row_count, [=] MESHSMOOTH_HD(std::size_t row, const Team& team) {
-    const Vec3f x = second(row, team);
-    if (team.rank == 0) guess[row] = x;
-  });
+  executor.template for_each_row<Team>(row_count,
+                                       [=] MESHSMOOTH_HD(std::size_t row, const Team& team) {
+                                         const Vec3f x = second(row, team);
+                                         if (team.rank == 0) guess[row] = x;
+                                       });
   const JacobiStep third{matrix, weights, right, guess, kSecondDamping};
-  executor.for_each_row(row_count, [=] MESHSMOOTH_HD(std::size_t row, const Team& team) {
-    const Vec3f r = third.residual(row, team);
-    if (team.rank == 0) other[row] = r;
-  });
+  executor.template for_each_row<Team>(row_count,
+                                       [=] MESHSMOOTH_HD(std::size_t row, const Team& team) {
+                                         const Vec3f r = third.residual(row, team);
+                                         if (team.rank == 0) other[row] = r;
+                                       });
 
   auto& below = vectors.levels[level + 1];
   Vec3f* const below_right = below.right.data();
   Vec3f* const below_result = below.result.data();
   const WeightedRows<ElementId> restriction = coarser.interpolation.restriction();
-  executor.for_each_row(coarser.size, [=] MESHSMOOTH_HD(std::size_t row, const Team& team) {
-    const Vec3f sum = restriction.row(row, other, team);
-    if (team.rank == 0) below_right[row] = sum;
-  });
+  executor.template for_each_row<RowTeam>(coarser.size,
+                                          [=] MESHSMOOTH_HD(std::size_t row, const RowTeam& team) {
+                                            const Vec3f sum = restriction.row(row, other, team);
+                                            if (team.rank == 0) below_right[row] = sum;
+                                          });
   if (level + 1 == hierarchy.levels.size()) {
     const DenseRows inverse{hierarchy.inverse.data(), coarser.size};
-    executor.for_each_row(coarser.size, [=] MESHSMOOTH_HD(std::size_t row, const Team& team) {
-      const Vec3f x = inverse.row(row, below_right, team);
-      if (team.rank == 0) below_result[row] = x;
-    });
+    executor.template for_each_row<RowTeam>(
+        coarser.size, [=] MESHSMOOTH_HD(std::size_t row, const RowTeam& team) {
+          const Vec3f x = inverse.row(row, below_right, team);
+          if (team.rank == 0) below_result[row] = x;
+        });
   } else {
-    const JacobiStep last = cycle(executor, coarser.matrix.view(), coarser.weights.data(),
-                                  coarser.size, below_right, hierarchy, level + 1, vectors);
-    executor.for_each_row(coarser.size, [=] MESHSMOOTH_HD(std::size_t row, const Team& team) {
-      const Vec3f x = last(row, team);
-      if (team.rank == 0) below_result[row] = x;
-    });
+    const JacobiStep last =
+        cycle<RowTeam>(executor, coarser.matrix.view(), coarser.weights.data(), coarser.size,
+                       below_right, hierarchy, level + 1, vectors);
+    executor.template for_each_row<RowTeam>(
+        coarser.size, [=] MESHSMOOTH_HD(std::size_t row, const RowTeam& team) {
+          const Vec3f x = last(row, team);
+          if (team.rank == 0) below_result[row] = x;
+        });
   }
   const WeightedRows<NodeId> prolongation = coarser.interpolation.prolongation();
   executor.for_each(row_count, [=] MESHSMOOTH_HD(std::size_t row) {
     guess[row] += prolongation.row(row, below_result, SingleThread());
   });
-  executor.for_each_row(row_count, [=] MESHSMOOTH_HD(std::size_t row, const Team& team) {
-    const Vec3f x = third(row, team);
-    if (team.rank == 0) other[row] = x;
-  });
+  executor.template for_each_row<Team>(row_count,
+                                       [=] MESHSMOOTH_HD(std::size_t row, const Team& team) {
+                                         const Vec3f x = third(row, team);
+                                         if (team.rank == 0) other[row] = x;
+                                       });
   return {matrix, weights, right, other, kFirstDamping};
 }
 

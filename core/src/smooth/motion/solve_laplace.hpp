@@ -119,7 +119,7 @@ class LaplaceSolver {
     const LaplaceMatrix matrix = system_.matrix(around);
     const JacobiSums sums = jacobi();
     Vec3f* const r = residual_.data();
-    executor_.reduce_rows_to(
+    executor_.template reduce_rows_to<Team>(
         around.node_count, PairOfSums{},
         [=] MESHSMOOTH_HD(std::size_t node, const Team& team) {
           Vec3f value{0, 0, 0};
@@ -137,9 +137,9 @@ class LaplaceSolver {
     const Surroundings around = around_;
     const Vec3f* const r = residual_.data();
     Vec3f* const z = preconditioned_.data();
-    const JacobiStep last = cycle(executor_, system_.matrix(around), system_.weights.data(),
-                                  around.node_count, r, system_.hierarchy, 0, vectors_);
-    executor_.reduce_rows_to(
+    const JacobiStep last = cycle<Team>(executor_, system_.matrix(around), system_.weights.data(),
+                                        around.node_count, r, system_.hierarchy, 0, vectors_);
+    executor_.template reduce_rows_to<Team>(
         around.node_count, Vec3d{0, 0, 0},
         [=] MESHSMOOTH_HD(std::size_t node, const Team& team) {
           const Vec3f value = allowed_part(around.sliding, node, last(node, team));
@@ -166,7 +166,7 @@ class LaplaceSolver {
     const LaplaceMatrix matrix = system_.matrix(around);
     const Vec3f* const p = direction_.data();
     Vec3f* const ap = product_.data();
-    executor_.reduce_rows_to(
+    executor_.template reduce_rows_to<Team>(
         around.node_count, Vec3d{0, 0, 0},
         [=] MESHSMOOTH_HD(std::size_t node, const Team& team) {
           Vec3f value{0, 0, 0};
@@ -197,7 +197,7 @@ class LaplaceSolver {
   }
 
  private:
-  using Team = typename E::Team;
+  using Team = typename E::RingTeam;
 
   [[nodiscard]] double squares(const PairOfSums* sums) {
     PairOfSums host;

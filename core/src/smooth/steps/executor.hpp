@@ -43,9 +43,9 @@ struct ExampleRowFunctor {
 ///   reduce(n, zero, f, op)  op over f(i); the grouping depends on n alone, so that
 ///                         sums have the same bits for any number of threads
 ///   reduce_to(n, zero, f, op, to)  the same, into executor memory
-///   Team                  threads that share a row: `SingleThread`, or as that is
-///   for_each_row(n, f)    f(i, team), called by each thread of a team with its own
-///   reduce_rows_to(n, zero, f, op, to)  the same; of a team one thread's value counts
+///   RingTeam, RowTeam     threads that share a ring, or a longer row: `SingleThread`, or as that
+///   is for_each_row<Team>(n, f)  f(i, team), called by each thread of a team with its own
+///   reduce_rows_to<Team>(n, zero, f, op, to)  the same; of a team one thread's value counts
 ///   run_rounds(n, visits, visit, settle)  rounds, c = n in the first: visit(i, c) for all i below
 ///                         visits(c), then settle(i) for all i below n; c becomes the number of
 ///                         those that return true, and the rounds end where it is 0. kTeam: how
@@ -73,9 +73,12 @@ concept Executor = requires(E& e, double* data, const double* host, std::span<co
   { e.for_each(n, f) } -> std::same_as<void>;
   { e.reduce(n, std::int64_t{0}, f, f) } -> std::same_as<std::int64_t>;
   { e.reduce_to(n, std::int64_t{0}, f, f, sums) } -> std::same_as<void>;
-  { e.for_each_row(n, ExampleRowFunctor<typename E::Team>()) } -> std::same_as<void>;
   {
-    e.reduce_rows_to(n, std::int64_t{0}, ExampleRowFunctor<typename E::Team>(), f, sums)
+    e.template for_each_row<typename E::RowTeam>(n, ExampleRowFunctor<typename E::RowTeam>())
+    } -> std::same_as<void>;
+  {
+    e.template reduce_rows_to<typename E::RingTeam>(
+        n, std::int64_t{0}, ExampleRowFunctor<typename E::RingTeam>(), f, sums)
     } -> std::same_as<void>;
   { e.run_rounds(n, f, f, f) } -> std::same_as<void>;
   { E::kTeam } -> std::convertible_to<std::size_t>;

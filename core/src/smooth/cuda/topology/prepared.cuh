@@ -4,10 +4,12 @@
 #include <memory>
 #include <mutex>
 #include <utility>
+#include <variant>
 
 #include "smooth/cuda/topology/landmarks.cuh"
 #include "smooth/cuda/topology/prepare.cuh"
 #include "smooth/motion/kept_reference.hpp"
+#include "smooth/motion/prescribed.hpp"
 
 namespace meshsmooth::detail {
 
@@ -54,6 +56,7 @@ struct CudaPreparedTopology final : PreparedTopology {
   DeviceBuffer<std::uint8_t> on_boundary;
   std::int64_t boundary_nodes = 0;
   std::unique_ptr<KeptReference<CudaExecutor>> kept;  // if there is a reference
+  std::variant<DeviceBuffer<Vec3f>, DeviceBuffer<Vec3d>> reference_positions;  // as given
 
   [[nodiscard]] MemoryEstimate bytes() const override {
     return {0, static_cast<std::int64_t>(count.now()) + (kept ? kept->most_bytes() : 0)};
@@ -67,7 +70,8 @@ struct CudaPreparedTopology final : PreparedTopology {
   const std::int64_t bytes =
       mesh.nodes * (4 + 1) + mesh.entries * 4 + (mesh.types > 1 ? mesh.elements * 4 : 0) +
       row_bytes(mesh.nodes, mesh.entries) + row_bytes(mesh.nodes, 2 * mesh.edges);
-  return bytes + bytes / 50 + (size.reference ? kept_system_bytes(mesh) : 0);
+  const std::int64_t reference = mesh.nodes * std::int64_t{sizeof(Vec3d)} + kept_system_bytes(mesh);
+  return bytes + bytes / 50 + (size.reference ? reference : 0);
 }
 
 /// Copies the first `size` values of a job's buffer into memory that outlives it.
@@ -76,11 +80,7 @@ DeviceBuffer<T> keep(CudaExecutor& executor, KeptMemory& memory, ByteCount& coun
                      const DeviceBuffer<T>& from, std::size_t size) {
   DeviceBuffer<T> kept(size, {memory.pool(), count});
   memory.synchronize();
-  if (size > 0) {
-    check_cuda(cudaMemcpyAsync(kept.data(), from.data(), size * sizeof(T), cudaMemcpyDeviceToDevice,
-                               executor.stream()),
-               "copying on the device");
-  }
+  executor.copy(from.data(), size, kept.data());
   return kept;
 }
 
@@ -158,6 +158,15 @@ inline std::shared_ptr<const CudaPreparedTopology> prepare_topology(
     if (rings.size(node) == 0) marks[node] = 0;
   });
   result->on_boundary = keep_all(job.fixed);
+  if (result->kept) {
+    std::visit(
+        [&]<class Real>(std::span<const Vec3<Real>> positions) {
+          const auto given = executor.in_executor_memory(positions);
+          result->reference_positions = keep_all(given);
+          executor.synchronize();
+        },
+        reference);
+  }
   executor.finish();
   return result;
 }
@@ -214,7 +223,13 @@ JobMesh<CudaExecutor, Real> prepare_job(CudaExecutor& executor,
   DeviceBuffer<std::uint8_t> mask;
   {
     const StageTimer timer(executor, times.upload_seconds, control, Stage::find_neighbours);
-    job.given = executor.in_executor_memory(positions);
+    if (is_same_array(prepared.reference, positions)) {
+      const auto& kept = std::get<DeviceBuffer<Vec3<Real>>>(prepared.reference_positions);
+      job.given = executor.allocate<Vec3<Real>>(node_count);
+      executor.copy(kept.data(), node_count, job.given.data());
+    } else {
+      job.given = executor.in_executor_memory(positions);
+    }
     mask = executor.in_executor_memory(topology.fixed);
   }
   const StageTimer timer(executor, times.find_boundary_seconds, control, Stage::find_boundary);
