@@ -199,6 +199,8 @@ TEST(Move, WorksOnAPreparedTopologyAndInFloat) {
 
 TEST(Move, SharesTheSystemOfAKeptReference) { test::expect_shared_systems("cpu"); }
 
+TEST(Move, StartsWarmIfAsked) { test::expect_warm_starts("cpu"); }
+
 TEST(Move, BoundsTheMemoryOfAKeptReference) { test::expect_bounded_memory("cpu"); }
 
 TEST(Move, NeedsFewIterationsOnAKeptReference) { test::expect_few_iterations("cpu"); }

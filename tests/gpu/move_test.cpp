@@ -85,6 +85,8 @@ TEST_F(CudaMove, ReturnsToTheReferenceBitForBit) {
 
 TEST_F(CudaMove, SharesTheSystemOfAKeptReference) { test::expect_shared_systems("cuda:0"); }
 
+TEST_F(CudaMove, StartsWarmIfAsked) { test::expect_warm_starts("cuda:0"); }
+
 TEST_F(CudaMove, BoundsTheMemoryOfAKeptReference) { test::expect_bounded_memory("cuda:0"); }
 
 TEST_F(CudaMove, NeedsFewIterationsOnAKeptReference) { test::expect_few_iterations("cuda:0"); }

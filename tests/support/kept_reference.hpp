@@ -10,6 +10,7 @@
 #include "generate.hpp"
 #include "support/mesh_size.hpp"
 #include "support/motions.hpp"
+#include "support/oracle.hpp"
 
 namespace meshsmooth::test {
 
@@ -108,6 +109,32 @@ inline void expect_few_iterations(std::string_view backend) {
     EXPECT_LE(summary.motion->linear_iteration_count, 12);
     EXPECT_LE(summary.motion->linear_residual, 1e-4);
   }
+}
+
+/// Small steps go on from where the last ones lead to; cold ones know nothing of them.
+inline void expect_warm_starts(std::string_view backend) {
+  const auto motion_to = [](double degrees) { return turned_hub(20, degrees, 16); };
+  KeptReference kept(backend, motion_to(0).reference);
+  const Motion last = motion_to(12);
+  const Job cold = kept.move(last.options());
+  for (int step = 1; step <= 5; ++step) {
+    const Motion motion = motion_to(9 + 0.5 * step);
+    const MotionStats stats = *kept.move(motion.options({.start = Start::warm})).summary.motion;
+    EXPECT_EQ(stats.reached, 1);
+    EXPECT_LE(stats.linear_residual, 1e-4);
+    if (step > 2) {
+      EXPECT_LE(stats.linear_iteration_count, 1);
+    }
+  }
+  const Job warm = kept.move(last.options({.start = Start::warm}));
+  EXPECT_LT(warm.summary.motion->linear_iteration_count,
+            cold.summary.motion->linear_iteration_count);
+  EXPECT_LT(oracle::max_distance(oracle::to_points(warm.mesh), oracle::to_points(cold.mesh)), 1e-3);
+  EXPECT_TRUE(same_bits(kept.move(last.options()).mesh, cold.mesh));
+  // Not where they lead to.
+  const SmoothSummary back = kept.move(motion_to(-30).options({.start = Start::warm})).summary;
+  EXPECT_EQ(back.motion->reached, 1);
+  EXPECT_LE(back.motion->linear_residual, 1e-4);
 }
 
 }  // namespace meshsmooth::test

@@ -88,6 +88,7 @@ inline constexpr std::array<std::string_view, 4> kWeightingNames = {
 inline constexpr std::array<std::string_view, 3> kGoalNames = {"average", "balanced", "worst"};
 inline constexpr std::array<std::string_view, 4> kTargetNames = {"automatic", "ideal", "input",
                                                                  "reference"};
+inline constexpr std::array<std::string_view, 2> kStartNames = {"cold", "warm"};
 inline constexpr std::array<std::string_view, 2> kWindowNames = {"nuttall", "hamming"};
 
 inline constexpr Range kAboveZeroToOne{.lower = 0, .upper = 1, .lower_included = false};
@@ -218,7 +219,9 @@ struct MethodTraits<Move> {
                                 "Shape that elements aim at"},
       NumberField<Move>{"least_step", &Move::least_step, detail::kAboveZeroToOne,
                         "above 0 and at most 1", "--least-step",
-                        "Smallest share of the motion that is tried, (0, 1]"}};
+                        "Smallest share of the motion that is tried, (0, 1]"},
+      ChoiceField<Move, Start>{"start", &Move::start, detail::kStartNames, "--start",
+                               "Start of the solver; warm: from earlier motions of a session"}};
 };
 
 /// Calls `visit(M{})` for each method M, in the order of `Method`.

@@ -122,11 +122,20 @@ struct Optimize {
   double stay = 0;
 };
 
+/// Where `Move` begins to solve for the displacement.
+enum class Start {
+  cold,  ///< At 0.
+  /// Where the last two warm motions on the same kept reference and fixed nodes lead to, if they
+  /// were smooth: fewer iterations to the same residual. The bits depend on those motions, what
+  /// they differ by is within the residual.
+  warm,
+};
+
 /// Moves nodes to given positions (`SmoothOptions::prescribed`) and lets the rest of the mesh
 /// follow. The positions that the job brings are the reference: a valid mesh, whose boundary, what
 /// slides where, and element shapes count. Regions do not: what lies between them follows. The
 /// result depends on it and on the prescribed positions alone, not on the way there: after a cycle
-/// the mesh is the reference, bit for bit.
+/// the mesh is the reference, bit for bit (`Start::warm` excepted).
 ///
 /// The displacement is continued into the mesh by Laplace's equation on the reference, solved by
 /// conjugate gradients to a residual of 1e-4; then the sweeps of `Optimize` bring each element
@@ -141,6 +150,7 @@ struct Move {
   Target target = Target::automatic;
   /// The smallest share of the motion that is tried before the job gives up, (0, 1].
   double least_step = 1.0 / 64;
+  Start start = Start::cold;
 };
 
 /// A smoothing method with its parameters; `MethodTraits` describes each.

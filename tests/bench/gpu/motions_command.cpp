@@ -190,6 +190,13 @@ void measure(Smoother& smoother, const Case& of, int repeats, Table& table, Json
   figures.add("kept", repeats, run);
   motion.place(of, of.step);
   figures.add("kept, small step", repeats, run);
+  double share = 1;
+  figures.add("kept, warm steps", repeats, [&] {
+    motion.place(of, share += of.step);
+    SmoothOptions options = motion.options();
+    options.method = Move{.start = Start::warm};
+    return smoother.smooth(*prepared, result, options, {});
+  });
 }
 
 int run(const std::string& backend, std::size_t most, const std::filesystem::path& cache,

@@ -12,6 +12,7 @@ Goal = Literal["average", "balanced", "worst"]
 Target = Literal["automatic", "ideal", "input", "reference"]
 Weighting = Literal["uniform", "inverse-edge-length", "edge-length", "ball-volume"]
 Window = Literal["nuttall", "hamming"]
+Start = Literal["cold", "warm"]
 MethodName = Literal[
     "optimize",
     "laplacian",
@@ -133,10 +134,13 @@ class Move:
     Attributes:
         target: shape that elements aim at: "ideal", or the one that they have in the mesh [theirs].
         least_step: smallest share of the motion that is tried, (0, 1] [1/64].
+        start: start of the solver: "warm" continues the last warm motions of a session, which are
+            small steps, in fewer iterations; the bits then depend on them [cold].
     """
 
     target: Target | None = None
     least_step: float | None = None
+    start: Start | None = None
 
     _name: ClassVar[str] = "move"
     _iterations: ClassVar[int] = _MOST_OF_ALL_STEPS

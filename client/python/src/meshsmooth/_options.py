@@ -38,6 +38,7 @@ _CHOICES = {
     "goal": (pb.Goal, "GOAL_"),
     "target": (pb.Target, "TARGET_"),
     "weighting": (pb.Weighting, "WEIGHTING_"),
+    "start": (pb.Start, "START_"),
     "window": (pb.Window, "WINDOW_"),
     "boundary": (pb.BoundaryPolicy, "BOUNDARY_POLICY_"),
     "form": (pb.Form, "FORM_"),

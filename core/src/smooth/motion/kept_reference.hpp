@@ -80,7 +80,7 @@ class KeptReference {
   void offer(B& backend, const Surroundings& around,
              const std::shared_ptr<SharedSystem<E>>& system) {
     E& executor = backend.executor();
-    std::size_t bytes = around.node_count;
+    std::size_t bytes = around.node_count * (1 + 2 * sizeof(Vec3f));
     system->for_each_buffer(
         [&](const auto& buffer) { bytes += buffer.size() * sizeof(*buffer.data()); });
     if (static_cast<std::int64_t>(bytes) > most_bytes_) return;
@@ -94,6 +94,40 @@ class KeptReference {
     system->for_each_buffer([&](auto& buffer) { backend.keep(buffer); });
     executor.synchronize();  // others may use it from now on
     newest_ = system;
+    warm_motions_ = 0;
+  }
+
+  /// Continues the last two warm motions with a system linearly, at its free nodes. False: there
+  /// is none.
+  [[nodiscard]] bool extrapolate(E& executor, const Surroundings& around,
+                                 const SharedSystem<E>* system, Vec3f* u) {
+    const std::lock_guard lock(mutex_);
+    if (newest_.get() != system || warm_motions_ == 0) return false;
+    const Vec3f* const last = last_.data();
+    const Vec3f* const before = warm_motions_ > 1 ? before_.data() : last;
+    executor.for_each(around.node_count, [=] MESHSMOOTH_HD(std::size_t node) {
+      if (around.fixed[node] == 0) u[node] = 2.0F * last[node] - before[node];
+    });
+    executor.synchronize();  // others may replace them from now on
+    return true;
+  }
+  /// Keeps the displacement of a warm motion.
+  template <class B>
+  void remember(B& backend, const Surroundings& around, const SharedSystem<E>* system,
+                const Vec3f* u) {
+    E& executor = backend.executor();
+    const std::lock_guard lock(mutex_);
+    if (newest_.get() != system) return;
+    std::swap(last_, before_);
+    if (last_.size() == 0) {
+      last_ = executor.template allocate<Vec3f>(around.node_count);
+      backend.keep(last_);
+    }
+    Vec3f* const last = last_.data();
+    executor.for_each(around.node_count,
+                      [=] MESHSMOOTH_HD(std::size_t node) { last[node] = u[node]; });
+    executor.synchronize();  // others may read it from now on
+    ++warm_motions_;
   }
 
  private:
@@ -102,6 +136,8 @@ class KeptReference {
   std::mutex mutex_;
   std::optional<QualityStats> qualities_[2];  // brief, full
   std::shared_ptr<const SharedSystem<E>> newest_;
+  typename E::template Buffer<Vec3f> last_, before_;  // displacements of warm motions
+  std::int64_t warm_motions_ = 0;                     // with the newest system
 };
 
 /// The system of a job: the kept one, or a new one, which is then kept if anything is.

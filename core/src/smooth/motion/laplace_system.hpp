@@ -23,9 +23,10 @@ struct LaplaceSystem {
 [[nodiscard]] inline std::int64_t hierarchy_bytes(const MeshCounts& mesh) {
   return 170 * mesh.nodes + 4 * std::int64_t{kMostCoarsestRows * kMostCoarsestRows};
 }
-/// Bytes of `LaplaceSystem` that is kept.
+/// Bytes of `KeptReference`.
 [[nodiscard]] inline std::int64_t kept_system_bytes(const MeshCounts& mesh) {
-  return 8 * mesh.edges + 5 * mesh.nodes + hierarchy_bytes(mesh);
+  const std::int64_t warm = 2 * mesh.nodes * std::int64_t{sizeof(Vec3f)};
+  return 8 * mesh.edges + 5 * mesh.nodes + hierarchy_bytes(mesh) + warm;
 }
 /// Bytes of `LaplaceSolver` and its system; of one to be kept also while it is built.
 [[nodiscard]] inline std::int64_t solving_bytes(const MeshCounts& mesh, bool kept) {

@@ -229,7 +229,13 @@ class Motion {
     const auto shared = find_system(backend_, context_.around, job_.rings.entries.size(),
                                     static_cast<const Vec3<Real>*>(positions_));
     LaplaceSolver<E> solver(executor_, context_.around, shared->system);
-    const LinearStats linear = solver.solve(displacement.data());
+    auto* const kept = method_.start == Start::warm ? backend_.kept_reference() : nullptr;
+    const LinearStats linear = solver.solve(displacement.data(), [&](Vec3f* u) {
+      return kept != nullptr && kept->extrapolate(executor_, context_.around, shared.get(), u);
+    });
+    if (kept != nullptr) {
+      kept->remember(backend_, context_.around, shared.get(), displacement.data());
+    }
     stats.linear_iteration_count = linear.iterations;
     stats.linear_residual = linear.residual;
     return displacement;

@@ -83,14 +83,16 @@ class LaplaceSolver {
         sums_(executor.template allocate<PairOfSums>(2)),
         curvature_(executor.template allocate<Vec3d>(1)) {}
 
-  /// Continues a displacement into the mesh, until the residual is 1e-4 of the first one. Less
-  /// never left an inverted element that more would not have.
+  /// Continues a displacement into the mesh, until the residual is 1e-4 of that of 0. Less never
+  /// left an inverted element that more would not have.
   ///
-  /// takes  `u`: the displacement of the fixed nodes, 0 at the others
+  /// takes  `u`: the displacement of the fixed nodes, 0 at the others; `guess(u)` may set these and
+  ///        returns whether it did
   /// gives  `u` at all nodes; of a sliding node along its plane, line or facets
   /// cost   an iteration: a pass over the rings, two over the nodes, and `cycle`
   /// order  deterministic: the sums are grouped by size alone
-  LinearStats solve(Vec3f* u) {
+  template <class Guess>
+  LinearStats solve(Vec3f* u, const Guess& guess) {
     constexpr double kResidual = 1e-4;
     constexpr int kMostIterations = 5000;
     PairOfSums* now = sums_.data();
@@ -99,6 +101,15 @@ class LaplaceSolver {
     const double first = squares(now);
     LinearStats stats;
     if (!(first > 0)) return stats;
+    if (guess(u)) {
+      begin(u, now);
+      stats.residual = std::sqrt(squares(now) / first);
+      if (!(stats.residual > kResidual)) return stats;
+      if (stats.residual > 1) {  // the motion was not smooth
+        clear_free(u);
+        begin(u, now);
+      }
+    }
     while (stats.iterations < kMostIterations) {
       executor_.check();
       precondition(now);
@@ -111,6 +122,13 @@ class LaplaceSolver {
       std::swap(now, next);
     }
     return stats;
+  }
+
+  void clear_free(Vec3f* u) {
+    const std::uint8_t* const fixed = around_.fixed;
+    executor_.for_each(around_.node_count, [=] MESHSMOOTH_HD(std::size_t node) {
+      if (fixed[node] == 0) u[node] = Vec3f{0, 0, 0};
+    });
   }
 
   /// The residual of `u`, and its squares in `to`; see `JacobiSums`.

@@ -49,6 +49,9 @@ STAGE_FIND_BOUNDARY: Stage
 STAGE_FIND_NEIGHBOURS: Stage
 STAGE_ITERATE: Stage
 STAGE_UNSPECIFIED: Stage
+START_COLD: Start
+START_UNSPECIFIED: Start
+START_WARM: Start
 STATE_CANCELLED: State
 STATE_EXPIRED: State
 STATE_FAILED: State
@@ -496,12 +499,14 @@ class MotionStats(_message.Message):
     def __init__(self, reached: _Optional[float] = ..., step_count: _Optional[int] = ..., rejected_step_count: _Optional[int] = ..., linear_iteration_count: _Optional[int] = ..., linear_residual: _Optional[float] = ..., linear_time: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., blocking_element_count: _Optional[int] = ..., blocking_elements: _Optional[_Iterable[int]] = ...) -> None: ...
 
 class Move(_message.Message):
-    __slots__ = ["least_step", "target"]
+    __slots__ = ["least_step", "start", "target"]
     LEAST_STEP_FIELD_NUMBER: _ClassVar[int]
+    START_FIELD_NUMBER: _ClassVar[int]
     TARGET_FIELD_NUMBER: _ClassVar[int]
     least_step: float
+    start: Start
     target: Target
-    def __init__(self, target: _Optional[_Union[Target, str]] = ..., least_step: _Optional[float] = ...) -> None: ...
+    def __init__(self, target: _Optional[_Union[Target, str]] = ..., least_step: _Optional[float] = ..., start: _Optional[_Union[Start, str]] = ...) -> None: ...
 
 class NodeCounts(_message.Message):
     __slots__ = ["between_regions", "boundary", "curved", "fixed", "isolated", "moved", "outside_only_below", "sliding_in_plane", "sliding_on_curve", "sliding_on_line", "sliding_on_surface", "total"]
@@ -791,6 +796,9 @@ class Goal(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = []
 
 class Target(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = []
+
+class Start(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = []
 
 class QualityDetail(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
