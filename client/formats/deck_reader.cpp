@@ -20,6 +20,14 @@ std::string without_blanks(std::string_view text) {
   return result;
 }
 
+/// The next comma that is not in quotes, or the end of the line.
+std::size_t end_of_part(std::string_view line, std::size_t begin) {
+  const std::size_t comma = std::min(line.find(',', begin), line.size());
+  const std::size_t quote = line.substr(0, comma).find('"', begin);
+  const std::size_t closing = quote == line.npos ? quote : line.find('"', quote + 1);
+  return closing == line.npos ? comma : std::min(line.find(',', closing), line.size());
+}
+
 bool is_comment(std::string_view line) {
   const std::string_view text = trimmed(line);
   return text.empty() || text.starts_with("**");
@@ -39,7 +47,7 @@ void split_data(std::string_view line, std::vector<std::string_view>& parts) {
   parts.clear();
   std::size_t begin = 0;
   while (begin <= line.size()) {
-    const std::size_t comma = std::min(line.find(',', begin), line.size());
+    const std::size_t comma = end_of_part(line, begin);
     const std::string_view part = line.substr(begin, comma - begin);
     parts.push_back(part.substr(0, part.find_last_not_of(kBlanks) + 1));
     begin = comma + 1;

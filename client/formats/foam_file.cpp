@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <map>
 #include <memory>
 #include <system_error>
 #include <utility>
@@ -187,6 +188,21 @@ class FoamMesh {
     }
     facet_count_ = column.values.size() - cell_count_;
     if (facet_count_ > 0) dataset.add_cell_column(std::move(column));
+    store_groups(content);
+  }
+
+  /// A group of patches is a set of its own, unless a patch has its name.
+  void store_groups(FileContent& content) const {
+    std::map<std::string, NodeSet> groups;
+    for (const FoamEntry& patch : patches_) {
+      for (const std::string& group : patch.groups) {
+        if (std::ranges::find(patches_, group, &FoamEntry::name) != patches_.end()) continue;
+        NodeSet& set = groups.try_emplace(group, NodeSet{group, {}}).first->second;
+        const std::vector<NodeId> nodes = nodes_of_patch(patch);
+        set.nodes.insert(set.nodes.end(), nodes.begin(), nodes.end());
+      }
+    }
+    for (auto& [name, set] : groups) content.node_sets.push_back(std::move(set));
   }
 
   void store_zones(FileContent& content, PlainDataset& dataset) const {

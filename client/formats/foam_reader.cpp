@@ -115,7 +115,8 @@ void FoamReader::read_arch(std::string_view arch) {
   if (const std::size_t scalar = width("scalar=")) scalar_width_ = scalar;
 }
 
-/// To the end of an entry of a dictionary; `first` is the word of it that was read.
+/// To the end of an entry of a dictionary; `first` is the word of it that was read. A dictionary
+/// has no semicolon after it.
 void FoamReader::skip_value(std::string_view first) {
   if (first == ";") return;
   for (int depth = first == "(" || first == "{" ? 1 : 0;;) {
@@ -123,7 +124,7 @@ void FoamReader::skip_value(std::string_view first) {
     if (word == "{" || word == "(") ++depth;
     if (word == "}" || word == ")") --depth;
     if (depth < 0) scanner_.refuse(";", word);
-    if (depth == 0 && word == ";") return;
+    if (depth == 0 && (word == ";" || (word == "}" && first == "{"))) return;
   }
 }
 
@@ -222,6 +223,22 @@ void FoamReader::skip_bytes_list() {
   skip_value("");
 }
 
+/// A list of words whose first token was read: "2(wall heated)", also without its count or with
+/// its type before it.
+std::vector<std::string> FoamReader::words(std::string_view first) {
+  while (first != "(") {
+    if (first == ";" || first == "}") scanner_.refuse("(", first);
+    first = token();
+  }
+  std::vector<std::string> words;
+  for (std::string_view word = token(); word != ")"; word = token()) {
+    if (kPunctuation.find(word.front()) != std::string_view::npos) scanner_.refuse(")", word);
+    words.emplace_back(word);
+  }
+  expect(";");
+  return words;
+}
+
 FoamEntry FoamReader::entry() {
   FoamEntry entry;
   entry.name = token();
@@ -236,7 +253,9 @@ FoamEntry FoamReader::entry() {
       continue;
     }
     const std::string_view value = token();
-    if (value == "List<label>") {
+    if (key == "inGroups") {
+      entry.groups = words(value);
+    } else if (value == "List<label>") {
       entry.labels = labels();
       expect(";");
     } else if (value == "List<bool>") {

@@ -31,6 +31,7 @@ struct FoamEntry {
   std::string type;
   std::int64_t face_count = 0;  // of a patch
   std::int64_t start_face = 0;
+  std::vector<std::string> groups;   // that a patch is in
   std::vector<std::int64_t> labels;  // of a zone
 };
 
@@ -63,6 +64,7 @@ class FoamReader {
   std::vector<std::int64_t> list(std::size_t count);
   void skip_value(std::string_view first);
   void skip_bytes_list();
+  std::vector<std::string> words(std::string_view first);
   FoamEntry entry();
 
   std::filesystem::path path_;

@@ -19,12 +19,18 @@ FILES = Path(__file__).parents[1] / "formats" / "files"
 INTERPRETERS = [os.environ.get("MESHSMOOTH_PEERS_PYTHON"), "/usr/bin/python3", sys.executable]
 
 
+# Debian's Gmsh reads no CGNS, PyPI's does.
+NEEDS = {"gmsh": 'gmsh.initialize(); assert "Cgns" in gmsh.option.getString("General.BuildOptions")'}
+
+
 def interpreter_with(module):
+    code = f"import {module}; {NEEDS.get(module, '')}"
     for interpreter in filter(None, INTERPRETERS):
         if shutil.which(interpreter) and subprocess.run(
-                [interpreter, "-c", f"import {module}"], capture_output=True).returncode == 0:
+                [interpreter, "-c", code], capture_output=True).returncode == 0:
             return interpreter
-    raise unittest.SkipTest(f"no interpreter has {module} (MESHSMOOTH_PEERS_PYTHON names one)")
+    raise unittest.SkipTest(f"no interpreter has {module} (MESHSMOOTH_PEERS_PYTHON names one)"
+                            + f" with {NEEDS[module]}" * (module in NEEDS))
 
 
 def ask(module, script, *files):

@@ -199,6 +199,19 @@ TEST_F(Abaqus, RefusesIncludesThatCannotBe) {
               HasSubstr("twice.inp: line 1: expected no nodes in a file that is included twice"));
 }
 
+TEST_F(Abaqus, ACommaInQuotesSeparatesNothing) {
+  put_bytes(scratch_.path("a, b.inp"), "*NODE\n5, 2, 2, 2\n");
+  const MeshFile file = read(kTetrahedron +
+                             "*INCLUDE, INPUT=\"a, b.inp\"\n"
+                             "*NSET, NSET=\"picked set, 4\", GENERATE\n1, 3, 2\n"
+                             "*NSET, NSET=more\n\"picked set, 4\", 5\n"
+                             "*NSET, NSET=\"open\n2\n");
+
+  EXPECT_EQ(ids_of_set(file, "picked set, 4"), (std::vector<std::int64_t>{1, 3}));
+  EXPECT_EQ(ids_of_set(file, "more"), (std::vector<std::int64_t>{1, 3, 5}));
+  EXPECT_EQ(ids_of_set(file, "\"open"), (std::vector<std::int64_t>{2}));
+}
+
 // --- parts --------------------------------------------------------------------------
 
 TEST_F(Abaqus, ReadsEachPartOnce) {

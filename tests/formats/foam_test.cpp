@@ -110,6 +110,30 @@ TEST_F(Foam, NamesPatchesAndZones) {
   EXPECT_THAT(regions.of_element, ElementsAre(0, 0, 1, 1));
 }
 
+TEST_F(Foam, NamesGroupsOfPatches) {
+  replace("boundary", "type            patch;", "type patch; inGroups 2(heated floor);");
+  for (const std::string way : {"2(wall heated)", "List<word> 2(wall heated)", "(wall heated)"}) {
+    replace("boundary", "1(wall)", way);
+    const MeshFile file = read_mesh_file(case_);
+    const std::vector<NodeId> floor = find_node_set(file, "floor");
+    const std::vector<NodeId> sides = find_node_set(file, "sides");
+    std::vector<NodeId> both;
+    std::ranges::set_union(floor, sides, std::back_inserter(both));
+    EXPECT_EQ(find_node_set(file, "heated"), both) << way;
+    EXPECT_EQ(find_node_set(file, "wall"), floor) << way;
+    EXPECT_THAT(floor, ElementsAre(0, 1, 2, 3, 9, 10, 12, 13)) << "the patch, not the group";
+    replace("boundary", way, "1(wall)");
+  }
+}
+
+TEST_F(Foam, PassesOverADictionaryInAHeader) {
+  replace("faces", "format      ascii;",
+          "meta { names (a b); note { by \"x\"; } }\nformat binary;");
+  EXPECT_EQ(error().first, "FORMAT_ERROR") << "the entry after it counts";
+  replace("faces", "format binary;", "format ascii;");
+  EXPECT_EQ(read_mesh_file(case_).mesh.element_count(), 4U);
+}
+
 TEST_F(Foam, IsNamedByCaseFolderMeshFolderOrFile) {
   put_bytes(case_ / "case.foam", "");
   const MeshFile expected = read_mesh_file(case_);
@@ -310,7 +334,7 @@ TEST_F(Foam, SaysWhatIsWrongWithACaseAndWhere) {
       {"boundary", "nFaces          3", "nFaces          -3", "FORMAT_ERROR", "patch \"floor\""},
       {"boundary", "nFaces          3", "nFaces          9223372036854775807", "FORMAT_ERROR",
        "patch \"floor\""},
-      {"boundary", "1(wall);", "1(wall;", "FORMAT_ERROR", "expected ;"},
+      {"boundary", "1(wall);", "1(wall;", "FORMAT_ERROR", "expected )"},
       {"cellZones", "2(0 1)", "2(0 5)", "FORMAT_ERROR", "zone \"low\" has 5, there are only 5"},
   };
   for (const auto& [file, from, to, reason, what] : changes) {
