@@ -138,12 +138,15 @@ class Figures {
  public:
   Figures(const Case& of, Table& table, Json& rows) : of_(of), table_(table), rows_(rows) {}
 
-  /// Runs a job some times; medians.
+  /// Runs a job some times, after what `before` does; medians.
   template <class Run>
-  void add(const std::string& task, int repeats, const Run& run) {
+  void add(
+      const std::string& task, int repeats, const Run& run,
+      const std::function<void()>& before = [] {}) {
     std::vector<double> wall, linear, iterate, evaluate;
     SmoothSummary summary;
     for (int n = 0; n < repeats; ++n) {
+      before();
       const auto begin = std::chrono::steady_clock::now();
       summary = run();
       wall.push_back(milliseconds_since(begin));
@@ -191,12 +194,17 @@ void measure(Smoother& smoother, const Case& of, int repeats, Table& table, Json
   motion.place(of, of.step);
   figures.add("kept, small step", repeats, run);
   double share = 1;
-  figures.add("kept, warm steps", repeats, [&] {
-    motion.place(of, share += of.step);
+  const auto step = [&] { motion.place(of, share += of.step); };
+  const auto run_warm = [&] {
     SmoothOptions options = motion.options();
     options.method = Move{.start = Start::warm};
     return smoother.smooth(*prepared, result, options, {});
-  });
+  };
+  for (int n = 0; n < 2; ++n) {  // to extrapolate from
+    step();
+    (void)run_warm();
+  }
+  figures.add("kept, warm steps", repeats, run_warm, step);
 }
 
 int run(const std::string& backend, std::size_t most, const std::filesystem::path& cache,
