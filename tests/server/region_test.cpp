@@ -8,10 +8,12 @@
 #include <cerrno>
 #include <csignal>
 
+#include "meshsmooth/error.hpp"
 #include "server/conservation.hpp"
 #include "server/region_caller.hpp"
 #include "support/in_process_server.hpp"
 #include "support/process.hpp"
+#include "support/scratch_folder.hpp"
 
 namespace meshsmooth::testing {
 namespace {
@@ -262,6 +264,34 @@ TEST(RegionSettings, CountsRegionsOfACallerAgainstItsLimit) {
   v1::LeaseRegionResponse response;
   EXPECT_EQ(reason_of(lease_region(stub, 2 * kMiB, response)), "QUOTA_EXCEEDED");
   EXPECT_EQ(reason_of(lease_region(stub, 4 * kMiB, response)), "MESH_TOO_LARGE");
+}
+
+TEST(RegionSettings, RefusesASocketThatCannotBe) {
+  for (const std::string& path : {std::string("unix:/no/such/folder/socket"),
+                                  std::string("unix:/") + std::string(200, 'x')}) {
+    server::ServerConfig config = sharing_config(quiet_config());
+    config.region_socket = path;
+    server::Server server(
+        config, [] { return std::make_unique<FakeSmoother>(std::make_shared<FakeControl>()); });
+    EXPECT_THROW(server.start(), InvalidOption);
+  }
+}
+
+TEST(RegionSettings, ServesOnAPathOfItsOwn) {
+  const ScratchFolder folder;
+  const std::string path = folder.path("regions").string();
+  {
+    // A server that was killed has left its socket.
+    const wire::Descriptor left(::socket(AF_UNIX, SOCK_SEQPACKET, 0));
+    const auto address = wire::socket_address(path).value();
+    ASSERT_EQ(bind(left.number(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  }
+  server::ServerConfig config = sharing_config(quiet_config());
+  config.region_socket = "unix:" + path;
+  InProcessServer server(config);
+  Stub stub(server.channel());
+  const RegionCaller region = RegionCaller::ready(stub, kMiB);
+  EXPECT_EQ(region.lease().socket_path(), path);
 }
 
 TEST(RegionSettings, SharesNothingWithoutASocket) {

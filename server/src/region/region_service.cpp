@@ -1,5 +1,9 @@
 #include "region/region_service.hpp"
 
+#include <string_view>
+
+#include "meshsmooth/error.hpp"
+
 namespace meshsmooth::server {
 namespace {
 
@@ -19,7 +23,13 @@ std::unique_ptr<RegionService> RegionService::make(const ServerConfig& config,
                                                    MemoryBudget& budget) {
   // Without an address callers are of this process, whose memory is shared anyway.
   if (config.listen.empty() || config.region_socket.empty() || !Region::supported()) return nullptr;
-  return std::make_unique<RegionService>(config, budget);
+  try {
+    return std::make_unique<RegionService>(config, budget);
+  } catch (const Error&) {
+    // Nobody asked for it, and the file system may be read-only.
+    if (config.region_socket == kScheme) return nullptr;
+    throw;
+  }
 }
 
 RegionLeases::Lease RegionService::lease(const std::string& caller, std::int64_t size_bytes) {

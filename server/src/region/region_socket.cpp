@@ -27,6 +27,12 @@ constexpr int kTickMilliseconds = 100;
 constexpr int kBacklog = 64;
 constexpr std::size_t kMaxConnections = 256;
 
+// What a server that was killed has left. gRPC does the same with its own.
+void remove_socket(const std::string& path) {
+  struct stat facts {};
+  if (lstat(path.c_str(), &facts) == 0 && S_ISSOCK(facts.st_mode)) unlink(path.c_str());
+}
+
 wire::Descriptor listen_on(const std::string& path) {
   const auto fail = [&](const std::string& what) {
     throw_wrong_setting("region-socket", "cannot serve on " + path + ": " + what);
@@ -34,6 +40,7 @@ wire::Descriptor listen_on(const std::string& path) {
   const auto address = wire::socket_address(path);
   if (!address) fail("the path is empty or too long for a socket");
   wire::Descriptor socket(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  remove_socket(path);
   // The owner alone may open it, from the moment when it exists.
   if (!socket || fchmod(socket.number(), S_IRUSR | S_IWUSR) != 0 ||
       bind(socket.number(), reinterpret_cast<const sockaddr*>(&*address), sizeof *address) != 0 ||

@@ -18,8 +18,9 @@ namespace meshsmooth::server {
 /// processes of the server's own user are served.
 class RegionSocket {
  public:
-  /// Listens on a path, which must not exist. All must outlive it. Throws InvalidOption
-  /// (OPTION_OUT_OF_RANGE). `idle_timeout`: after which an unused region is wanted back.
+  /// Listens on a path, where nothing but a socket may be. All must outlive it. Throws
+  /// InvalidOption (OPTION_OUT_OF_RANGE). `idle_timeout`: after which an unused region is wanted
+  /// back.
   RegionSocket(const std::string& path, RegionLeases& leases, CopyThreads& copies,
                std::chrono::nanoseconds idle_timeout);
   ~RegionSocket() { close(); }
