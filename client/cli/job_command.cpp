@@ -85,6 +85,7 @@ client::SmoothReport call_server(formats::MeshFile& file, const JobFlags& flags,
   Connection connection(flags.server, flags.backend);
   client::RequestOptions request;
   request.request_id = flags.request_id;
+  request.shared_memory = false;  // it is not worth its making for one job
   // The embedded server runs only the backend that it was started with.
   if (!flags.server.address.empty()) request.backend = flags.backend;
   if (flags.result_ttl_seconds) {

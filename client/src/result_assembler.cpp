@@ -106,6 +106,22 @@ void ResultAssembler::add(const wire::ChunkView& chunk) {
   received_bytes_ += chunk.size_bytes;
 }
 
+void ResultAssembler::add_all(std::span<const std::byte> bytes) {
+  constexpr std::size_t kPieceBytes = 256 << 10;  // see `append`
+  if (!begun_ || bytes.size() < size_bytes_) throw broken_answer("the result is incomplete");
+  while (received_bytes_ < size_bytes_) {
+    const bool positions_due = received_bytes_ < coordinates_bytes_;
+    const std::size_t end = positions_due ? coordinates_bytes_ : size_bytes_;
+    wire::ChunkView chunk;
+    chunk.array_id = positions_due ? v1::ARRAY_ID_COORDINATES : v1::ARRAY_ID_ELEMENT_QUALITY;
+    chunk.offset_bytes =
+        static_cast<std::int64_t>(received_bytes_ - (positions_due ? 0 : coordinates_bytes_));
+    chunk.size_bytes = std::min(kPieceBytes, end - received_bytes_);
+    chunk.pieces = {bytes.subspan(received_bytes_, chunk.size_bytes)};
+    add(chunk);
+  }
+}
+
 Positions ResultAssembler::take() {
   if (!begun_ || received_bytes_ != size_bytes_) {
     throw broken_answer("the result is incomplete: " + std::to_string(received_bytes_) + " of " +

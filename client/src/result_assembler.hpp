@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -20,6 +21,8 @@ class ResultAssembler {
   /// `memory` is filled instead of new where it is large enough.
   void begin(const v1::ResultHeader& header, Positions memory = {});
   void add(const wire::ChunkView& chunk);
+  /// All arrays, one after the other.
+  void add_all(std::span<const std::byte> bytes);
   [[nodiscard]] bool begun() const { return begun_; }
   [[nodiscard]] std::size_t received_bytes() const { return received_bytes_; }
   /// The metrics that the server announced.

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <bit>
-#include <cctype>
+#include <cstring>
 #include <utility>
 
 #include "request_id.hpp"
@@ -61,21 +61,6 @@ RequestOptions completed(RequestOptions request, const Mesh& mesh, const SmoothO
   return request;
 }
 
-JobProgress decode_progress(const v1::Progress& message) {
-  JobProgress progress;
-  progress.state = wire::decode_state(message.state());
-  progress.queue_position = message.queue_position();
-  if (message.stage() != v1::STAGE_UNSPECIFIED && v1::Stage_IsValid(message.stage())) {
-    progress.stage = v1::Stage_Name(message.stage()).substr(std::string("STAGE_").size());
-    std::transform(progress.stage.begin(), progress.stage.end(), progress.stage.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  }
-  progress.iteration = message.iteration();
-  progress.max_displacement = message.max_displacement();
-  progress.rms_displacement = message.rms_displacement();
-  return progress;
-}
-
 namespace {
 
 bool moves(const SmoothOptions& options) { return std::holds_alternative<Move>(options.method); }
@@ -120,6 +105,7 @@ SmoothCall::SmoothCall(const CallTarget& target, Mesh& mesh, const SmoothOptions
 SmoothReport SmoothCall::run() {
   v1::SmoothRequest first;
   *first.mutable_spec() = make_spec();
+  if (region_ != nullptr) fill_region(*first.mutable_spec()->mutable_region());
   context_.set_deadline(time_after<std::chrono::system_clock>(left_));
   if (!topology_.route.empty()) context_.AddMetadata(kRouteKey, topology_.route);
   const std::stop_callback cancel_on_stop(request_.stop, [this] { context_.TryCancel(); });
@@ -135,6 +121,7 @@ SmoothReport SmoothCall::run() {
   SmoothReport report = decode_report(std::move(*summary_), job_name_, request_.request_id);
   memory_ = std::exchange(mesh_.positions, result_.take());
   report.summary.element_quality = result_.take_element_quality();
+  report.shared_memory = region_ != nullptr;
   return report;
 }
 
@@ -174,9 +161,14 @@ grpc::Status SmoothCall::converse(const v1::SmoothRequest& first) {
   context_.set_initial_metadata_corked(true);  // it goes with the spec
   stream_ = stub_.PrepareCall(&context_, "/meshsmooth.v1.SmoothingService/Smooth", &events_);
   stream_->StartCall(nullptr);
-  // It need not go before the first chunk. When it fails, so does the first read.
-  stream_->Write(wire::encode(first), grpc::WriteOptions().set_buffer_hint(), kWritten);
   writing_ = true;
+  half_closed_ = region_ != nullptr;  // the spec is all
+  if (half_closed_) {
+    stream_->WriteLast(wire::encode(first), {}, kWritten);
+  } else {
+    // It need not go before the first chunk. When it fails, so does the first read.
+    stream_->Write(wire::encode(first), grpc::WriteOptions().set_buffer_hint(), kWritten);
+  }
   grpc::ByteBuffer response;
   stream_->Read(&response, kRead);
 
@@ -229,8 +221,7 @@ void SmoothCall::handle(const v1::SmoothResponse& response) {
       if (request_.on_progress) request_.on_progress(decode_progress(response.progress()));
       return;
     case v1::SmoothResponse::kResult:
-      result_.begin(response.result(), std::exchange(memory_, {}));
-      return check_metrics();
+      return begin_result(response.result());
     case v1::SmoothResponse::kChunk:
       return result_.add(wire::ChunkView(response.chunk()));
     case v1::SmoothResponse::kSummary:
@@ -238,6 +229,7 @@ void SmoothCall::handle(const v1::SmoothResponse& response) {
       return;
     case v1::SmoothResponse::kStopSending:
       return stop_sending();
+    case v1::SmoothResponse::kInputTaken:
     case v1::SmoothResponse::MESSAGE_NOT_SET:
       return;  // something a newer server adds
   }
@@ -246,6 +238,14 @@ void SmoothCall::handle(const v1::SmoothResponse& response) {
 void SmoothCall::accept(const v1::Accepted& accepted) {
   if (std::exchange(accepted_, true)) throw broken_answer("the server accepted the job twice");
   job_name_ = accepted.job().name();
+}
+
+void SmoothCall::begin_result(const v1::ResultHeader& header) {
+  result_.begin(header, std::exchange(memory_, {}));
+  check_metrics();
+  if (!header.in_region()) return;
+  if (region_ == nullptr) throw broken_answer("the server announced a result in a region");
+  result_.add_all(region_->bytes().subspan(result_offset_, result_bytes()));
 }
 
 void SmoothCall::check_metrics() const {
@@ -301,6 +301,49 @@ std::vector<SmoothCall::Part> SmoothCall::parts_to_send() const {
   return parts;
 }
 
+namespace {
+
+constexpr std::size_t kAlignment = 64;
+
+/// Where an array begins that is put behind so many bytes.
+std::size_t aligned(std::size_t offset) {
+  return (offset + kAlignment - 1) / kAlignment * kAlignment;
+}
+
+}  // namespace
+
+std::size_t SmoothCall::result_bytes() const {
+  const std::size_t coordinates =
+      std::visit([](const auto& positions) { return std::as_bytes(positions).size(); },
+                 mesh_.positions_view());
+  return coordinates +
+         options_.element_quality_metrics.size() * mesh_.element_count() * sizeof(float);
+}
+
+std::size_t SmoothCall::region_bytes() const {
+  std::size_t bytes = result_bytes();
+  for (const Part& part : to_send_) bytes += part.rest.size() + kAlignment;
+  return bytes;
+}
+
+void SmoothCall::fill_region(v1::RegionUse& use) {
+  use.set_region_name(region_->name());
+  std::size_t end = 0;
+  for (; !to_send_.empty(); to_send_.pop_back()) {
+    const Part& part = to_send_.back();
+    if (part.offset_bytes == 0) {  // not another block of the same array
+      end = aligned(end);
+      v1::RegionArray* array = use.add_inputs();
+      array->set_array_id(part.id);
+      array->set_offset_bytes(static_cast<std::int64_t>(end));
+    }
+    std::memcpy(region_->bytes().data() + end, part.rest.data(), part.rest.size());
+    end += part.rest.size();
+  }
+  result_offset_ = aligned(end);
+  use.set_result_offset_bytes(static_cast<std::int64_t>(result_offset_));
+}
+
 /// The next chunk, or that there are no more; beyond the first bytes once the server wants them.
 void SmoothCall::write_next() {
   if (writing_ || half_closed_ || (!answered() && early_bytes_ == 0)) return;
@@ -321,31 +364,6 @@ void SmoothCall::write_next() {
   if (!to_send_.empty()) return stream_->Write(chunk, kWritten);
   half_closed_ = true;
   stream_->WriteLast(chunk, {}, kWritten);
-}
-
-std::string SmoothReport::to_json() const { return message ? wire::to_json(*message) : "{}"; }
-
-SmoothReport decode_report(v1::Summary summary_message, const std::string& job_name,
-                           const std::string& request_id) {
-  SmoothReport report;
-  report.message = std::make_shared<const v1::Summary>(std::move(summary_message));
-  const v1::Summary& summary = *report.message;
-  if (!wire::has_json(summary)) {
-    throw broken_answer("cannot decode the summary: invalid duration");
-  }
-  try {
-    report.summary = wire::decode_summary(summary);
-    report.queue_seconds = wire::decode_seconds(summary.timings().queue());
-    report.receive_seconds = wire::decode_seconds(summary.timings().receive());
-    report.send_seconds = wire::decode_seconds(summary.timings().send());
-  } catch (const Error& error) {
-    throw broken_answer("cannot decode the summary: " + std::string(error.what()));
-  }
-  report.job_name = job_name;
-  report.request_id = request_id;
-  report.topology_reused = summary.execution().topology_reused();
-  report.server_version = summary.execution().server_version();
-  return report;
 }
 
 }  // namespace meshsmooth::client

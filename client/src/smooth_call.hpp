@@ -15,15 +15,11 @@
 
 #include "meshsmooth/client.hpp"
 #include "meshsmooth/v1/smoothing.pb.h"
+#include "region/leased_region.hpp"
+#include "report.hpp"
 #include "result_assembler.hpp"
 
 namespace meshsmooth::client {
-
-[[nodiscard]] JobProgress decode_progress(const v1::Progress& message);
-
-/// Throws `ServiceError` when the summary cannot be understood.
-[[nodiscard]] SmoothReport decode_report(v1::Summary summary, const std::string& job_name,
-                                         const std::string& request_id);
 
 /// The request with its request id and timeout filled in where they are unset.
 [[nodiscard]] RequestOptions completed(RequestOptions request, const Mesh& mesh,
@@ -69,6 +65,11 @@ class SmoothCall {
   SmoothCall(const CallTarget& target, Mesh& mesh, const SmoothOptions& options,
              const RequestOptions& request, Attempt attempt, Positions& memory);
 
+  /// What the arrays of the job and of its result take in a region.
+  [[nodiscard]] std::size_t region_bytes() const;
+  /// Has the arrays travel in a region of at least so many bytes; before `run`.
+  void use(LeasedRegion& region) { region_ = &region; }
+
   /// Needs to be called once. Throws `ServiceError`, and what on_progress throws.
   SmoothReport run();
   /// Whether the server has accepted the job, or refused it itself.
@@ -84,10 +85,14 @@ class SmoothCall {
 
   [[nodiscard]] v1::JobSpec make_spec() const;
   [[nodiscard]] std::vector<Part> parts_to_send() const;
+  [[nodiscard]] std::size_t result_bytes() const;
+  /// Copies what is to be sent into the region, and says where.
+  void fill_region(v1::RegionUse& use);
   grpc::Status converse(const v1::SmoothRequest& first);
   void handle(grpc::ByteBuffer& response);
   void handle(const v1::SmoothResponse& response);
   void accept(const v1::Accepted& accepted);
+  void begin_result(const v1::ResultHeader& header);
   /// Throws `ServiceError` unless the result has the metrics that were asked for: an older server
   /// ignores them.
   void check_metrics() const;
@@ -114,6 +119,8 @@ class SmoothCall {
   const Positions converted_;
   std::vector<Part> to_send_;  // the next one last
   std::size_t early_bytes_;    // that may still be sent before the server has answered
+  LeasedRegion* region_ = nullptr;
+  std::size_t result_offset_ = 0;  // in the region
   std::string job_name_;
   ResultAssembler result_;
   Positions& memory_;

@@ -85,6 +85,20 @@ MeshLayout MeshLayout::coordinates_only(bool as_float64) const {
   return layout;
 }
 
+std::vector<MeshLayout::Array> MeshLayout::arrays() const {
+  std::vector<Array> arrays = {
+      {v1::ARRAY_ID_ELEMENTS, elements_bytes},
+      {v1::ARRAY_ID_FIXED_MASK, fixed_mask_bytes},
+      {v1::ARRAY_ID_ELEMENT_REGIONS, element_regions_bytes},
+      {v1::ARRAY_ID_REFERENCE_COORDINATES, kept_reference_bytes},
+      {v1::ARRAY_ID_COORDINATES, coordinates_follow ? coordinates_bytes : 0},
+      {v1::ARRAY_ID_REFERENCE_COORDINATES, reference_bytes},
+      {v1::ARRAY_ID_PRESCRIBED_NODES, prescribed_nodes_bytes()},
+      {v1::ARRAY_ID_PRESCRIBED_COORDINATES, prescribed_coordinates_bytes()}};
+  std::erase_if(arrays, [](const Array& array) { return array.size_bytes == 0; });
+  return arrays;
+}
+
 MeshSize MeshLayout::size() const {
   MeshSize size{.node_count = node_count,
                 .element_counts = {},

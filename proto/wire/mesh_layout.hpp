@@ -63,6 +63,12 @@ struct MeshLayout {
   /// (OPTION_OUT_OF_RANGE, SPEC_MISSING without a reference), OutOfMemory (MESH_TOO_LARGE).
   void expect_prescribed(std::int64_t count, const MeshLimits& limits);
   [[nodiscard]] std::int64_t element_count() const;
+  struct Array {
+    v1::ArrayId id;
+    std::int64_t size_bytes;
+  };
+  /// Those that follow, in their order.
+  [[nodiscard]] std::vector<Array> arrays() const;
   /// Of a mesh whose topology is there already: only coordinates come, of this type.
   [[nodiscard]] MeshLayout coordinates_only(bool as_float64) const;
   [[nodiscard]] MeshSize size() const;

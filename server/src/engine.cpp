@@ -27,6 +27,7 @@ Engine::Engine(Resources resources, const std::function<void()>& on_lane_broken)
       staging_(std::move(resources.staging)),
       resident_at_start_bytes_(resources.resident_bytes),
       budget_(std::move(resources.limits)),
+      regions_(RegionService::make(config_, budget_)),
       topologies_(budget_, config_.max_topology_bytes),
       queue_(config_.max_queued_jobs, config_.max_queued_bytes, config_.priority_ageing),
       store_(static_cast<std::size_t>(config_.max_kept_jobs),
@@ -72,13 +73,23 @@ std::int64_t Engine::memory_ceiling_bytes() const {
 Subscription Engine::admit(const JobRequest& request, const Job::Observer& observer) {
   if (draining()) std::rethrow_exception(draining_error());
   results_.expire(Clock::now());  // their memory may be needed
-  Subscription subscription = admission_.admit(request, observer);
+  Subscription subscription = admit_or_make_room(request, observer);
   // A drain that began meanwhile may have searched the store before this job was in it.
   if (!subscription.joined && draining()) {
     subscription.job->end(draining_error());
     std::rethrow_exception(draining_error());
   }
   return subscription;
+}
+
+Subscription Engine::admit_or_make_room(const JobRequest& request, const Job::Observer& observer) {
+  try {
+    return admission_.admit(request, observer);
+  } catch (const OutOfMemory& error) {
+    // For the next attempt: regions come back when their callers have heard of it.
+    if (regions_ && error.reason() == "HOST_MEMORY_BUSY") regions_->want_back_idle();
+    throw;
+  }
 }
 
 void Engine::leave(Subscription& subscription, const std::exception_ptr& cause) {
@@ -150,6 +161,11 @@ void Engine::call_ended() {
 
 // --- drain and maintenance -------------------------------------------------------------
 
+void Engine::refuse_new() {
+  draining_ = true;
+  if (regions_) regions_->want_back();
+}
+
 void Engine::reject_waiting() {
   for (const auto& job : store_.living()) {
     const std::exception_ptr cause = draining_error();
@@ -164,6 +180,7 @@ void Engine::stop_all() {
 void Engine::close() {
   queue_.close();
   for (const auto& lane : lanes_) lane->join();
+  if (regions_) regions_->close();
 }
 
 void Engine::run_maintenance(const std::stop_token& stop) {

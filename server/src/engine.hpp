@@ -23,6 +23,7 @@
 #include "meshsmooth/server_config.hpp"
 #include "meshsmooth/staging_memory.hpp"
 #include "metrics.hpp"
+#include "region/region_service.hpp"
 #include "result_store.hpp"
 #include "topology_cache.hpp"
 
@@ -104,14 +105,18 @@ class Engine {
   /// Why backends that "auto" prefers are not used; empty when the best one is.
   [[nodiscard]] const std::string& passed_over() const { return passed_over_; }
 
+  /// Memory shared with callers on this host; null where there is none.
+  [[nodiscard]] RegionService* regions() { return regions_.get(); }
+  [[nodiscard]] const RegionService* regions() const { return regions_.get(); }
+
   // --- drain -------------------------------------------------------------------------
 
   [[nodiscard]] bool draining() const { return draining_; }
-  void refuse_new() { draining_ = true; }
+  void refuse_new();
   /// Ends all jobs that do not run yet, as DRAINING: their callers send them to another server.
   void reject_waiting();
   void stop_all();
-  /// Waits for the lanes; they take no more jobs.
+  /// Waits for the lanes; they take no more jobs, and no region is leased any more.
   void close();
   /// Waits until `until`, or until `give_up` is set; `wait_idle` at most until all jobs and their
   /// calls have ended.
@@ -122,6 +127,8 @@ class Engine {
 
  private:
   Engine(Resources resources, const std::function<void()>& on_lane_broken);
+  [[nodiscard]] Subscription admit_or_make_room(const JobRequest& request,
+                                                const Job::Observer& observer);
   void finish(Job& job, SmoothSummary summary);
   void retire(const Job& job);
   void run_maintenance(const std::stop_token& stop);
@@ -132,6 +139,7 @@ class Engine {
   const std::unique_ptr<StagingMemory> staging_;  // the arrays of meshes
   const std::int64_t resident_at_start_bytes_;
   MemoryBudget budget_;
+  const std::unique_ptr<RegionService> regions_;
   TopologyCache topologies_;
   JobQueue queue_;
   JobStore store_;

@@ -43,7 +43,7 @@ class Exit {
  public:
   /// Creates the folder of a server on "unix:" and returns the socket's address. Throws
   /// InvalidOption.
-  std::string create_socket_folder() { return folder_.emplace().address(); }
+  std::string create_socket_folder() { return folder_.emplace("listen").address(); }
   [[noreturn]] void leave(int code) {
     if (folder_) folder_->remove();
     _exit(code);

@@ -60,6 +60,10 @@ bool is_listen_address(std::string_view text) {
   return text.empty() || is_address(text);
 }
 
+bool is_socket(std::string_view text) {
+  return text.empty() || (text.starts_with("unix:") && is_printable(text));
+}
+
 bool is_admin_address(std::string_view text) { return text.empty() || is_address(text); }
 
 bool is_backend(std::string_view text) { return parse_backend_name(text).has_value(); }
@@ -242,7 +246,18 @@ void add_limits(Table& table) {
       .add("max-topology-bytes", &C::max_topology_bytes,
            "Memory for cached topologies, of host and devices together, in bytes; 0: a quarter of "
            "the host memory limit",
-           bytes);
+           bytes)
+      .add("region-socket", &C::region_socket,
+           "Unix socket by which callers on this host and of this user get shared memory, "
+           "unix:PATH; unix: alone creates a socket in a private folder, removed at exit; empty: "
+           "no shared memory",
+           text_that("unix:PATH", is_socket))
+      .add("max-region-bytes", &C::max_region_bytes,
+           "Memory shared with callers on this host, in bytes; 0: a quarter of the host memory "
+           "limit",
+           bytes)
+      .add("region-idle-timeout-seconds", &C::region_idle_timeout,
+           "Time after which shared memory that no job used is asked back, in seconds", seconds);
 }
 
 void add_times(Table& table) {

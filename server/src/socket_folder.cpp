@@ -27,9 +27,9 @@ std::string parent_folder() {
 
 }  // namespace
 
-SocketFolder::SocketFolder() : folder_(parent_folder() + kFolder) {
+SocketFolder::SocketFolder(const std::string& setting) : folder_(parent_folder() + kFolder) {
   if (mkdtemp(folder_.data()) == nullptr) {  // with mode 0700
-    throw_wrong_setting("listen",
+    throw_wrong_setting(setting,
                         "cannot create the folder " + folder_ + ": " + std::strerror(errno));
   }
   socket_ = folder_ + kSocket;

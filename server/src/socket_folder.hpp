@@ -5,13 +5,13 @@
 
 namespace meshsmooth::server {
 
-/// The Unix socket of a server that serves on "unix:", without a path: in a folder of its own that
-/// only the owner can enter (mode 0700).
+/// A Unix socket for a setting that is "unix:", without a path: in a folder of its own that only
+/// the owner can enter (mode 0700).
 class SocketFolder {
  public:
   /// Creates the folder in $TMPDIR or, where the path would be too long for a socket, in /tmp.
   /// Throws InvalidOption (OPTION_OUT_OF_RANGE).
-  SocketFolder();
+  explicit SocketFolder(const std::string& setting);
   ~SocketFolder() { remove(); }
   SocketFolder(const SocketFolder&) = delete;
   SocketFolder& operator=(const SocketFolder&) = delete;

@@ -1,10 +1,7 @@
-// What the service costs beside the work itself: a mesh through gRPC, over one raw TCP connection
-// and to a smoother in this process, turn by turn. The server is a process of its own.
+// What the service costs beside the work itself: a mesh through gRPC, in shared memory, over one
+// raw TCP connection and to a smoother in this process, turn by turn. The server is a process of
+// its own.
 
-#include <arpa/inet.h>
-#include <netinet/in.h>
-#include <netinet/tcp.h>
-#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -13,11 +10,9 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <cstring>
 #include <ctime>
 #include <iostream>
 #include <memory>
-#include <span>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -28,6 +23,9 @@
 #include "host_memory.hpp"
 #include "meshsmooth/client.hpp"
 #include "meshsmooth/server.hpp"
+#include "raw_tcp.hpp"
+#include "shared_memory.hpp"
+#include "socket_folder.hpp"
 #include "support/meshes.hpp"
 
 namespace meshsmooth::bench {
@@ -40,6 +38,7 @@ struct Settings {
   int round_count = 15;
   bool smooths = false;
   std::string json;
+  std::string serve;
 };
 
 /// Leaves every mesh as it is: what remains is the service's own.
@@ -65,87 +64,6 @@ std::unique_ptr<Smoother> make(const Settings& settings) {
 }
 
 [[noreturn]] void fail(const std::string& what) { throw std::runtime_error(what); }
-
-/// All of them, whatever the kernel does at a time.
-void write_all(int socket, std::span<const std::byte> bytes) {
-  constexpr std::size_t kPiece = 1 << 20;
-  while (!bytes.empty()) {
-    const ssize_t n = send(socket, bytes.data(), std::min(bytes.size(), kPiece), MSG_NOSIGNAL);
-    if (n <= 0) fail("raw TCP: cannot send");
-    bytes = bytes.subspan(static_cast<std::size_t>(n));
-  }
-}
-bool read_all(int socket, std::span<std::byte> bytes) {
-  constexpr std::size_t kPiece = 1 << 20;
-  while (!bytes.empty()) {
-    const ssize_t n = recv(socket, bytes.data(), std::min(bytes.size(), kPiece), 0);
-    if (n <= 0) return false;
-    bytes = bytes.subspan(static_cast<std::size_t>(n));
-  }
-  return true;
-}
-
-/// How many bytes go up, and then down.
-using Transfer = std::array<std::uint64_t, 2>;
-
-sockaddr_in loopback(int port) {
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(static_cast<std::uint16_t>(port));
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  return address;
-}
-
-/// Takes transfers of one connection into memory that stays warm.
-void serve_raw(int listener) {
-  const int socket = accept(listener, nullptr, nullptr);
-  const int on = 1;
-  setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-  std::vector<std::byte> memory;
-  for (Transfer transfer; read_all(socket, std::as_writable_bytes(std::span(transfer)));) {
-    memory.resize(std::max<std::size_t>({memory.size(), transfer[0], transfer[1]}));
-    if (!read_all(socket, std::span(memory).first(transfer[0]))) break;
-    write_all(socket, std::span(memory).first(1));  // it has come
-    write_all(socket, std::span(memory).first(transfer[1]));
-  }
-  close(socket);
-}
-
-/// The other side of the one raw connection.
-class RawClient {
- public:
-  explicit RawClient(int port) : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-    const sockaddr_in address = loopback(port);
-    const int on = 1;
-    setsockopt(socket_, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-    if (connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
-      fail("raw TCP: cannot connect");
-    }
-  }
-  ~RawClient() { close(socket_); }
-  RawClient(const RawClient&) = delete;
-  RawClient& operator=(const RawClient&) = delete;
-
-  struct Seconds {
-    double up, down;
-  };
-  Seconds move(std::size_t up, std::size_t down) {
-    memory_.resize(std::max({memory_.size(), up, down}));
-    const Transfer transfer{up, down};
-    const auto begin = Clock::now();
-    write_all(socket_, std::as_bytes(std::span(transfer)));
-    write_all(socket_, std::span(memory_).first(up));
-    if (!read_all(socket_, std::span(memory_).first(1))) fail("raw TCP: the peer is gone");
-    const auto middle = Clock::now();
-    if (!read_all(socket_, std::span(memory_).first(down))) fail("raw TCP: the peer is gone");
-    return {std::chrono::duration<double>(middle - begin).count(),
-            std::chrono::duration<double>(Clock::now() - middle).count()};
-  }
-
- private:
-  const int socket_;
-  std::vector<std::byte> memory_;
-};
 
 /// The server and the raw receiver in a process of their own; needs to be made before any thread.
 class Peer {
@@ -176,6 +94,7 @@ class Peer {
 
   [[nodiscard]] int server_port() const { return ports_[0]; }
   [[nodiscard]] int raw_port() const { return ports_[1]; }
+  [[nodiscard]] std::string unix_address() const { return folder_.address(); }
   /// Of all its threads.
   [[nodiscard]] double cpu_seconds() const {
     timespec time{};
@@ -184,35 +103,33 @@ class Peer {
   }
 
  private:
-  [[noreturn]] static void run(const Settings& settings, int tell, int stop) {
+  [[noreturn]] void run(const Settings& settings, int tell, int stop) const {
     int code = 1;
     try {
-      server::Server server({.listen = "127.0.0.1:0",
-                             .lanes = 1,
-                             .lame_duck = std::chrono::seconds(0),
-                             .log_level = "off"},
-                            [&] { return make(settings); });
+      server::ServerConfig config{.listen = "127.0.0.1:0",
+                                  .lanes = 1,
+                                  .lame_duck = std::chrono::seconds(0),
+                                  .log_level = "off"};
+      server::Server server(config, [&] { return make(settings); });
       server.start();
-      const int listener = socket(AF_INET, SOCK_STREAM, 0);
-      sockaddr_in address = loopback(0);
-      socklen_t size = sizeof address;
-      if (bind(listener, reinterpret_cast<sockaddr*>(&address), size) != 0 ||
-          listen(listener, 1) != 0 ||
-          getsockname(listener, reinterpret_cast<sockaddr*>(&address), &size) != 0) {
-        fail("raw TCP: cannot listen");
-      }
-      std::thread(serve_raw, listener).detach();
-      const std::array ports = {server.port(), static_cast<int>(ntohs(address.sin_port))};
+      config.listen = unix_address();
+      server::Server local(config, [&] { return make(settings); });
+      local.start();
+      const RawListener listener = listen_raw();
+      std::thread(serve_raw, listener.socket).detach();
+      const std::array ports = {server.port(), listener.port};
       char end = 0;
       if (write(tell, ports.data(), sizeof ports) == sizeof ports && read(stop, &end, 1) == 0) {
         code = 0;
       }
+      local.drain();  // removes its sockets
     } catch (const std::exception& error) {
       std::cerr << "the server's process: " << error.what() << std::endl;
     }
     _exit(code);
   }
 
+  const server::SocketFolder folder_{"listen"};
   pid_t process_;
   int stop_ = -1;
   clockid_t cpu_{};
@@ -222,8 +139,9 @@ class Peer {
 /// What was measured of one size, in seconds.
 struct Times {
   std::vector<double> raw_up{}, raw_down{};
-  std::vector<double> call{}, call_up{}, call_down{};  // through the service
-  std::vector<double> alone{};                         // in this process
+  std::vector<double> call{}, call_up{}, call_down{};   // through the service
+  std::vector<double> unix_call{}, copied{}, inside{};  // on the host: see SharedMemory
+  std::vector<double> alone{};                          // in this process
   double server_cpu = 0;
 };
 struct Samples {
@@ -281,9 +199,17 @@ void measure_call(Samples& samples, client::Client& client, const Peer& peer,
   samples.times.call_down.push_back(call - report.receive_seconds);
 }
 
+void measure_shared(Samples& samples, SharedMemory& shared, const SmoothOptions& options) {
+  const SharedMemory::Seconds seconds = shared.measure(samples.mesh, options);
+  samples.times.unix_call.push_back(seconds.chunks);
+  samples.times.copied.push_back(seconds.copied);
+  samples.times.inside.push_back(seconds.inside);
+}
+
 struct Figures {
   double megabytes, raw_up, raw_down, up, down;  // GB/s
   double call_ms, alone_ms, raw_ms;              // medians
+  double unix_ms, copied_ms, inside_ms;          // the same on the host
   double cpu_seconds_per_gib;                    // of the server
 
   [[nodiscard]] double cost_ms() const { return call_ms - alone_ms; }
@@ -302,6 +228,9 @@ Figures figures_of(const Samples& samples) {
           .call_ms = 1e3 * median(samples.times.call),
           .alone_ms = 1e3 * median(samples.times.alone),
           .raw_ms = 1e3 * (median(samples.times.raw_up) + median(samples.times.raw_down)),
+          .unix_ms = 1e3 * median(samples.times.unix_call),
+          .copied_ms = 1e3 * median(samples.times.copied),
+          .inside_ms = 1e3 * median(samples.times.inside),
           .cpu_seconds_per_gib = samples.times.server_cpu / gib};
 }
 
@@ -318,6 +247,16 @@ void print(std::ostream& out, const Settings& settings, const std::vector<Figure
                number(f.cpu_seconds_per_gib)});
   }
   table.print(out);
+  out << "On the same host: chunks over a Unix socket, and in shared memory, copied there and back "
+         "or built in it; as shares of chunks over TCP.\n";
+  Table shared(
+      {"MB up", "TCP ms", "Unix ms", "of TCP", "copied ms", "of TCP", "inside ms", "of TCP"});
+  for (const Figures& f : all) {
+    shared.add({number(f.megabytes), number(f.call_ms), number(f.unix_ms),
+                number(f.unix_ms / f.call_ms), number(f.copied_ms), number(f.copied_ms / f.call_ms),
+                number(f.inside_ms), number(f.inside_ms / f.call_ms)});
+  }
+  shared.print(out);
 }
 
 Json to_json(const Settings& settings, const std::vector<Figures>& all) {
@@ -334,6 +273,9 @@ Json to_json(const Settings& settings, const std::vector<Figures>& all) {
     one.set("service_down_gigabytes_per_second", f.down);
     one.set("raw_milliseconds", f.raw_ms);
     one.set("service_milliseconds", f.call_ms);
+    one.set("unix_milliseconds", f.unix_ms);
+    one.set("shared_copied_milliseconds", f.copied_ms);
+    one.set("shared_inside_milliseconds", f.inside_ms);
     one.set("alone_milliseconds", f.alone_ms);
     one.set("cost_milliseconds", f.cost_ms());
     one.set("server_cpu_seconds_per_gibibyte", f.cpu_seconds_per_gib);
@@ -343,10 +285,22 @@ Json to_json(const Settings& settings, const std::vector<Figures>& all) {
   return json;
 }
 
+/// A server for clients in other languages, until standard input ends.
+void serve(const std::string& listen) {
+  server::Server server(
+      {.listen = listen, .lanes = 1, .lame_duck = std::chrono::seconds(0), .log_level = "off"},
+      [] { return std::make_unique<IdleSmoother>(); });
+  server.start();
+  std::cout << server.port() << std::endl;
+  std::cin.get();
+  server.drain();
+}
+
 void run(const Settings& settings) {
   const Peer peer(settings);
   RawClient raw(peer.raw_port());
   client::Client client("127.0.0.1:" + std::to_string(peer.server_port()));
+  SharedMemory shared(peer.unix_address());
   const std::unique_ptr<Smoother> alone = make(settings);
   const SmoothOptions options = one_sweep();
   std::vector<Samples> sizes;
@@ -360,6 +314,7 @@ void run(const Settings& settings) {
     samples.up_bytes += samples.down_bytes;
     sizes.push_back(std::move(samples));
   }
+  for (Samples& samples : sizes) shared.warm_up(samples.mesh, options);
   for (int round = -1; round < settings.round_count; ++round) {
     for (Samples& samples : sizes) {
       // Small ones more often: about as long in all.
@@ -369,6 +324,7 @@ void run(const Settings& settings) {
         measure_raw(samples, raw);
         measure_alone(samples, *alone, options);
         measure_call(samples, client, peer, options);
+        measure_shared(samples, shared, options);
       }
       if (round < 0) samples.times = {};  // that was to warm up
     }
@@ -394,9 +350,16 @@ void add_transport_command(CLI::App& app, Action& action) {
       ->capture_default_str();
   sub->add_flag("--smooth", settings->smooths, "One real sweep, instead of none at all");
   sub->add_option("--json", settings->json, "Write the figures to this file too");
+  sub->add_option("--serve", settings->serve,
+                  "Only serve on this address, with a smoother that does nothing, until standard "
+                  "input ends; prints the port");
   sub->callback([&action, settings] {
     action = [settings] {
       server::keep_heap_warm();
+      if (!settings->serve.empty()) {
+        serve(settings->serve);
+        return 0;
+      }
       run(*settings);
       return 0;
     };

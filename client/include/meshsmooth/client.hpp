@@ -77,6 +77,10 @@ struct RequestOptions {
   int max_attempts = 4;
   /// Set: the job outlives this call, and its result is kept this long for `attach`.
   std::optional<std::chrono::nanoseconds> result_ttl;
+  /// Whether the mesh may travel through memory shared with the server, where the target is a Unix
+  /// socket and the server can. A first job goes without, while the memory is made; needless for a
+  /// single job.
+  bool shared_memory = true;
   std::stop_token stop;  ///< Cancels the call.
 };
 
@@ -88,6 +92,7 @@ struct SmoothReport {
   double queue_seconds = 0;
   double receive_seconds = 0;
   double send_seconds = 0;
+  bool shared_memory = false;    ///< The mesh travelled through memory shared with the server.
   bool topology_reused = false;  ///< The server had prepared the topology for an earlier job.
   std::string server_version;
   std::shared_ptr<const v1::Summary> message;  ///< As received.
@@ -184,7 +189,8 @@ class Session {
 
 /// A connection to one server, or to several equal ones. Thread-safe: calls may run concurrently.
 /// Every call throws `ServiceError`. The memory of positions that results of `smooth` replaced is
-/// cached for later results, up to 64 MiB.
+/// cached for later results, up to 64 MiB. Over a Unix socket meshes travel through memory that is
+/// shared with the server; it is kept until the client is destroyed, or the server wants it back.
 class Client {
  public:
   /// Does not connect yet.

@@ -76,6 +76,7 @@ void check_backend(v1::BackendKind wanted, std::string_view backend) {
 std::map<std::string, std::string> fields_of(v1::JobSpec spec) {
   spec.clear_progress_interval();
   spec.clear_max_result_chunk_bytes();
+  spec.clear_region();
   const google::protobuf::Reflection* const reflection = spec.GetReflection();
   std::vector<const google::protobuf::FieldDescriptor*> set;
   reflection->ListFields(spec, &set);
@@ -228,6 +229,10 @@ DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& caller, Engi
           ? config.result_chunk_bytes
           : std::min(spec.max_result_chunk_bytes(), config.max_chunk_bytes);
   decoded.call.validate_only = spec.validate_only();
+  if (spec.has_region()) {
+    decoded.call.region =
+        std::make_shared<const RegionUse>(spec.region(), engine.regions(), decoded.job);
+  }
   return decoded;
 }
 
@@ -270,13 +275,14 @@ v1::Job encode_job(const Job& job, const Engine& engine) {
   return message;
 }
 
-v1::ResultHeader encode_result_header(const Job& job, const JobSnapshot& now) {
+v1::ResultHeader encode_result_header(const Job& job, const JobSnapshot& now, bool in_region) {
   const wire::MeshLayout& layout = job.request().layout;
   v1::ResultHeader header;
   header.set_node_count(layout.node_count);
   header.set_coordinate_type(layout.float64 ? v1::SCALAR_TYPE_FLOAT64 : v1::SCALAR_TYPE_FLOAT32);
   header.set_size_bytes(job.request().result_bytes());
   header.set_topology_name(now.topology_name);
+  header.set_in_region(in_region);
   for (const QualityMetric metric : job.request().options.element_quality_metrics) {
     header.add_element_quality_metrics(wire::encode_metric(metric));
   }
@@ -312,6 +318,7 @@ v1::GetServerInfoResponse encode_server_info(const Engine& engine) {
                               "kept_results", "topology_cache", "kept_reference"}) {
     info.add_features(feature);
   }
+  if (engine.regions() != nullptr) info.add_features("shared_memory");
   info.set_draining(engine.draining());
 
   v1::Limits* limits = info.mutable_limits();
@@ -327,6 +334,7 @@ v1::GetServerInfoResponse encode_server_info(const Engine& engine) {
   *limits->mutable_max_queue_timeout() = encode_duration(config.max_queue_timeout);
   *limits->mutable_stream_idle_timeout() = encode_duration(config.stream_idle_timeout);
   limits->set_early_data_bytes(config.early_data_bytes);
+  if (engine.regions() != nullptr) limits->set_max_region_bytes(engine.regions()->max_bytes());
 
   const MemoryBytes limit = engine.memory_budget().limit();
   const MemoryBytes reserved = engine.memory_budget().reserved();

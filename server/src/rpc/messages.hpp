@@ -8,6 +8,7 @@
 #include "engine.hpp"
 #include "job.hpp"
 #include "meshsmooth/v1/smoothing.pb.h"
+#include "rpc/region_use.hpp"
 
 namespace meshsmooth::server {
 
@@ -16,6 +17,7 @@ struct CallOptions {
   std::optional<std::chrono::nanoseconds> progress_interval;  // unset: no progress
   int result_chunk_bytes = 0;
   bool validate_only = false;
+  std::shared_ptr<const RegionUse> region;  // null: the arrays travel in chunks
 };
 
 struct DecodedSpec {
@@ -39,7 +41,8 @@ struct DecodedSpec {
 /// The current state of the job.
 [[nodiscard]] v1::Job encode_job(const Job& job, const Engine& engine);
 
-[[nodiscard]] v1::ResultHeader encode_result_header(const Job& job, const JobSnapshot& now);
+[[nodiscard]] v1::ResultHeader encode_result_header(const Job& job, const JobSnapshot& now,
+                                                    bool in_region);
 
 /// The smoother's summary with the server's additions: waiting times, options, version.
 [[nodiscard]] v1::Summary encode_job_summary(const Job& job, const JobSnapshot& now);

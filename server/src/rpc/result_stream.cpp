@@ -46,9 +46,9 @@ ResultStream::Step ResultStream::next(const JobSnapshot& job, int queue_position
     case Part::progress:
       if (!result_) return next_progress(job, queue_position, now);
       part_ = Part::chunks;
-      return {.action = Action::send_header};
+      return {.action = Action::send_header, .in_region = options_.in_region};
     case Part::chunks:
-      if (sent_bytes_ < options_.result_bytes) return next_chunk();
+      if (!options_.in_region && sent_bytes_ < options_.result_bytes) return next_chunk();
       if (job.state == JobState::sending) return {.action = Action::complete_job};
       part_ = Part::summary;
       return {.action = Action::send_summary};

@@ -25,6 +25,7 @@ class ResultStream {
     int chunk_bytes = 0;
     std::int64_t result_bytes = 0;
     std::int64_t offset = 0;  // of the first byte to send
+    bool in_region = false;   // the arrays lie in a region when the header is sent: no chunks
     /// The call has joined the job of another call, which uploads the mesh.
     bool upload_by_another_call = false;
     /// The call may end a job that is asked to stop while it receives its mesh.
@@ -47,6 +48,7 @@ class ResultStream {
     v1::ArrayId array_id = v1::ARRAY_ID_UNSPECIFIED;  // of a chunk, as the next two
     std::int64_t offset = 0;                          // in the array
     std::span<const std::byte> data = {};             // valid until `release`
+    bool in_region = false;                           // of a header
   };
 
   explicit ResultStream(const Options& options)

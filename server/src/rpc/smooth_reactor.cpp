@@ -23,6 +23,12 @@ grpc::ByteBuffer stop_sending_message() {
   return wire::encode(message);
 }
 
+grpc::ByteBuffer input_taken_message() {
+  v1::SmoothResponse message;
+  message.mutable_input_taken();
+  return wire::encode(message);
+}
+
 }  // namespace
 
 SmoothReactor* SmoothReactor::start(Engine& engine, grpc::CallbackServerContext* context,
@@ -62,9 +68,42 @@ void SmoothReactor::OnReadDone(bool ok) {
       lock.lock();
       if (error) fail(error);
     }
+    if (!error_ && inputs_due()) {
+      lock.unlock();
+      pump();  // a large mesh takes a while
+      return engine_.regions()->copies().run(call_.region->input_bytes(),
+                                             [self = shared_from_this()] { self->take_inputs(); });
+    }
     input_ = Input::idle;
   }
   lock.unlock();
+  pump();
+}
+
+void SmoothReactor::take_inputs() {
+  std::exception_ptr error;
+  try {
+    call_.region->take_inputs(job_->mesh(), job_->stop_token());
+  } catch (...) {
+    error = std::current_exception();
+  }
+  if (!error) engine_.metrics().received(job_->mesh().received_bytes());
+  {
+    const std::lock_guard lock(mutex_);
+    if (error) fail(error);
+    if (job_->mesh().complete()) upload_ = Upload::complete;
+    input_ = Input::idle;
+  }
+  pump();
+}
+
+void SmoothReactor::write_result(const JobResult& result) {
+  call_.region->write_result(result);
+  engine_.metrics().sent(call_.region->result_bytes());
+  {
+    const std::lock_guard lock(mutex_);
+    output_ = Output::written;
+  }
   pump();
 }
 
@@ -145,6 +184,7 @@ void SmoothReactor::ingest_spec(const v1::JobSpec& spec) {
       .progress_interval = call_.progress_interval,
       .chunk_bytes = call_.result_chunk_bytes,
       .result_bytes = job_->request().result_bytes(),
+      .in_region = call_.region != nullptr,
       .upload_by_another_call = subscription_.joined,
   });
   upload_rate_.start(Clock::now());
@@ -210,7 +250,7 @@ SmoothReactor::Action SmoothReactor::next_action(Clock::time_point now) {
 SmoothReactor::Action SmoothReactor::next_of_failure(Clock::time_point now) {
   const bool ingesting = input_ == Input::ingesting;
   if (Action cleanup = next_cleanup(ingesting)) return cleanup;
-  const bool can_finish = !writing() && !ingesting;
+  const bool can_finish = !writing() && !ingesting && output_ != Output::copying;
   if (client_ == Client::gone) return can_finish ? finish() : Action();
   if (!writing()) {
     if (input_ != Input::half_closed && ending_ == Ending::none) {
@@ -231,15 +271,32 @@ SmoothReactor::Action SmoothReactor::next_answer(const JobSnapshot& job, Clock::
     case Answer::none:
       return {};
     case Answer::accepted:
-      answer_ = subscription_.joined ? Answer::stop_sending : Answer::result;
+      answer_ = subscription_.joined ? Answer::stop_sending
+                : call_.region       ? Answer::input_taken
+                                     : Answer::result;
       return write(wire::encode(accepted_message()), now);
+    case Answer::input_taken:
+      if (uploading()) return {};
+      answer_ = Answer::result;
+      return write(input_taken_message(), now);
     case Answer::stop_sending:
       answer_ = Answer::result;
       return write(stop_sending_message(), now);
     case Answer::result:
-      return result_stream_ ? next_of_stream(job, now) : finish();
+      return result_stream_ ? next_of_result(job, now) : finish();
   }
   __builtin_unreachable();
+}
+
+SmoothReactor::Action SmoothReactor::next_of_result(const JobSnapshot& job, Clock::time_point now) {
+  if (output_ == Output::copying) return {};
+  if (!call_.region || !job.result || output_ == Output::written) return next_of_stream(job, now);
+  output_ = Output::copying;
+  return [this, result = job.result] {
+    engine_.regions()->copies().run(
+        call_.region->result_bytes(),
+        [self = shared_from_this(), result] { self->write_result(*result); });
+  };
 }
 
 SmoothReactor::Action SmoothReactor::next_read() {

@@ -34,9 +34,11 @@ class SmoothReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grp
   /// What the client still has to send. `over`: the job is queued, or needs no mesh of this call.
   enum class Upload { awaiting_spec, receiving, complete, over };
   /// What is written next; `result` leaves it to the stream.
-  enum class Answer { none, accepted, stop_sending, result };
+  enum class Answer { none, accepted, input_taken, stop_sending, result };
   /// `ingesting`: a thread works on the mesh without the lock.
   enum class Input { idle, reading, ingesting, half_closed };
+  /// Of the result in a region.
+  enum class Output { none, copying, written };
 
   SmoothReactor(Engine& engine, grpc::CallbackServerContext* context, AuthResult auth);
 
@@ -49,17 +51,22 @@ class SmoothReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grp
   void ingest();
   void ingest_chunk(const wire::ChunkView& chunk);
   void ingest_spec(const v1::JobSpec& spec);
+  /// Copies the inputs in the region, instead of chunks.
+  void take_inputs();
+  void write_result(const JobResult& result);
 
   // With the lock.
   Action next_action(Clock::time_point now);
   Action next_of_failure(Clock::time_point now);
   Action next_answer(const JobSnapshot& job, Clock::time_point now);
+  Action next_of_result(const JobSnapshot& job, Clock::time_point now);
   Action next_read();
   void check_end_of_upload();
   void notice_slow_upload(Clock::time_point now);
   [[nodiscard]] bool uploading() const {
     return upload_ == Upload::awaiting_spec || upload_ == Upload::receiving;
   }
+  [[nodiscard]] bool inputs_due() const { return call_.region && upload_ == Upload::receiving; }
   [[nodiscard]] v1::SmoothResponse accepted_message();
 
   void report_failure();
@@ -72,6 +79,7 @@ class SmoothReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grp
   Upload upload_ = Upload::awaiting_spec;
   Answer answer_ = Answer::none;
   Input input_ = Input::idle;
+  Output output_ = Output::none;
   Clock::time_point last_read_;
   UploadRate upload_rate_;
   Clock::time_point drop_until_;  // for a refused client to half-close

@@ -14,6 +14,7 @@
 #include "rpc/smooth_reactor.hpp"
 #include "rpc/status.hpp"
 #include "wire/codec.hpp"
+#include "wire/local_address.hpp"
 
 namespace meshsmooth::server {
 namespace {
@@ -37,6 +38,12 @@ std::size_t decode_page_size(int page_size) {
   return page_size == 0 ? 50 : static_cast<std::size_t>(std::min(page_size, 1000));
 }
 
+// Nobody else could open the socket: its region would only wait for the ticket to expire.
+bool is_on_this_host(const Caller& caller) {
+  const std::string& connection = caller.connection;  // "ipv4:127.0.0.1:1234"
+  return connection.empty() || wire::is_local_address(connection.substr(connection.find(':') + 1));
+}
+
 /// v1::SmoothingService::CallbackService, but Smooth and AttachJob exchange raw messages.
 using SmoothingServiceBase = v1::SmoothingService::WithRawCallbackMethod_Smooth<
     v1::SmoothingService::WithCallbackMethod_GetTopology<
@@ -46,8 +53,9 @@ using SmoothingServiceBase = v1::SmoothingService::WithRawCallbackMethod_Smooth<
                     v1::SmoothingService::WithCallbackMethod_CancelJob<
                         v1::SmoothingService::WithRawCallbackMethod_AttachJob<
                             v1::SmoothingService::WithCallbackMethod_DeleteJob<
-                                v1::SmoothingService::WithCallbackMethod_GetServerInfo<
-                                    v1::SmoothingService::Service>>>>>>>>>;
+                                v1::SmoothingService::WithCallbackMethod_LeaseRegion<
+                                    v1::SmoothingService::WithCallbackMethod_GetServerInfo<
+                                        v1::SmoothingService::Service>>>>>>>>>>;
 
 /// Stateless. Calls that are not overridden return UNIMPLEMENTED.
 class SmoothingService final : public SmoothingServiceBase {
@@ -133,6 +141,23 @@ class SmoothingService final : public SmoothingServiceBase {
                                       v1::DeleteJobResponse*) override {
     return answer(
         context, [&](const Caller& caller) { engine_.forget(*find_job(caller, request->name())); });
+  }
+
+  grpc::ServerUnaryReactor* LeaseRegion(grpc::CallbackServerContext* context,
+                                        const v1::LeaseRegionRequest* request,
+                                        v1::LeaseRegionResponse* response) override {
+    return answer(context, [&](const Caller& caller) {
+      if (engine_.regions() == nullptr || !is_on_this_host(caller)) {
+        throw NotSupported("OPTION_NOT_SUPPORTED",
+                           "this server does not share memory with this caller");
+      }
+      if (engine_.draining()) std::rethrow_exception(draining_error());
+      RegionLeases::Lease lease = engine_.regions()->lease(caller.name, request->size_bytes());
+      response->set_region_name(lease.region->name());
+      response->set_socket_path(engine_.regions()->socket_path());
+      response->set_ticket(std::move(lease.ticket));
+      response->set_size_bytes(lease.region->size_bytes());
+    });
   }
 
   grpc::ServerUnaryReactor* GetServerInfo(grpc::CallbackServerContext* context,

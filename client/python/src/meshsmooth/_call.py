@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -11,6 +13,7 @@ from numpy.typing import NDArray
 from . import _wire
 from ._errors import Error, InvalidOption
 from ._progress import Progress, decode_progress
+from ._region import Region, RegionPool, place
 from ._request import Request, TopologyUse
 from ._retry import Retry
 from ._service_error import broken_answer, place_in_input
@@ -100,6 +103,13 @@ class Result:
         memory[offset_bytes:end] = chunk.data
         self.received_bytes += chunk.data.nbytes
 
+    def add_all(self, memory: NDArray[np.uint8]) -> None:
+        """Copies all arrays, which lie one after the other."""
+        for _, array in self._arrays:
+            start = self.received_bytes
+            _wire.copy_to(np.frombuffer(array, np.uint8), memory[start : start + array.nbytes].data)
+            self.received_bytes += array.nbytes
+
     def _due(self) -> tuple[int, memoryview, int]:
         """The array that the next byte belongs to, and its offset there."""
         offset_bytes = self.received_bytes
@@ -135,9 +145,24 @@ class SmoothCall:
     ) -> None:
         self.first = request.spec(use, with_progress=with_progress)
         self.metadata = request.metadata(use)
-        self.upload = _wire.Upload(request.parts(use), early_bytes)
+        self._parts = request.parts(use)
+        self.upload = _wire.Upload(self._parts, early_bytes)
+        self.placement = place(self._parts, request.result_bytes)
+        self.region: Region | None = None  # in which the arrays travel
         self.result = Result(request, memory)
         self.job_name = ""
+
+    def use(self, region: Region) -> None:
+        """Has the arrays travel in a region."""
+        region.fill(self._parts)
+        message = smoothing_pb2.SmoothRequest.FromString(self.first)
+        use = message.spec.region
+        use.region_name = region.name
+        for array_id, offset in self.placement.inputs:
+            use.inputs.add(array_id=array_id, offset_bytes=offset)
+        use.result_offset_bytes = self.placement.result_offset
+        self.first = message.SerializeToString()
+        self.region = region
 
     @property
     def answered(self) -> bool:
@@ -166,6 +191,10 @@ class SmoothCall:
             return decode_progress(response.progress)
         elif kind == "result":
             self.result.begin(response.result)
+            if response.result.in_region:
+                if self.region is None:
+                    raise broken_answer("the server announced a result in a region")
+                self.result.add_all(self.region.memory[self.placement.result_offset :])
         elif kind == "summary":
             self.result.summary = response.summary
         return None  # also of what a newer server adds
@@ -215,6 +244,13 @@ def _parse(kind: Any, message: bytes) -> Any:
         raise broken_answer(f"cannot parse the server's {kind.DESCRIPTOR.name}") from None
 
 
+def _is_about_region(error: Error) -> bool:
+    """Whether the server refused the region, not the job."""
+    return error.reason.startswith("REGION_") or str(error.details.get("field", "")).startswith(
+        "region"
+    )
+
+
 class Attempts:
     """The attempts at one job, with the rules of the C++ client for what is sent again and how.
 
@@ -237,6 +273,7 @@ class Attempts:
         self._memory = memory
         self._use = use or TopologyUse()  # how the next attempt names or sends the topology
         self._with_progress = with_progress
+        self._in_region = True
         self._early_bytes = MANY_EARLY_BYTES if last_was_accepted else FEW_EARLY_BYTES
 
     def begin(self) -> SmoothCall:
@@ -249,6 +286,23 @@ class Attempts:
             with_progress=self._with_progress,
         )
 
+    @contextlib.contextmanager
+    def sharing(self, call: SmoothCall, regions: RegionPool | None) -> Iterator[None]:
+        """Has the call use a region if there is one, and keeps that if the call ends well."""
+        region = None
+        if regions is not None and self._in_region:
+            region = regions.borrow(call.placement.size)
+        if regions is None or region is None:
+            yield
+            return
+        try:
+            call.use(region)
+            yield
+        except BaseException:
+            region.close()  # the server may still write to it
+            raise
+        regions.give_back(region)
+
     def after(self, error: Error, call: SmoothCall) -> float:
         """Returns the seconds to wait before the next attempt.
 
@@ -256,6 +310,10 @@ class Attempts:
         """
         request = self._request
         place_in_input(error, request.topology.element_count, len(request.points), request.mesh)
+        if call.region is not None:
+            self._in_region = False  # whatever it was, chunks may do
+            if _is_about_region(error):
+                return 0.0
         if error.reason == "TOPOLOGY_NOT_FOUND" and self._use.named:
             self._use = TopologyUse(kept=True, routed=self._use.routed)
             return 0.0

@@ -6,8 +6,9 @@ import contextlib
 import functools
 import os
 import threading
+import weakref
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Any, cast
 
 import grpc
 
@@ -15,11 +16,27 @@ from . import _call, _channel, _rpc
 from ._errors import Error
 from ._job import Control
 from ._progress import Display, Progress, closing
+from ._region import Lease, RegionPool
 from ._request import Request, TopologyUse
 from ._result import Finish
 from ._retry import Retry
 from ._service_error import CallFacts, to_error
 from .v1 import smoothing_pb2 as pb
+
+
+def _leasing(connection: weakref.ref[Connection]) -> Lease:
+    """The call LeaseRegion, which does not keep its connection alive."""
+
+    def lease(size: int) -> pb.LeaseRegionResponse:
+        alive = connection()
+        if alive is None:
+            raise OSError("the connection is gone")
+        return cast(
+            pb.LeaseRegionResponse,
+            alive.unary(_rpc.LEASE_REGION, pb.LeaseRegionRequest(size_bytes=size), 5.0),
+        )
+
+    return lease
 
 
 class Connection:
@@ -31,6 +48,10 @@ class Connection:
         self._channel: Any = None
         self._pid = 0  # of the process that the channel belongs to
         self._last_was_accepted = False
+        self._regions: RegionPool | None = None
+        if RegionPool.possible(endpoint.address):
+            self._regions = RegionPool(_leasing(weakref.ref(self)))
+            weakref.finalize(self, self._regions.close)
 
     @property
     def address(self) -> str:
@@ -39,6 +60,8 @@ class Connection:
 
     def close(self) -> None:
         """Closes the channel; calls under way end with `Cancelled`."""
+        if self._regions is not None:
+            self._regions.close()
         with self._lock:
             channel, self._channel = self._channel, None
             if channel is not None and self._pid == os.getpid():
@@ -95,7 +118,8 @@ class Connection:
                 control.check()
                 call = attempts.begin()
                 try:
-                    self._run_smooth(call, request, control, display, attempts.retry.left())
+                    with attempts.sharing(call, self._regions):
+                        self._run_smooth(call, request, control, display, attempts.retry.left())
                     self._last_was_accepted = True
                     return finish(call.result, call.job_name)
                 except Error as error:
@@ -110,6 +134,29 @@ class Connection:
         display: Display | None,
         left: float,
     ) -> None:
+        facts = functools.partial(CallFacts, self.address, request.timeout)
+        try:
+            if call.region is not None:  # its only message goes at once
+                stream = self._own_channel().unary_stream(_call.SMOOTH)(
+                    call.first, timeout=left, metadata=self._endpoint.metadata() + call.metadata
+                )
+                wake = threading.Event()
+            else:
+                stream, wake = self._send_chunks(call, left)
+
+            def receive(message: bytes) -> Progress | None:
+                progress = call.receive(message)
+                control.job_name = call.job_name
+                wake.set()
+                return progress
+
+            self._drain(stream, receive, control, display, facts, lambda: bool(call.job_name))
+        except KeyboardInterrupt:
+            self._interrupted(control, request)
+            raise
+
+    def _send_chunks(self, call: _call.SmoothCall, left: float) -> tuple[Any, threading.Event]:
+        """Begins a call; the event has its upload continue."""
         upload = call.upload
         wake = threading.Event()  # the upload may continue, or the call has ended
         ended = False
@@ -133,19 +180,7 @@ class Connection:
         )
         if not stream.add_callback(end):
             end()
-
-        def receive(message: bytes) -> Progress | None:
-            progress = call.receive(message)
-            control.job_name = call.job_name
-            wake.set()
-            return progress
-
-        facts = functools.partial(CallFacts, self.address, request.timeout)
-        try:
-            self._drain(stream, receive, control, display, facts, lambda: bool(call.job_name))
-        except KeyboardInterrupt:
-            self._interrupted(control, request)
-            raise
+        return stream, wake
 
     def attach(
         self, name: str, request: Request, finish: Finish, control: Control, display: Display

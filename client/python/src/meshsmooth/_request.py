@@ -253,6 +253,11 @@ class Request:
                 own.append((_wire.REFERENCE_COORDINATES, self.reference))
         return parts + [_wire.Part(array_id, 0, _wire.bytes_of(array)) for array_id, array in own]
 
+    @property
+    def result_bytes(self) -> int:
+        """The size of the arrays of the result."""
+        return self.points.nbytes + 4 * len(self.metrics) * self.topology.element_count
+
     def metadata(self, use: TopologyUse) -> list[tuple[str, str]]:
         """Returns what proxies read of an attempt."""
         if not use.routed:

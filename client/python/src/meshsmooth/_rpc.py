@@ -31,6 +31,7 @@ GET_JOB = Unary(_SERVICE + "GetJob", pb.GetJobResponse)
 CANCEL_JOB = Unary(_SERVICE + "CancelJob", pb.CancelJobResponse)
 DELETE_JOB = Unary(_SERVICE + "DeleteJob", pb.DeleteJobResponse)
 GET_TOPOLOGY = Unary(_SERVICE + "GetTopology", pb.GetTopologyResponse)
+LEASE_REGION = Unary(_SERVICE + "LeaseRegion", pb.LeaseRegionResponse)
 DELETE_TOPOLOGY = Unary(_SERVICE + "DeleteTopology", pb.DeleteTopologyResponse)
 # The messages of grpc.health.v1, which gRPC's packages do not ship, look on the wire like these: a
 # request for the whole server is empty, the answer's only field is number 1, an enum.

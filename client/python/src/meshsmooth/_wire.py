@@ -142,6 +142,10 @@ class Int32View:
         assert start % 4 == stop % 4 == 0
         return Int32View(self._numbers[start // 4 : stop // 4])
 
+    def copy_to(self, memory: NDArray[np.uint8]) -> None:
+        """Writes the bytes to as much memory."""
+        np.copyto(memory.view("<i4"), self._numbers, casting="unsafe")
+
     def converted(self) -> memoryview:
         """Returns the bytes."""
         return bytes_of(self._numbers.astype("<i4"))
@@ -152,6 +156,14 @@ Data = memoryview | Int32View
 
 def _memory(data: Data) -> memoryview:
     return data if isinstance(data, memoryview) else data.converted()
+
+
+def copy_to(memory: NDArray[np.uint8], data: Data) -> None:
+    """Copies all bytes of an array to as much memory, without the interpreter's lock."""
+    if isinstance(data, Int32View):
+        data.copy_to(memory)
+    else:
+        np.copyto(memory, np.frombuffer(data, np.uint8))
 
 
 def pieces(data: Data) -> Iterator[memoryview]:

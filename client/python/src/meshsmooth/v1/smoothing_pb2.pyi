@@ -307,6 +307,10 @@ class HcLaplacian(_message.Message):
     beta: float
     def __init__(self, alpha: _Optional[float] = ..., beta: _Optional[float] = ...) -> None: ...
 
+class InputTaken(_message.Message):
+    __slots__ = []
+    def __init__(self) -> None: ...
+
 class Job(_message.Message):
     __slots__ = ["create_time", "element_count", "end_time", "error", "expire_time", "last_progress", "name", "node_count", "priority", "queue_position", "request_id", "start_time", "state", "summary"]
     CREATE_TIME_FIELD_NUMBER: _ClassVar[int]
@@ -359,7 +363,7 @@ class JobError(_message.Message):
     def __init__(self, code: _Optional[int] = ..., reason: _Optional[str] = ..., message: _Optional[str] = ..., metadata: _Optional[_Mapping[str, str]] = ...) -> None: ...
 
 class JobSpec(_message.Message):
-    __slots__ = ["backend_kind", "coordinate_type", "element_quality_metrics", "inline_topology", "iteration_history_included", "max_result_chunk_bytes", "options", "prescribed_node_count", "priority", "progress_interval", "quality_detail", "queue_timeout", "request_id", "result_ttl", "topology_kept", "topology_name", "validate_only"]
+    __slots__ = ["backend_kind", "coordinate_type", "element_quality_metrics", "inline_topology", "iteration_history_included", "max_result_chunk_bytes", "options", "prescribed_node_count", "priority", "progress_interval", "quality_detail", "queue_timeout", "region", "request_id", "result_ttl", "topology_kept", "topology_name", "validate_only"]
     BACKEND_KIND_FIELD_NUMBER: _ClassVar[int]
     COORDINATE_TYPE_FIELD_NUMBER: _ClassVar[int]
     ELEMENT_QUALITY_METRICS_FIELD_NUMBER: _ClassVar[int]
@@ -372,6 +376,7 @@ class JobSpec(_message.Message):
     PROGRESS_INTERVAL_FIELD_NUMBER: _ClassVar[int]
     QUALITY_DETAIL_FIELD_NUMBER: _ClassVar[int]
     QUEUE_TIMEOUT_FIELD_NUMBER: _ClassVar[int]
+    REGION_FIELD_NUMBER: _ClassVar[int]
     REQUEST_ID_FIELD_NUMBER: _ClassVar[int]
     RESULT_TTL_FIELD_NUMBER: _ClassVar[int]
     TOPOLOGY_KEPT_FIELD_NUMBER: _ClassVar[int]
@@ -389,12 +394,13 @@ class JobSpec(_message.Message):
     progress_interval: _duration_pb2.Duration
     quality_detail: QualityDetail
     queue_timeout: _duration_pb2.Duration
+    region: RegionUse
     request_id: str
     result_ttl: _duration_pb2.Duration
     topology_kept: bool
     topology_name: str
     validate_only: bool
-    def __init__(self, request_id: _Optional[str] = ..., inline_topology: _Optional[_Union[_mesh_pb2.TopologySpec, _Mapping]] = ..., topology_name: _Optional[str] = ..., coordinate_type: _Optional[_Union[_mesh_pb2.ScalarType, str]] = ..., options: _Optional[_Union[SmoothingOptions, _Mapping]] = ..., backend_kind: _Optional[_Union[BackendKind, str]] = ..., priority: _Optional[_Union[Priority, str]] = ..., queue_timeout: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., progress_interval: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., result_ttl: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., validate_only: bool = ..., max_result_chunk_bytes: _Optional[int] = ..., iteration_history_included: bool = ..., topology_kept: bool = ..., quality_detail: _Optional[_Union[QualityDetail, str]] = ..., element_quality_metrics: _Optional[_Iterable[_Union[QualityMetric, str]]] = ..., prescribed_node_count: _Optional[int] = ...) -> None: ...
+    def __init__(self, request_id: _Optional[str] = ..., inline_topology: _Optional[_Union[_mesh_pb2.TopologySpec, _Mapping]] = ..., topology_name: _Optional[str] = ..., coordinate_type: _Optional[_Union[_mesh_pb2.ScalarType, str]] = ..., options: _Optional[_Union[SmoothingOptions, _Mapping]] = ..., backend_kind: _Optional[_Union[BackendKind, str]] = ..., priority: _Optional[_Union[Priority, str]] = ..., queue_timeout: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., progress_interval: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., result_ttl: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., validate_only: bool = ..., max_result_chunk_bytes: _Optional[int] = ..., iteration_history_included: bool = ..., topology_kept: bool = ..., quality_detail: _Optional[_Union[QualityDetail, str]] = ..., element_quality_metrics: _Optional[_Iterable[_Union[QualityMetric, str]]] = ..., prescribed_node_count: _Optional[int] = ..., region: _Optional[_Union[RegionUse, _Mapping]] = ...) -> None: ...
 
 class Laplacian(_message.Message):
     __slots__ = ["relaxation_factor", "weighting"]
@@ -404,8 +410,26 @@ class Laplacian(_message.Message):
     weighting: Weighting
     def __init__(self, weighting: _Optional[_Union[Weighting, str]] = ..., relaxation_factor: _Optional[float] = ...) -> None: ...
 
+class LeaseRegionRequest(_message.Message):
+    __slots__ = ["size_bytes"]
+    SIZE_BYTES_FIELD_NUMBER: _ClassVar[int]
+    size_bytes: int
+    def __init__(self, size_bytes: _Optional[int] = ...) -> None: ...
+
+class LeaseRegionResponse(_message.Message):
+    __slots__ = ["region_name", "size_bytes", "socket_path", "ticket"]
+    REGION_NAME_FIELD_NUMBER: _ClassVar[int]
+    SIZE_BYTES_FIELD_NUMBER: _ClassVar[int]
+    SOCKET_PATH_FIELD_NUMBER: _ClassVar[int]
+    TICKET_FIELD_NUMBER: _ClassVar[int]
+    region_name: str
+    size_bytes: int
+    socket_path: str
+    ticket: bytes
+    def __init__(self, region_name: _Optional[str] = ..., socket_path: _Optional[str] = ..., ticket: _Optional[bytes] = ..., size_bytes: _Optional[int] = ...) -> None: ...
+
 class Limits(_message.Message):
-    __slots__ = ["early_data_bytes", "max_chunk_bytes", "max_concurrent_streams", "max_element_count", "max_job_bytes", "max_node_count", "max_queue_timeout", "max_queued_job_count", "max_result_ttl", "stream_idle_timeout"]
+    __slots__ = ["early_data_bytes", "max_chunk_bytes", "max_concurrent_streams", "max_element_count", "max_job_bytes", "max_node_count", "max_queue_timeout", "max_queued_job_count", "max_region_bytes", "max_result_ttl", "stream_idle_timeout"]
     EARLY_DATA_BYTES_FIELD_NUMBER: _ClassVar[int]
     MAX_CHUNK_BYTES_FIELD_NUMBER: _ClassVar[int]
     MAX_CONCURRENT_STREAMS_FIELD_NUMBER: _ClassVar[int]
@@ -414,6 +438,7 @@ class Limits(_message.Message):
     MAX_NODE_COUNT_FIELD_NUMBER: _ClassVar[int]
     MAX_QUEUED_JOB_COUNT_FIELD_NUMBER: _ClassVar[int]
     MAX_QUEUE_TIMEOUT_FIELD_NUMBER: _ClassVar[int]
+    MAX_REGION_BYTES_FIELD_NUMBER: _ClassVar[int]
     MAX_RESULT_TTL_FIELD_NUMBER: _ClassVar[int]
     STREAM_IDLE_TIMEOUT_FIELD_NUMBER: _ClassVar[int]
     early_data_bytes: int
@@ -424,9 +449,10 @@ class Limits(_message.Message):
     max_node_count: int
     max_queue_timeout: _duration_pb2.Duration
     max_queued_job_count: int
+    max_region_bytes: int
     max_result_ttl: _duration_pb2.Duration
     stream_idle_timeout: _duration_pb2.Duration
-    def __init__(self, max_chunk_bytes: _Optional[int] = ..., max_job_bytes: _Optional[int] = ..., max_node_count: _Optional[int] = ..., max_element_count: _Optional[int] = ..., max_queued_job_count: _Optional[int] = ..., max_concurrent_streams: _Optional[int] = ..., max_result_ttl: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., max_queue_timeout: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., stream_idle_timeout: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., early_data_bytes: _Optional[int] = ...) -> None: ...
+    def __init__(self, max_chunk_bytes: _Optional[int] = ..., max_job_bytes: _Optional[int] = ..., max_node_count: _Optional[int] = ..., max_element_count: _Optional[int] = ..., max_queued_job_count: _Optional[int] = ..., max_concurrent_streams: _Optional[int] = ..., max_result_ttl: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., max_queue_timeout: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., stream_idle_timeout: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., early_data_bytes: _Optional[int] = ..., max_region_bytes: _Optional[int] = ...) -> None: ...
 
 class ListJobsRequest(_message.Message):
     __slots__ = ["page_size", "page_token", "states"]
@@ -592,19 +618,39 @@ class QualityStats(_message.Message):
     worst_elements: _containers.RepeatedCompositeFieldContainer[ElementQuality]
     def __init__(self, element_count: _Optional[int] = ..., inverted_element_count: _Optional[int] = ..., degenerate_element_count: _Optional[int] = ..., metrics: _Optional[_Iterable[_Union[MetricStats, _Mapping]]] = ..., worst_elements: _Optional[_Iterable[_Union[ElementQuality, _Mapping]]] = ..., sum_absolute_volume: _Optional[float] = ..., enclosed_volume: _Optional[float] = ...) -> None: ...
 
+class RegionArray(_message.Message):
+    __slots__ = ["array_id", "offset_bytes"]
+    ARRAY_ID_FIELD_NUMBER: _ClassVar[int]
+    OFFSET_BYTES_FIELD_NUMBER: _ClassVar[int]
+    array_id: _mesh_pb2.ArrayId
+    offset_bytes: int
+    def __init__(self, array_id: _Optional[_Union[_mesh_pb2.ArrayId, str]] = ..., offset_bytes: _Optional[int] = ...) -> None: ...
+
+class RegionUse(_message.Message):
+    __slots__ = ["inputs", "region_name", "result_offset_bytes"]
+    INPUTS_FIELD_NUMBER: _ClassVar[int]
+    REGION_NAME_FIELD_NUMBER: _ClassVar[int]
+    RESULT_OFFSET_BYTES_FIELD_NUMBER: _ClassVar[int]
+    inputs: _containers.RepeatedCompositeFieldContainer[RegionArray]
+    region_name: str
+    result_offset_bytes: int
+    def __init__(self, region_name: _Optional[str] = ..., inputs: _Optional[_Iterable[_Union[RegionArray, _Mapping]]] = ..., result_offset_bytes: _Optional[int] = ...) -> None: ...
+
 class ResultHeader(_message.Message):
-    __slots__ = ["coordinate_type", "element_quality_metrics", "node_count", "size_bytes", "topology_name"]
+    __slots__ = ["coordinate_type", "element_quality_metrics", "in_region", "node_count", "size_bytes", "topology_name"]
     COORDINATE_TYPE_FIELD_NUMBER: _ClassVar[int]
     ELEMENT_QUALITY_METRICS_FIELD_NUMBER: _ClassVar[int]
+    IN_REGION_FIELD_NUMBER: _ClassVar[int]
     NODE_COUNT_FIELD_NUMBER: _ClassVar[int]
     SIZE_BYTES_FIELD_NUMBER: _ClassVar[int]
     TOPOLOGY_NAME_FIELD_NUMBER: _ClassVar[int]
     coordinate_type: _mesh_pb2.ScalarType
     element_quality_metrics: _containers.RepeatedScalarFieldContainer[QualityMetric]
+    in_region: bool
     node_count: int
     size_bytes: int
     topology_name: str
-    def __init__(self, node_count: _Optional[int] = ..., coordinate_type: _Optional[_Union[_mesh_pb2.ScalarType, str]] = ..., size_bytes: _Optional[int] = ..., topology_name: _Optional[str] = ..., element_quality_metrics: _Optional[_Iterable[_Union[QualityMetric, str]]] = ...) -> None: ...
+    def __init__(self, node_count: _Optional[int] = ..., coordinate_type: _Optional[_Union[_mesh_pb2.ScalarType, str]] = ..., size_bytes: _Optional[int] = ..., topology_name: _Optional[str] = ..., element_quality_metrics: _Optional[_Iterable[_Union[QualityMetric, str]]] = ..., in_region: bool = ...) -> None: ...
 
 class SmartLaplacian(_message.Message):
     __slots__ = ["relaxation_factor", "weighting"]
@@ -623,20 +669,22 @@ class SmoothRequest(_message.Message):
     def __init__(self, spec: _Optional[_Union[JobSpec, _Mapping]] = ..., chunk: _Optional[_Union[_mesh_pb2.Chunk, _Mapping]] = ...) -> None: ...
 
 class SmoothResponse(_message.Message):
-    __slots__ = ["accepted", "chunk", "progress", "result", "stop_sending", "summary"]
+    __slots__ = ["accepted", "chunk", "input_taken", "progress", "result", "stop_sending", "summary"]
     ACCEPTED_FIELD_NUMBER: _ClassVar[int]
     CHUNK_FIELD_NUMBER: _ClassVar[int]
+    INPUT_TAKEN_FIELD_NUMBER: _ClassVar[int]
     PROGRESS_FIELD_NUMBER: _ClassVar[int]
     RESULT_FIELD_NUMBER: _ClassVar[int]
     STOP_SENDING_FIELD_NUMBER: _ClassVar[int]
     SUMMARY_FIELD_NUMBER: _ClassVar[int]
     accepted: Accepted
     chunk: _mesh_pb2.Chunk
+    input_taken: InputTaken
     progress: Progress
     result: ResultHeader
     stop_sending: StopSending
     summary: Summary
-    def __init__(self, accepted: _Optional[_Union[Accepted, _Mapping]] = ..., progress: _Optional[_Union[Progress, _Mapping]] = ..., result: _Optional[_Union[ResultHeader, _Mapping]] = ..., chunk: _Optional[_Union[_mesh_pb2.Chunk, _Mapping]] = ..., summary: _Optional[_Union[Summary, _Mapping]] = ..., stop_sending: _Optional[_Union[StopSending, _Mapping]] = ...) -> None: ...
+    def __init__(self, accepted: _Optional[_Union[Accepted, _Mapping]] = ..., progress: _Optional[_Union[Progress, _Mapping]] = ..., result: _Optional[_Union[ResultHeader, _Mapping]] = ..., chunk: _Optional[_Union[_mesh_pb2.Chunk, _Mapping]] = ..., summary: _Optional[_Union[Summary, _Mapping]] = ..., stop_sending: _Optional[_Union[StopSending, _Mapping]] = ..., input_taken: _Optional[_Union[InputTaken, _Mapping]] = ...) -> None: ...
 
 class SmoothingOptions(_message.Message):
     __slots__ = ["absolute_movement_limit", "absolute_tolerance", "boundary_policy", "compute_budget", "convergence_tolerance", "feature_angle_degrees", "form", "guard", "hc_laplacian", "laplacian", "max_iteration_count", "move", "movement_limit", "only_below", "only_below_rings", "optimize", "report_below", "smart_laplacian", "tangled_policy", "target_quality", "taubin", "windowed_sinc"]

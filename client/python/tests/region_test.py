@@ -1,0 +1,195 @@
+"""Meshes that travel in memory shared with the server."""
+
+from __future__ import annotations
+
+import gc
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import cube, running_server
+from local_server import eventually
+
+import meshsmooth as ms
+from meshsmooth import _call, _rpc
+from meshsmooth.v1 import smoothing_pb2 as pb
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="needs Linux")
+
+OPTIONS: ms.JobOptions = {"method": "laplacian", "iterations": 2}
+
+
+@pytest.fixture
+def in_region(monkeypatch: Any) -> list[bool]:
+    """Whether each call that ended well went through shared memory."""
+    calls: list[bool] = []
+    receive = _call.SmoothCall.receive
+
+    def noting(self: _call.SmoothCall, message: bytes) -> Any:
+        progress = receive(self, message)
+        if self.result.summary is not None:
+            calls.append(self.region is not None)
+        return progress
+
+    monkeypatch.setattr(_call.SmoothCall, "receive", noting)
+    return calls
+
+
+def comes_to_share(client: ms.Client, in_region: list[bool], mesh: Any, expected: Any) -> bool:
+    """Whether jobs go through shared memory after some time; each has the right result."""
+
+    def shared() -> bool:
+        result = client.smooth(mesh, full=True, **OPTIONS)
+        np.testing.assert_array_equal(result.points, expected)
+        return in_region[-1]
+
+    return eventually(shared)
+
+
+def reserved_bytes(client: ms.Client) -> int:
+    return sum(int(backend.get("reserved_bytes", 0)) for backend in client.info().raw["backends"])
+
+
+@pytest.mark.parametrize("index_type", [np.int32, np.int64])
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_shares_memory_from_the_second_job_on(
+    server: str, in_region: list[bool], index_type: Any, dtype: Any
+) -> None:
+    points, cells = cube(12, dtype)
+    mesh = (points, {"tetra": cells["tetra"].astype(index_type)})
+    with ms.Client(server) as client:
+        expected = client.smooth(mesh, full=True, **OPTIONS).points
+        assert in_region == [False]
+        assert comes_to_share(client, in_region, mesh, expected)
+
+
+def test_sends_all_arrays_and_takes_the_quality_of_elements(
+    server: str, in_region: list[bool]
+) -> None:
+    points, cells = cube(12)
+    fixed = np.zeros(len(points), bool)
+    fixed[5] = True
+    regions = np.arange(len(cells["tetra"])) % 2
+    options: Any = OPTIONS | {
+        "fixed": fixed,
+        "regions": regions,
+        "reference": points,
+        "method": ms.Optimize(target="reference"),
+        "element_quality": "mean_ratio",
+    }
+    with ms.Client(server) as client:
+        first = client.smooth((points, cells), full=True, **options)
+
+        def same() -> bool:
+            again = client.smooth((points, cells), full=True, **options)
+            np.testing.assert_array_equal(again.points, first.points)
+            np.testing.assert_array_equal(
+                again.element_quality["mean_ratio"], first.element_quality["mean_ratio"]
+            )
+            return in_region[-1]
+
+        assert eventually(same)
+
+
+def test_shares_the_steps_of_a_session(server: str, in_region: list[bool]) -> None:
+    points, cells = cube(12)
+    with ms.Client(server) as client, client.session((points, cells)) as session:
+
+        def shared() -> bool:
+            session.smooth(points, **OPTIONS)
+            return in_region[-1]
+
+        assert eventually(shared)
+
+
+def test_goes_on_in_chunks_when_the_server_is_another(in_region: list[bool]) -> None:
+    points, cells = cube(12)
+    with tempfile.TemporaryDirectory(prefix="meshsmooth-") as folder:
+        listen = f"unix:{folder}/socket"
+        with running_server(listen=listen):
+            client = ms.Client(listen)
+            expected = client.smooth((points, cells), full=True, **OPTIONS).points
+            assert comes_to_share(client, in_region, (points, cells), expected)
+        with running_server(listen=listen):
+            result = client.smooth((points, cells), full=True, **OPTIONS)
+            np.testing.assert_array_equal(result.points, expected)
+            assert not in_region[-1]
+            assert comes_to_share(client, in_region, (points, cells), expected)
+            client.close()
+
+
+def test_has_no_region_where_the_server_shares_none(in_region: list[bool]) -> None:
+    points, cells = cube(12)
+    with running_server("--region-socket", "") as address, ms.Client(address) as client:
+        for _ in range(5):
+            client.smooth((points, cells), **OPTIONS)
+        assert not any(in_region)
+
+
+def test_refused_jobs_raise_as_ever(server: str, in_region: list[bool]) -> None:
+    points, cells = cube(12)
+    with ms.Client(server) as client:
+        expected = client.smooth((points, cells), full=True, **OPTIONS).points
+        assert comes_to_share(client, in_region, (points, cells), expected)
+        bad = points.copy()
+        bad[7] = np.nan
+        with pytest.raises(ms.InvalidMesh) as error:
+            client.smooth((bad, cells), max_attempts=1, **OPTIONS)
+        assert error.value.reason == "NON_FINITE_COORDINATE"
+        assert comes_to_share(client, in_region, (points, cells), expected)
+
+
+def test_returns_its_region_when_it_is_closed_or_forgotten(in_region: list[bool]) -> None:
+    points, cells = cube(12)
+    with running_server() as address, ms.Client(address) as other:
+        for forget in (ms.Client.close, lambda client: None):
+            client = ms.Client(address)
+            expected = client.smooth((points, cells), full=True, **OPTIONS).points
+            assert comes_to_share(client, in_region, (points, cells), expected)
+            assert reserved_bytes(other) > 0
+            forget(client)
+            del client
+            gc.collect()
+            assert eventually(lambda: reserved_bytes(other) == 0)
+
+
+# Not in a process that uses gRPC, which may not fork.
+FORKING = """
+import os, sys, time
+from meshsmooth._region import Region
+from meshsmooth.v1 import smoothing_pb2 as pb
+
+region = Region(pb.LeaseRegionResponse.FromString(bytes.fromhex(sys.argv[1])))
+child = os.fork()
+if child == 0:
+    time.sleep(600)
+print(child, flush=True)
+region.close()
+sys.stdin.read()
+"""
+
+
+def test_a_forked_child_does_not_keep_it() -> None:
+    with running_server() as address, ms.Client(address) as client:
+        lease = client._connection.unary(_rpc.LEASE_REGION, pb.LeaseRegionRequest(size_bytes=1))
+        process = subprocess.Popen(
+            [sys.executable, "-c", FORKING, lease.SerializeToString().hex()],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        assert process.stdin is not None
+        assert process.stdout is not None
+        child = int(process.stdout.readline())
+        try:
+            assert eventually(lambda: reserved_bytes(client) == 0)
+        finally:
+            os.kill(child, signal.SIGKILL)
+            process.stdin.close()
+            process.wait()
+            process.stdout.close()

@@ -1,0 +1,54 @@
+#include "region/copy_threads.hpp"
+
+#include <utility>
+
+namespace meshsmooth::server {
+namespace {
+
+// Two, so that a large mesh does not hold up a small one; more would only share the memory's rate.
+constexpr int kThreadCount = 2;
+// A gRPC thread copies as much of any message that it receives.
+constexpr std::int64_t kAtOnceBytes = 4 << 20;
+
+}  // namespace
+
+CopyThreads::CopyThreads() {
+  for (int i = 0; i < kThreadCount; ++i) threads_.emplace_back([this] { work(); });
+}
+
+CopyThreads::~CopyThreads() {
+  {
+    const std::lock_guard lock(mutex_);
+    closed_ = true;
+  }
+  changed_.notify_all();
+}
+
+void CopyThreads::run(std::int64_t bytes, Task task) {
+  if (bytes <= kAtOnceBytes) return task();
+  post(std::move(task));
+}
+
+void CopyThreads::post(Task task) {
+  {
+    const std::lock_guard lock(mutex_);
+    tasks_.push_back(std::move(task));
+  }
+  changed_.notify_one();
+}
+
+void CopyThreads::work() {
+  for (;;) {
+    Task task;
+    {
+      std::unique_lock lock(mutex_);
+      changed_.wait(lock, [this] { return closed_ || !tasks_.empty(); });
+      if (closed_) return;
+      task = std::move(tasks_.front());
+      tasks_.pop_front();
+    }
+    task();
+  }
+}
+
+}  // namespace meshsmooth::server

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace meshsmooth::server {
+
+/// Threads that copy between regions and the arrays of jobs, so that no thread of gRPC does.
+/// Thread-safe.
+class CopyThreads {
+ public:
+  using Task = std::function<void()>;
+
+  CopyThreads();
+  /// Finishes what runs; what waits is dropped.
+  ~CopyThreads();
+  CopyThreads(const CopyThreads&) = delete;
+  CopyThreads& operator=(const CopyThreads&) = delete;
+
+  /// Has a thread run the task, or runs it now where it moves so few bytes that handing it over
+  /// would take longer than the copy.
+  void run(std::int64_t bytes, Task task);
+  void post(Task task);
+
+ private:
+  void work();
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<Task> tasks_;
+  bool closed_ = false;
+  std::vector<std::jthread> threads_;
+};
+
+}  // namespace meshsmooth::server

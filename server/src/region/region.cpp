@@ -1,0 +1,113 @@
+#include "region/region.hpp"
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <utility>
+
+#include "meshsmooth/error.hpp"
+
+namespace meshsmooth::server {
+namespace {
+
+[[noreturn]] void fail(const char* what) {
+  throw NotSupported("OPTION_NOT_SUPPORTED",
+                     std::string("shared memory: ") + what + ": " + std::strerror(errno));
+}
+
+// Opened anew, so that the kernel counts the two descriptions apart: of the one that memfd_create
+// gives it counts nothing, and a duplicate would be counted as ours.
+wire::Descriptor reopen(const wire::Descriptor& file) {
+  const std::string path = "/proc/self/fd/" + std::to_string(file.number());
+  wire::Descriptor opened(open(path.c_str(), O_RDWR | O_CLOEXEC));
+  if (!opened) fail("cannot open the file of a region anew");
+  return opened;
+}
+
+wire::Descriptor make_file(std::int64_t size_bytes) {
+  wire::Descriptor file(memfd_create("meshsmooth-region", MFD_CLOEXEC | MFD_ALLOW_SEALING));
+  if (!file) fail("cannot make the file of a region");
+  if (ftruncate(file.number(), size_bytes) != 0) fail("cannot size the file of a region");
+  if (fcntl(file.number(), F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW) != 0) {
+    fail("cannot seal the file of a region");
+  }
+  return file;
+}
+
+}  // namespace
+
+Region::Region(std::string name, std::string caller, std::int64_t size_bytes,
+               Reservation reservation)
+    : name_(std::move(name)),
+      caller_(std::move(caller)),
+      reservation_(std::move(reservation)),
+      last_used_(Clock::now()) {
+  const wire::Descriptor file = make_file(size_bytes);
+  own_ = reopen(file);
+  foreign_ = reopen(file);
+  const auto size = static_cast<std::size_t>(size_bytes);
+  void* const data = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, own_.number(), 0);
+  if (data == MAP_FAILED) fail("cannot map a region");
+  bytes_ = {static_cast<std::byte*>(data), size};
+  madvise(data, size, MADV_HUGEPAGE);  // helps where shmem_enabled is advise
+}
+
+Region::~Region() {
+  if (!bytes_.empty()) munmap(bytes_.data(), bytes_.size());
+}
+
+bool Region::supported() {
+  try {
+    Region region("", "", whole_pages(1), {});
+    if (!region.in_foreign_use()) return false;  // it does not see our other descriptor
+    region.take_foreign_descriptor().close();
+    region.seal();
+    return !region.in_foreign_use();
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+std::int64_t Region::whole_pages(std::int64_t bytes) {
+  const std::int64_t page = sysconf(_SC_PAGESIZE);
+  return bytes > INT64_MAX - page ? INT64_MAX / page * page : (bytes + page - 1) / page * page;
+}
+
+void Region::seal() {
+  if (fcntl(own_.number(), F_ADD_SEALS, F_SEAL_FUTURE_WRITE | F_SEAL_SEAL) != 0) {
+    fail("cannot seal the file of a region for good");
+  }
+  sealed_ = true;
+}
+
+void Region::populate(std::span<std::byte> part) const {
+  madvise(part.data(), part.size(), MADV_POPULATE_WRITE);  // else at their first use
+}
+
+bool Region::in_foreign_use() const {
+  // The kernel grants a lease for writing only while nobody else has the file open, and maps count
+  // as that. Who opens it in the moment until the lease is given back would have us sent a signal,
+  // so it is one that is ignored.
+  fcntl(own_.number(), F_SETSIG, SIGURG);
+  if (fcntl(own_.number(), F_SETLEASE, F_WRLCK) != 0) return true;
+  fcntl(own_.number(), F_SETLEASE, F_UNLCK);
+  return false;
+}
+
+std::shared_ptr<Region> Region::use(const std::shared_ptr<Region>& region) {
+  ++region->use_count_;
+  return {region.get(), [region](Region* used) {
+            used->last_used_ = Clock::now();
+            --used->use_count_;
+          }};
+}
+
+Region::Clock::duration Region::idle_for(Clock::time_point now) const {
+  return used() ? Clock::duration::zero() : now - last_used_.load();
+}
+
+}  // namespace meshsmooth::server

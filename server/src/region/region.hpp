@@ -1,0 +1,74 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "memory_budget.hpp"
+#include "wire/descriptor.hpp"
+
+namespace meshsmooth::server {
+
+/// Memory that is shared with one caller: an anonymous file, mapped here. The caller may write into
+/// it at any time, so whatever is read of it is copied first, once. It can neither shrink nor, once
+/// sealed, lose pages: reading it never raises SIGBUS. Thread-safe.
+class Region {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// Reserves address space only. `size_bytes` are whole pages. Throws Error (OPTION_NOT_SUPPORTED)
+  /// where the kernel lacks something.
+  Region(std::string name, std::string caller, std::int64_t size_bytes, Reservation reservation);
+  ~Region();
+  Region(const Region&) = delete;
+  Region& operator=(const Region&) = delete;
+
+  /// Whether this system has all that regions need. Makes one to find out.
+  [[nodiscard]] static bool supported();
+  /// At least so many bytes in whole pages.
+  [[nodiscard]] static std::int64_t whole_pages(std::int64_t bytes);
+
+  [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] const std::string& caller() const { return caller_; }
+  [[nodiscard]] std::span<std::byte> bytes() const { return bytes_; }
+  [[nodiscard]] std::int64_t size_bytes() const { return static_cast<std::int64_t>(bytes_.size()); }
+
+  /// The descriptor for the caller, once; an open file description of its own, by which
+  /// `in_foreign_use` tells it from ours.
+  [[nodiscard]] wire::Descriptor take_foreign_descriptor() { return std::move(foreign_); }
+  /// From now on nobody can map it for writing anew, punch holes into it or write to the file; maps
+  /// that exist stay writable. Throws Error.
+  void seal();
+  [[nodiscard]] bool sealed() const { return sealed_; }
+  /// Has the pages of a part here already when they are first used.
+  void populate(std::span<std::byte> part) const;
+  /// Whether another process still has it open or mapped, descriptors under way included.
+  [[nodiscard]] bool in_foreign_use() const;
+
+  // --- uses by calls ---------------------------------------------------------------
+
+  /// A part that a call has in it; it counts as used until the last copy is gone.
+  [[nodiscard]] static std::shared_ptr<Region> use(const std::shared_ptr<Region>& region);
+  [[nodiscard]] bool used() const { return use_count_ > 0; }
+  /// Since the last use ended; 0 while it is used.
+  [[nodiscard]] Clock::duration idle_for(Clock::time_point now) const;
+
+  /// Whether the caller has been, or is to be, asked to return it.
+  [[nodiscard]] bool wanted_back() const { return wanted_back_; }
+  void want_back() { wanted_back_ = true; }
+
+ private:
+  const std::string name_, caller_;
+  const Reservation reservation_;  // released last
+  wire::Descriptor own_, foreign_;
+  std::span<std::byte> bytes_;
+  std::atomic<bool> sealed_ = false, wanted_back_ = false;
+  std::atomic<int> use_count_ = 0;
+  std::atomic<Clock::time_point> last_used_;
+};
+
+}  // namespace meshsmooth::server

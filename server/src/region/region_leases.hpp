@@ -1,0 +1,81 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "memory_budget.hpp"
+#include "region/region.hpp"
+
+namespace meshsmooth::server {
+
+/// All regions, by caller and name, from their lease until nobody has their memory any more. A
+/// region is leased once: nothing that one caller wrote is ever shown to another. Thread-safe.
+class RegionLeases {
+ public:
+  using Clock = Region::Clock;
+
+  struct Limits {
+    std::int64_t max_bytes;             // of all regions
+    std::int64_t max_bytes_per_caller;  // 0: no limit
+  };
+  /// The budget must outlive it.
+  RegionLeases(MemoryBudget& budget, Limits limits) : budget_(budget), limits_(limits) {}
+
+  struct Lease {
+    std::shared_ptr<Region> region;
+    std::string ticket;
+  };
+  /// A new region, whose ticket is good for seconds. Throws InvalidOption (OPTION_OUT_OF_RANGE),
+  /// OutOfMemory (MESH_TOO_LARGE, QUOTA_EXCEEDED), Busy (HOST_MEMORY_BUSY).
+  [[nodiscard]] Lease lease(const std::string& caller, std::int64_t size_bytes);
+  /// The region of a ticket, once; nothing for an unknown one.
+  [[nodiscard]] std::shared_ptr<Region> redeem(const std::string& ticket);
+  /// No job can name it any more. Its bytes stay reserved as long as jobs use it or another process
+  /// has it.
+  void end(const Region& region);
+
+  /// One that jobs may name, as a use by a call. Throws Error (REGION_NOT_FOUND).
+  [[nodiscard]] std::shared_ptr<Region> find(const std::string& caller,
+                                             const std::string& name) const;
+
+  /// Wants those back that no job uses.
+  void want_back_idle();
+  /// Wants all back.
+  void want_back();
+
+  /// Ends what waited too long for its ticket, and releases what nobody has any more.
+  void sweep(Clock::time_point now);
+  /// Whether `sweep` has anything to wait for.
+  [[nodiscard]] bool unsettled() const;
+
+  /// Of regions that jobs may name or that wait for their ticket; and of those that have ended, but
+  /// still are somebody's.
+  struct Bytes {
+    std::int64_t leased = 0, ended = 0;
+  };
+  [[nodiscard]] Bytes bytes() const;
+
+ private:
+  struct Ticket {
+    std::shared_ptr<Region> region;
+    Clock::time_point expires;
+  };
+  using Key = std::pair<std::string, std::string>;  // caller, name
+
+  void check_limits(const std::string& caller, std::int64_t size_bytes) const;  // with the lock
+
+  MemoryBudget& budget_;
+  const Limits limits_;
+  mutable std::mutex mutex_;
+  std::map<Key, std::shared_ptr<Region>> leased_;
+  std::map<std::string, Ticket> tickets_;
+  std::vector<std::shared_ptr<Region>> ended_;
+};
+
+}  // namespace meshsmooth::server

@@ -1,0 +1,186 @@
+#include "region/region_socket.hpp"
+
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "config.hpp"
+#include "meshsmooth/error.hpp"
+
+namespace meshsmooth::server {
+namespace {
+
+constexpr auto kTicketTime = std::chrono::seconds(5);
+constexpr auto kMappingTime = std::chrono::seconds(60);  // of very large regions
+constexpr auto kReturnTime = std::chrono::seconds(10);   // until a region wanted back is cut off
+constexpr int kTickMilliseconds = 100;
+constexpr int kBacklog = 64;
+constexpr std::size_t kMaxConnections = 256;
+
+// What a server that was killed has left. gRPC does the same with its own.
+void remove_socket(const std::string& path) {
+  struct stat facts {};
+  if (lstat(path.c_str(), &facts) == 0 && S_ISSOCK(facts.st_mode)) unlink(path.c_str());
+}
+
+wire::Descriptor listen_on(const std::string& path) {
+  const auto fail = [&](const std::string& what) {
+    throw_wrong_setting("region-socket", "cannot serve on " + path + ": " + what);
+  };
+  const auto address = wire::socket_address(path);
+  if (!address) fail("the path is empty or too long for a socket");
+  wire::Descriptor socket(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  remove_socket(path);
+  // The owner alone may open it, from the moment when it exists.
+  if (!socket || fchmod(socket.number(), S_IRUSR | S_IWUSR) != 0 ||
+      bind(socket.number(), reinterpret_cast<const sockaddr*>(&*address), sizeof *address) != 0 ||
+      listen(socket.number(), kBacklog) != 0) {
+    fail(std::strerror(errno));
+  }
+  return socket;
+}
+
+bool is_own_user(int socket) {
+  ucred peer{};
+  socklen_t size = sizeof peer;
+  return getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 && peer.uid == geteuid();
+}
+
+// Piece by piece, so that copies of jobs come between.
+void populate(CopyThreads& copies, const std::shared_ptr<wire::Descriptor>& socket,
+              const std::shared_ptr<Region>& region, std::size_t offset) {
+  constexpr std::size_t kPiece = 32 << 20;
+  const auto rest = region->bytes().subspan(offset);
+  if (rest.empty()) {
+    wire::send_message(socket->number(), wire::RegionMessage::ready);
+    return;
+  }
+  const auto part = rest.first(std::min(rest.size(), kPiece));
+  region->populate(part);
+  copies.post([&copies, socket, region, next = offset + part.size()] {
+    populate(copies, socket, region, next);
+  });
+}
+
+}  // namespace
+
+RegionSocket::RegionSocket(const std::string& path, RegionLeases& leases, CopyThreads& copies,
+                           std::chrono::nanoseconds idle_timeout)
+    : path_(path),
+      leases_(leases),
+      copies_(copies),
+      idle_timeout_(idle_timeout),
+      listener_(listen_on(path)),
+      wake_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
+      thread_([this] { run(); }) {}
+
+void RegionSocket::close() {
+  if (stopped_.exchange(true)) return;
+  wake();
+  thread_.join();
+  unlink(path_.c_str());
+}
+
+void RegionSocket::wake() const {
+  const std::uint64_t one = 1;
+  static_cast<void>(!write(wake_.number(), &one, sizeof one));
+}
+
+void RegionSocket::run() {
+  std::vector<pollfd> events;
+  while (!stopped_) {
+    events = {{wake_.number(), POLLIN, 0}, {listener_.number(), POLLIN, 0}};
+    for (const Connection& c : connections_) events.push_back({c.socket->number(), POLLIN, 0});
+    const bool waits_for_time = !connections_.empty() || leases_.unsettled();
+    poll(events.data(), events.size(), waits_for_time ? kTickMilliseconds : -1);
+
+    std::uint64_t ignored = 0;
+    static_cast<void>(!read(wake_.number(), &ignored, sizeof ignored));
+    const auto now = Clock::now();
+    std::size_t place = 2;
+    for (auto connection = connections_.begin(); connection != connections_.end(); ++place) {
+      const bool goes_on =
+          (events[place].revents == 0 || receive(*connection)) && check(*connection, now);
+      if (!goes_on && connection->region) leases_.end(*connection->region);
+      if (!goes_on) shutdown(connection->socket->number(), SHUT_RDWR);
+      connection = goes_on ? std::next(connection) : connections_.erase(connection);
+    }
+    if (events[1].revents != 0) accept_all();
+    leases_.sweep(now);
+  }
+  for (const Connection& c : connections_) {
+    if (c.region) leases_.end(*c.region);
+  }
+  connections_.clear();
+}
+
+void RegionSocket::accept_all() {
+  while (connections_.size() < kMaxConnections) {
+    wire::Descriptor socket(
+        accept4(listener_.number(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+    if (!socket) return;
+    if (!is_own_user(socket.number())) continue;
+    connections_.push_back(
+        {std::make_shared<wire::Descriptor>(std::move(socket)), Clock::now() + kTicketTime});
+  }
+  // More wait in the backlog, but must not keep the thread awake.
+  wire::Descriptor(accept4(listener_.number(), nullptr, nullptr, SOCK_CLOEXEC)).close();
+}
+
+bool RegionSocket::receive(Connection& connection) {
+  if (!connection.region) return take_ticket(connection);
+  const wire::ReceivedMessage received = wire::receive_message(connection.socket->number());
+  if (received.kind == wire::ReceivedMessage::Kind::nothing_yet) return true;
+  return received.kind == wire::ReceivedMessage::Kind::message &&
+         received.message == wire::RegionMessage::mapped && take_mapped(connection);
+}
+
+bool RegionSocket::take_ticket(Connection& connection) {
+  std::array<char, wire::kTicketBytes + 1> ticket{};
+  const ssize_t size =
+      recv(connection.socket->number(), ticket.data(), ticket.size(), MSG_DONTWAIT);
+  if (size != wire::kTicketBytes) return size < 0 && (errno == EAGAIN || errno == EINTR);
+  connection.region = leases_.redeem({ticket.data(), wire::kTicketBytes});
+  if (!connection.region) return false;
+  connection.deadline = Clock::now() + kMappingTime;
+  const wire::Descriptor foreign = connection.region->take_foreign_descriptor();
+  return wire::send_message(connection.socket->number(), wire::RegionMessage::descriptor,
+                            foreign.number());
+}
+
+bool RegionSocket::take_mapped(Connection& connection) {
+  if (connection.region->sealed()) return false;  // said twice
+  try {
+    connection.region->seal();
+  } catch (const Error&) {
+    return false;
+  }
+  connection.deadline = Clock::time_point::max();
+  copies_.post([&copies = copies_, socket = connection.socket, region = connection.region] {
+    populate(copies, socket, region, 0);
+  });
+  return true;
+}
+
+bool RegionSocket::check(Connection& connection, Clock::time_point now) const {
+  if (now >= connection.deadline) return connection.region && connection.region->used();
+  if (!connection.region || connection.told) return true;
+  Region& region = *connection.region;
+  if (region.idle_for(now) > idle_timeout_) region.want_back();
+  if (!region.wanted_back()) return true;
+  connection.told = true;
+  connection.deadline = now + kReturnTime;
+  return wire::send_message(connection.socket->number(), wire::RegionMessage::wanted_back);
+}
+
+}  // namespace meshsmooth::server

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <list>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "region/copy_threads.hpp"
+#include "region/region_leases.hpp"
+#include "wire/region_socket.hpp"
+
+namespace meshsmooth::server {
+
+/// The Unix socket by which callers get their regions: one thread for all connections. An open
+/// connection is a lease; when it ends, however the caller ended, so does the lease. Only
+/// processes of the server's own user are served.
+class RegionSocket {
+ public:
+  /// Listens on a path, where nothing but a socket may be. All must outlive it. Throws
+  /// InvalidOption (OPTION_OUT_OF_RANGE). `idle_timeout`: after which an unused region is wanted
+  /// back.
+  RegionSocket(const std::string& path, RegionLeases& leases, CopyThreads& copies,
+               std::chrono::nanoseconds idle_timeout);
+  ~RegionSocket() { close(); }
+  RegionSocket(const RegionSocket&) = delete;
+  RegionSocket& operator=(const RegionSocket&) = delete;
+
+  /// Has the thread look at what has changed: a lease, or what is wanted back.
+  void wake() const;
+  /// Ends all leases and removes the socket, once.
+  void close();
+
+ private:
+  using Clock = Region::Clock;
+
+  struct Connection {
+    /// Shared with the thread that populates its region.
+    std::shared_ptr<wire::Descriptor> socket;
+    Clock::time_point deadline;  // of the caller's next step
+    std::shared_ptr<Region> region = nullptr;
+    bool told = false;  // that it is wanted back
+  };
+
+  void run();
+  void accept_all();
+  /// False: the connection is over.
+  [[nodiscard]] bool receive(Connection& connection);
+  [[nodiscard]] bool take_ticket(Connection& connection);
+  [[nodiscard]] bool take_mapped(Connection& connection);
+  /// Whether it may go on: asks for what is wanted back, and ends what its caller left.
+  [[nodiscard]] bool check(Connection& connection, Clock::time_point now) const;
+
+  const std::string path_;
+  RegionLeases& leases_;
+  CopyThreads& copies_;
+  const std::chrono::nanoseconds idle_timeout_;
+  wire::Descriptor listener_, wake_;
+  std::list<Connection> connections_;
+  std::atomic<bool> stopped_ = false;
+  std::thread thread_;
+};
+
+}  // namespace meshsmooth::server

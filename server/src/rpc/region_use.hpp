@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "job.hpp"
+#include "meshsmooth/v1/smoothing.pb.h"
+#include "region/region_service.hpp"
+#include "wire/mesh_assembler.hpp"
+
+namespace meshsmooth::server {
+
+/// Where the arrays of a job lie in a region: all within it, as of the job's layout.
+class RegionUse {
+ public:
+  /// Throws Error (REGION_NOT_FOUND, REGION_OUT_OF_RANGE), InvalidOption (OPTION_OUT_OF_RANGE: not
+  /// the arrays of the job in their order). `service`: null where there are no regions.
+  RegionUse(const v1::RegionUse& message, const RegionService* service, const JobRequest& job);
+
+  [[nodiscard]] std::int64_t input_bytes() const { return input_bytes_; }
+  [[nodiscard]] std::int64_t result_bytes() const {
+    return static_cast<std::int64_t>(result_.size());
+  }
+
+  /// Copies the inputs into the arrays of the job; afterwards nothing of the region is read again.
+  /// Ends early, leaving the mesh incomplete, when a stop is requested. Throws what
+  /// MeshAssembler::add throws.
+  void take_inputs(wire::MeshAssembler& mesh, const std::stop_token& stop) const;
+  void write_result(const JobResult& result) const;
+
+ private:
+  struct Input {
+    v1::ArrayId array_id;
+    std::span<const std::byte> bytes;
+  };
+
+  std::shared_ptr<Region> region_;
+  std::vector<Input> inputs_;
+  std::int64_t input_bytes_ = 0;
+  std::span<std::byte> result_;
+};
+
+}  // namespace meshsmooth::server

@@ -1,0 +1,313 @@
+// Jobs whose arrays lie in a region.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <limits>
+#include <random>
+#include <thread>
+
+#include "server/conservation.hpp"
+#include "server/region_caller.hpp"
+#include "server/row.hpp"
+#include "support/in_process_server.hpp"
+
+namespace meshsmooth::testing {
+namespace {
+
+using grpc::StatusCode;
+using InRegion = TwoTetrahedraInRegion;
+
+constexpr const char* kId = "01234567-89ab-cdef-0123-456789abcdef";
+
+class RegionJobTest : public ::testing::Test {
+ protected:
+  static server::ServerConfig config() { return sharing_config(quiet_config()); }
+
+  [[nodiscard]] v1::JobSpec spec() const { return InRegion::spec(region_.lease().region_name()); }
+
+  /// The status of a job with this spec.
+  std::string reason(const v1::JobSpec& spec) {
+    SmoothCall call(stub_);
+    call.send(spec);
+    call.half_close();
+    EXPECT_FALSE(call.finish().ok());
+    return call.details().reason;
+  }
+
+  InProcessServer server_{config()};
+  Stub stub_{server_.channel()};
+  const RegionCaller region_ = RegionCaller::ready(stub_, InRegion::kBytes);
+  const InRegion mesh_;
+};
+
+TEST_F(RegionJobTest, TakesItsInputsAndWritesItsResult) {
+  mesh_.write(region_);
+  SmoothCall call(stub_);
+  call.send(spec());
+  call.half_close();
+  call.read_accepted();
+  const auto taken = call.read();
+  ASSERT_TRUE(taken && taken->has_input_taken());
+  const auto header = call.read();
+  ASSERT_TRUE(header && header->has_result());
+  EXPECT_TRUE(header->result().in_region());
+  EXPECT_EQ(header->result().size_bytes(), 120);
+  EXPECT_TRUE(call.finish().ok()) << call.finish().error_message();
+  EXPECT_EQ(call.chunk_count(), 0);
+  EXPECT_TRUE(call.summary());
+  EXPECT_EQ(mesh_.result(region_), mesh_.mesh.moved());
+}
+
+TEST_F(RegionJobTest, ReadsNothingAfterInputTaken) {
+  server_.fake().hold();
+  mesh_.write(region_);
+  SmoothCall call(stub_);
+  call.send(spec());
+  call.half_close();
+  call.read_accepted();
+  const auto taken = call.read();
+  ASSERT_TRUE(taken && taken->has_input_taken());
+  std::memset(region_.bytes().data(), 0xff, region_.bytes().size());
+  server_.fake().release();
+  EXPECT_TRUE(call.finish().ok()) << call.finish().error_message();
+  EXPECT_EQ(mesh_.result(region_), mesh_.mesh.moved());
+}
+
+TEST_F(RegionJobTest, MayWriteItsResultOverItsInputs) {
+  mesh_.write(region_);
+  v1::JobSpec in_place = spec();
+  in_place.mutable_region()->set_result_offset_bytes(InRegion::kCoordinates);
+  SmoothCall call(stub_);
+  call.send(in_place);
+  call.half_close();
+  EXPECT_TRUE(call.finish().ok()) << call.finish().error_message();
+  EXPECT_EQ(region_.read(InRegion::kCoordinates, 120), mesh_.mesh.moved());
+}
+
+TEST_F(RegionJobTest, NamesATopologyThatWasKeptFromARegion) {
+  server_.keeps_something();
+  mesh_.write(region_);
+  v1::JobSpec kept = spec();
+  kept.set_topology_kept(true);
+  SmoothCall first(stub_);
+  first.send(kept);
+  first.half_close();
+  const std::string job = first.read_accepted();
+  std::string name;
+  while (const auto response = first.read()) {
+    if (response->has_result()) name = response->result().topology_name();
+  }
+  ASSERT_NE(name, "");
+
+  v1::JobSpec by_name = spec();
+  by_name.set_topology_name(name);
+  by_name.mutable_region()->mutable_inputs()->DeleteSubrange(0, 2);
+  SmoothCall second(stub_);
+  second.send(by_name);
+  second.half_close();
+  EXPECT_TRUE(second.finish().ok()) << second.finish().error_message();
+  EXPECT_EQ(mesh_.result(region_), mesh_.mesh.moved());
+}
+
+TEST_F(RegionJobTest, JoinsAJobThatCameInChunks) {
+  server_.fake().hold();
+  v1::JobSpec chunks = TwoTetrahedra::spec();
+  chunks.set_request_id(kId);
+  SmoothCall first(stub_);
+  first.send_all(mesh_.mesh, chunks);
+  const std::string name = first.read_accepted();
+
+  v1::JobSpec same = spec();
+  same.set_request_id(kId);
+  SmoothCall second(stub_);
+  second.send(same);
+  second.half_close();
+  EXPECT_EQ(second.read_accepted(), name);
+  server_.fake().release();
+  EXPECT_TRUE(second.finish().ok()) << second.finish().error_message();
+  EXPECT_TRUE(first.finish().ok()) << first.finish().error_message();
+  EXPECT_EQ(first.result(), mesh_.mesh.moved());
+  EXPECT_EQ(mesh_.result(region_), mesh_.mesh.moved());
+}
+
+TEST_F(RegionJobTest, RefusesChunksBesides) {
+  mesh_.write(region_);
+  SmoothCall call(stub_);
+  call.send(spec());
+  call.read_accepted();
+  call.send(chunk(v1::ARRAY_ID_ELEMENTS, 0, mesh_.mesh.elements));
+  EXPECT_EQ(call.finish().error_code(), StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(call.details().reason, "ARRAY_SIZE_MISMATCH");
+}
+
+TEST_F(RegionJobTest, RefusesArraysThatEndBehindTheRegion) {
+  constexpr std::int64_t kMax = std::numeric_limits<std::int64_t>::max();
+  constexpr std::int64_t kMin = std::numeric_limits<std::int64_t>::min();
+  for (const std::int64_t offset : {InRegion::kBytes - 31, InRegion::kBytes, InRegion::kBytes + 1,
+                                    kMax, kMax - 31, kMin, std::int64_t{-1}, std::int64_t{-32}}) {
+    v1::JobSpec bad = spec();
+    bad.mutable_region()->mutable_inputs(0)->set_offset_bytes(offset);
+    EXPECT_EQ(reason(bad), "REGION_OUT_OF_RANGE") << offset;
+    bad = spec();
+    bad.mutable_region()->set_result_offset_bytes(
+        offset == InRegion::kBytes - 31 ? InRegion::kBytes - 119 : offset);
+    EXPECT_EQ(reason(bad), "REGION_OUT_OF_RANGE") << offset;
+  }
+  v1::JobSpec last = spec();  // that just fits
+  last.mutable_region()->set_result_offset_bytes(InRegion::kBytes - 120);
+  mesh_.write(region_);
+  SmoothCall call(stub_);
+  call.send(last);
+  call.half_close();
+  EXPECT_TRUE(call.finish().ok());
+}
+
+TEST_F(RegionJobTest, RefusesOtherArraysThanTheJobs) {
+  v1::JobSpec missing = spec();
+  missing.mutable_region()->mutable_inputs()->RemoveLast();
+  EXPECT_EQ(reason(missing), "OPTION_OUT_OF_RANGE");
+  v1::JobSpec more = spec();
+  *more.mutable_region()->add_inputs() = more.region().inputs(0);
+  EXPECT_EQ(reason(more), "OPTION_OUT_OF_RANGE");
+  v1::JobSpec other_order = spec();
+  other_order.mutable_region()->mutable_inputs()->SwapElements(0, 1);
+  EXPECT_EQ(reason(other_order), "OPTION_OUT_OF_RANGE");
+}
+
+TEST_F(RegionJobTest, RefusesRegionsThatAreNotThereYet) {
+  EXPECT_EQ(reason(InRegion::spec("regions/0123")), "REGION_NOT_FOUND");
+  RegionCaller early(stub_, InRegion::kBytes);
+  EXPECT_EQ(reason(InRegion::spec(early.lease().region_name())), "REGION_NOT_FOUND");
+  early.fetch();
+  early.map();
+  EXPECT_EQ(reason(InRegion::spec(early.lease().region_name())), "REGION_NOT_FOUND");
+}
+
+TEST_F(RegionJobTest, RefusesRegionsWhereItHasNone) {
+  server::ServerConfig config = quiet_config();
+  InProcessServer server(config);
+  Stub stub(server.channel());
+  SmoothCall call(stub);
+  call.send(spec());
+  call.half_close();
+  EXPECT_EQ(call.finish().error_code(), StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(call.details().reason, "OPTION_NOT_SUPPORTED");
+}
+
+TEST_F(RegionJobTest, FinishesAJobWhoseLeaseEndedMeanwhile) {
+  server_.fake().hold();
+  RegionCaller other = RegionCaller::ready(stub_, InRegion::kBytes);
+  mesh_.write(other);
+  SmoothCall call(stub_);
+  call.send(InRegion::spec(other.lease().region_name()));
+  call.half_close();
+  call.read_accepted();
+  const auto taken = call.read();
+  ASSERT_TRUE(taken && taken->has_input_taken());
+  other.close_socket();
+  other.close_file();
+  server_.fake().release();
+  EXPECT_TRUE(call.finish().ok()) << call.finish().error_message();
+  EXPECT_EQ(mesh_.result(other), mesh_.mesh.moved());  // the map is there as long as its caller
+}
+
+TEST_F(RegionJobTest, ReleasesARegionWhoseCallerCancels) {
+  Conservation conservation(stub_);
+  server_.fake().hold();
+  {
+    RegionCaller other = RegionCaller::ready(stub_, InRegion::kBytes);
+    mesh_.write(other);
+    SmoothCall call(stub_);
+    call.send(InRegion::spec(other.lease().region_name()));
+    call.half_close();
+    call.read_accepted();
+    call.cancel();
+    call.finish();
+  }
+  server_.fake().release();
+  conservation.check(region_.lease().size_bytes());
+}
+
+/// A job too large to be copied on a thread of gRPC.
+class LargeRegionJobTest : public RegionJobTest {
+ protected:
+  static constexpr std::int32_t kNodes = 400'000;
+
+  LargeRegionJobTest() {
+    for (std::int32_t n = 0; n + 4 <= kNodes; n += 4) {
+      for (const std::int32_t i : {0, 1, 2, 3}) elements_.push_back(n + i);
+    }
+    coordinates_.resize(3 * std::size_t{kNodes}, 1.5);
+    large_.write(0, bytes_of(elements_));
+    large_.write(elements_bytes(), bytes_of(coordinates_));
+  }
+
+  [[nodiscard]] std::size_t elements_bytes() const { return elements_.size() * 4; }
+  [[nodiscard]] v1::JobSpec large_spec() const {
+    v1::JobSpec spec;
+    v1::TopologySpec* topology = spec.mutable_inline_topology();
+    topology->set_node_count(kNodes);
+    topology->add_element_blocks()->set_element_type(v1::ELEMENT_TYPE_TETRAHEDRON);
+    topology->mutable_element_blocks(0)->set_element_count(kNodes / 4);
+    spec.set_coordinate_type(v1::SCALAR_TYPE_FLOAT64);
+    v1::RegionUse* use = spec.mutable_region();
+    use->set_region_name(large_.lease().region_name());
+    use->add_inputs()->set_array_id(v1::ARRAY_ID_ELEMENTS);
+    use->add_inputs()->set_array_id(v1::ARRAY_ID_COORDINATES);
+    use->mutable_inputs(1)->set_offset_bytes(static_cast<std::int64_t>(elements_bytes()));
+    use->set_result_offset_bytes(static_cast<std::int64_t>(elements_bytes()));
+    return spec;
+  }
+
+  std::vector<std::int32_t> elements_;
+  std::vector<double> coordinates_;
+  const RegionCaller large_ = RegionCaller::ready(stub_, 16 << 20);
+};
+
+TEST_F(LargeRegionJobTest, IsCopiedByOtherThreads) {
+  SmoothCall call(stub_);
+  call.send(large_spec());
+  call.half_close();
+  EXPECT_TRUE(call.finish().ok()) << call.finish().error_message();
+  std::vector<double> moved = coordinates_;
+  for (std::size_t n = 0; n < kNodes; ++n) moved[3 * n] += 1;
+  EXPECT_TRUE(large_.read(elements_bytes(), moved.size() * 8) == bytes_of(moved));
+}
+
+TEST_F(LargeRegionJobTest, TakesOneValueOfWhatIsWrittenMeanwhile) {
+  // The arrays that a job computes on are its own: what a thread scribbles at the same time may
+  // spoil the numbers, but not the server.
+  std::atomic<bool> stopped = false;
+  std::thread scribbler([&] {
+    std::mt19937 random(1);
+    auto* const values = reinterpret_cast<volatile std::uint32_t*>(large_.bytes().data());
+    while (!stopped) {
+      values[random() % (large_.bytes().size() / 4)] = static_cast<std::uint32_t>(random());
+    }
+  });
+  for (int i = 0; i < 20; ++i) {
+    SmoothCall call(stub_);
+    call.send(large_spec());
+    call.half_close();
+    EXPECT_TRUE(call.finish().ok()) << call.finish().error_message();
+  }
+  stopped = true;
+  scribbler.join();
+}
+
+TEST_F(LargeRegionJobTest, IsCancelledWhileItIsCopied) {
+  Conservation conservation(stub_);
+  for (int i = 0; i < 30; ++i) {
+    SmoothCall call(stub_);
+    call.send(large_spec());
+    if (i % 3 != 0) call.read_accepted();
+    if (i % 3 == 2) call.read();
+    call.cancel();
+    call.finish();
+  }
+  conservation.check(region_.lease().size_bytes() + large_.lease().size_bytes());
+}
+
+}  // namespace
+}  // namespace meshsmooth::testing
