@@ -104,7 +104,8 @@ void place(E& executor, const SweepContext<E, Real>& context, const Prescribed<E
   });
 }
 
-/// Bytes of `Motion` besides those of `Optimizer`; at first the solver's, then where to return to.
+/// Bytes of `Motion` besides those of `optimize_bytes`: the solver's, or where to return to and
+/// what global steps need more than acceleration.
 [[nodiscard]] inline std::int64_t motion_bytes(const MeshCounts& mesh,
                                                const SmoothOptions& options) {
   if (!std::holds_alternative<Move>(options.method)) return 0;
@@ -112,8 +113,12 @@ void place(E& executor, const SweepContext<E, Real>& context, const Prescribed<E
   const std::int64_t prescribed = mesh.nodes * (4 + 2 * mesh.position_bytes);
   const std::int64_t finding = mesh.nodes * (4 + 4 + mesh.position_bytes);
   const std::int64_t solving = laplace_bytes(mesh) + solving_bytes(mesh);
+  const std::int64_t valid = mesh.nodes * mesh.position_bytes;
+  const int sweeps = iteration_limit(options);
+  const std::int64_t steps = sweeps > kSweepsBeforeSteps ? global_steps_bytes(mesh) : 0;
+  const std::int64_t accelerating = sweeps > kDescentSweeps ? anderson_bytes(mesh) : 0;
   return displacement + prescribed +
-         std::max({finding, solving, mesh.nodes * mesh.position_bytes + mesh.elements});
+         std::max({finding, valid + solving, valid + mesh.elements, valid + steps - accelerating});
 }
 
 /// The method Move: from the reference, which is valid, to the prescribed positions, in one step or
@@ -137,7 +142,7 @@ class Motion {
 
   void run(MotionStats& stats) {
     const auto prescribed = find_prescribed(executor_, job_, options_.prescribed);
-    const auto displacement = find_displacement(prescribed, stats);
+    auto displacement = find_displacement(prescribed, stats);
     const std::size_t n = job_.node_count;
     auto valid = executor_.template allocate<Vec3<Real>>(n);  // the last one
     copy_positions<E, Real>(executor_, n, positions_, valid.data());
@@ -146,16 +151,26 @@ class Motion {
 
     const bool sweeps = !monitor_.done_at_once();
     double reached = 0;
+    double solved = 0;  // where the displacement was continued
     bool settled = true;
+    bool softens = false;
     for (double step = 1; reached < 1 && !optimizer.job_ended();) {
       const double next = std::min(1.0, reached + step);
+      if (solved < reached) {
+        continue_displacement(prescribed, valid.data(), displacement.data(), stats);
+        solved = reached;
+      }
       place(executor_, context_, prescribed, displacement.data(), valid.data(), next - reached,
             next, positions_);
       InvalidCounts invalid = count_invalid(executor_, context_.around, positions_);
       if (invalid.all == 0 && near_reference()) {
         if (sweeps) monitor_.end(StopReason::converged, EndRule::small_gains);
       } else if (sweeps && invalid.locked == 0) {
-        optimizer.run({.tolerance = next < 1 ? kCoarse : 1, .repairs = kRepairs, .precise = false});
+        optimizer.run({.tolerance = next < 1 ? kCoarse : 1,
+                       .repairs = kRepairs,
+                       .softens = softens,
+                       .ring_entries = job_.rings.entries.size(),
+                       .precise = false});
         invalid = count_invalid(executor_, context_.around, positions_);
       }
       if (invalid.all == 0) {
@@ -168,7 +183,10 @@ class Motion {
       ++stats.rejected_step_count;
       stats.blocking_element_count = invalid.all;
       step = (next - reached) / 2;
-      if (step < method_.least_step) break;
+      if (step >= method_.least_step) continue;
+      if (softens) break;
+      softens = true;
+      step = 1 - reached;
     }
     stats.reached = reached;
     if (reached == 1) {
@@ -177,7 +195,9 @@ class Motion {
       stats.blocking_elements =
           find_invalid(executor_, context_.around, caller_elements(), positions_);
       copy_positions<E, Real>(executor_, n, valid.data(), positions_);
-      if (sweeps && !settled && !optimizer.job_ended()) optimizer.run({.precise = false});
+      if (sweeps && !settled && !optimizer.job_ended()) {
+        optimizer.run({.ring_entries = job_.rings.entries.size(), .precise = false});
+      }
       if (!optimizer.job_ended() && (sweeps || monitor_.free_count() == 0)) {
         monitor_.end(StopReason::stagnated, EndRule::no_progress);
       }
@@ -220,6 +240,19 @@ class Motion {
     stats.linear_iteration_count = linear.iterations;
     stats.linear_residual = linear.residual;
     return displacement;
+  }
+
+  /// The displacement of the prescribed nodes, continued into a mesh on the way: the further it has
+  /// come, the less what the reference has suits it.
+  void continue_displacement(const Prescribed<E, Real>& prescribed, const Vec3<Real>* valid,
+                             Vec3f* displacement, MotionStats& stats) {
+    const typename E::Timer timer(executor_, stats.linear_seconds);
+    begin_displacement(executor_, job_.node_count, prescribed, displacement);
+    const auto matrix =
+        assemble_laplace(executor_, context_.around, job_.rings.entries.size(), valid);
+    const LinearStats linear = solve_laplace(executor_, context_.around, matrix.view, displacement);
+    stats.linear_iteration_count += linear.iterations;
+    stats.linear_residual = linear.residual;
   }
 
   B& backend_;
