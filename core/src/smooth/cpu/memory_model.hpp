@@ -39,9 +39,9 @@ namespace meshsmooth::detail {
   const std::int64_t found = n + normals + (needs_balls(options) ? rows : rings);
   const std::int64_t sweeping = iterate_bytes(mesh, options);
   const bool moves = std::holds_alternative<Move>(given.method);
-  const std::int64_t iterating = found +
-                                 (moves ? motion_bytes(mesh, size.reference, sweeping) : sweeping) +
-                                 (colours ? colouring_bytes(n) : 0);
+  const std::int64_t iterating =
+      found + (moves ? motion_bytes(mesh, given, size.reference, sweeping) : sweeping) +
+      (colours ? colouring_bytes(n) : 0);
   const std::int64_t evaluating = found + element_quality_bytes(mesh, options);
   const std::int64_t peak =
       kept +

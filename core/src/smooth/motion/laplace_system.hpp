@@ -18,6 +18,10 @@ struct LaplaceSystem {
   }
 };
 
+/// Bytes of a matrix whose rows are the rings, and a number for each row.
+[[nodiscard]] inline std::int64_t laplace_bytes(const MeshCounts& mesh) {
+  return 2 * mesh.edges * std::int64_t{sizeof(float)} + mesh.nodes * std::int64_t{sizeof(float)};
+}
 /// Bytes of a hierarchy, an upper bound for ordinary meshes: a coarser level has a tenth to a fifth
 /// of the rows, each with twice to four times as many entries.
 [[nodiscard]] inline std::int64_t hierarchy_bytes(const MeshCounts& mesh) {
@@ -26,13 +30,12 @@ struct LaplaceSystem {
 /// Bytes of `KeptReference`.
 [[nodiscard]] inline std::int64_t kept_system_bytes(const MeshCounts& mesh) {
   const std::int64_t warm = 2 * mesh.nodes * std::int64_t{sizeof(Vec3f)};
-  return 8 * mesh.edges + 5 * mesh.nodes + hierarchy_bytes(mesh) + warm;
+  return laplace_bytes(mesh) + mesh.nodes + hierarchy_bytes(mesh) + warm;
 }
 /// Bytes of `LaplaceSolver` and its system; of one to be kept also while it is built.
 [[nodiscard]] inline std::int64_t solving_bytes(const MeshCounts& mesh, bool kept) {
   const std::int64_t vectors = 4 * mesh.nodes * std::int64_t{sizeof(Vec3f)};
-  const std::int64_t system = 8 * mesh.edges + 4 * mesh.nodes;
-  if (!kept) return vectors + system;
+  if (!kept) return vectors + laplace_bytes(mesh);
   return kept_system_bytes(mesh) + std::max(vectors * 7 / 4, 110 * mesh.nodes);
 }
 

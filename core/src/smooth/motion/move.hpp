@@ -106,16 +106,22 @@ void place(E& executor, const SweepContext<E, Real>& context, const Prescribed<E
   });
 }
 
-/// Bytes of `Motion`, whose sweeps take `sweeping`; at first the solver's, then those and where to
-/// return to. `kept`: its system is to be kept.
-[[nodiscard]] inline std::int64_t motion_bytes(const MeshCounts& mesh, bool kept,
-                                               std::int64_t sweeping) {
+/// Bytes of `Motion`, whose sweeps take `sweeping`: at first the solver's; then those of sweeps, or
+/// of global steps in place of their acceleration, and where to return to. `kept`: its system is to
+/// be kept.
+[[nodiscard]] inline std::int64_t motion_bytes(const MeshCounts& mesh, const SmoothOptions& options,
+                                               bool kept, std::int64_t sweeping) {
   const std::int64_t displacement = mesh.nodes * std::int64_t{sizeof(Vec3f)};
   const std::int64_t prescribed = mesh.nodes * (4 + 2 * mesh.position_bytes);
   const std::int64_t finding = mesh.nodes * (4 + 4 + mesh.position_bytes);
-  return displacement + prescribed +
-         std::max({finding, solving_bytes(mesh, kept),
-                   mesh.nodes * mesh.position_bytes + std::max(mesh.elements, sweeping)});
+  const std::int64_t valid = mesh.nodes * mesh.position_bytes;
+  const int sweeps = iteration_limit(options);
+  const std::int64_t steps = sweeps > kSweepsBeforeSteps ? global_steps_bytes(mesh) : 0;
+  const std::int64_t accelerating = sweeps > kDescentSweeps ? anderson_bytes(mesh) : 0;
+  const std::int64_t most =
+      std::max({mesh.elements, sweeping + std::max(std::int64_t{0}, steps - accelerating),
+                optimizer_bytes(mesh) + solving_bytes(mesh, false)});
+  return displacement + prescribed + std::max({finding, solving_bytes(mesh, kept), valid + most});
 }
 
 /// The method Move: from the reference, which is valid, to the prescribed positions, in one step or
@@ -141,23 +147,32 @@ class Motion {
 
   void run(MotionStats& stats) {
     const auto prescribed = find_prescribed(executor_, job_, options_.prescribed);
-    const auto displacement = find_displacement(prescribed, stats);
+    auto displacement = find_displacement(prescribed, stats);
     const std::size_t n = job_.node_count;
     auto valid = executor_.template allocate<Vec3<Real>>(n);  // the last one
     copy_positions<E, Real>(executor_, n, positions_, valid.data());
     const bool sweeps = !monitor_.done_at_once();
     double reached = 0;
+    double solved = 0;  // where the displacement was continued
     bool settled = true;
+    bool softens = false;
     for (double step = 1; reached < 1 && !job_ended();) {
       const double next = std::min(1.0, reached + step);
+      if (solved < reached) {
+        continue_displacement(prescribed, valid.data(), displacement.data(), stats);
+        solved = reached;
+      }
       place(executor_, context_, prescribed, displacement.data(), valid.data(), next - reached,
             next, positions_);
       InvalidCounts invalid = count_invalid(executor_, context_.around, positions_);
       if (invalid.all == 0 && near_reference()) {
         if (sweeps) monitor_.end(StopReason::converged, EndRule::small_gains);
       } else if (sweeps && invalid.locked == 0) {
-        optimizer().run(
-            {.tolerance = next < 1 ? kCoarse : 1, .repairs = kRepairs, .precise = false});
+        optimizer().run({.tolerance = next < 1 ? kCoarse : 1,
+                         .repairs = kRepairs,
+                         .softens = softens,
+                         .ring_entries = job_.rings.entries.size(),
+                         .precise = false});
         invalid = count_invalid(executor_, context_.around, positions_);
       }
       if (invalid.all == 0) {
@@ -170,7 +185,10 @@ class Motion {
       ++stats.rejected_step_count;
       stats.blocking_element_count = invalid.all;
       step = (next - reached) / 2;
-      if (step < method_.least_step) break;
+      if (step >= method_.least_step) continue;
+      if (softens) break;
+      softens = true;
+      step = 1 - reached;
     }
     stats.reached = reached;
     if (reached == 1) {
@@ -179,7 +197,9 @@ class Motion {
       stats.blocking_elements =
           find_invalid(executor_, context_.around, caller_elements(), positions_);
       copy_positions<E, Real>(executor_, n, valid.data(), positions_);
-      if (sweeps && !settled && !job_ended()) optimizer().run({.precise = false});
+      if (sweeps && !settled && !job_ended()) {
+        optimizer().run({.ring_entries = job_.rings.entries.size(), .precise = false});
+      }
       if (!job_ended() && (sweeps || monitor_.free_count() == 0)) {
         monitor_.end(StopReason::stagnated, EndRule::no_progress);
       }
@@ -239,6 +259,20 @@ class Motion {
     stats.linear_iteration_count = linear.iterations;
     stats.linear_residual = linear.residual;
     return displacement;
+  }
+
+  /// The displacement of the prescribed nodes, continued into a mesh on the way: the further it has
+  /// come, the less what the reference has suits it.
+  void continue_displacement(const Prescribed<E, Real>& prescribed, const Vec3<Real>* valid,
+                             Vec3f* displacement, MotionStats& stats) {
+    const typename E::Timer timer(executor_, stats.linear_seconds);
+    begin_displacement(executor_, job_.node_count, prescribed, displacement);
+    const LaplaceSystem<E> system =
+        build_laplace_system(executor_, context_.around, job_.rings.entries.size(), valid, false);
+    LaplaceSolver<E> solver(executor_, context_.around, system);
+    const LinearStats linear = solver.solve(displacement, [](Vec3f*) { return false; });
+    stats.linear_iteration_count += linear.iterations;
+    stats.linear_residual = linear.residual;
   }
 
   B& backend_;

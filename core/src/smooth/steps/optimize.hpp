@@ -6,8 +6,9 @@
 
 #include "smooth/steps/anderson.hpp"
 #include "smooth/steps/backend.hpp"
+#include "smooth/steps/global_steps.hpp"
 #include "smooth/steps/limit_moves.hpp"
-#include "smooth/steps/mesh_counts.hpp"
+#include "smooth/steps/optimize_bytes.hpp"
 #include "smooth/steps/poor_elements.hpp"
 
 namespace meshsmooth::detail {
@@ -25,30 +26,6 @@ struct CallerPositions {
   const NodeId* caller_ids;     // of a node of ours
 };
 
-/// Sweeps of untangling, and of the descent, after which an error counts as long.
-inline constexpr int kUntanglingSweeps = 10;
-inline constexpr int kDescentSweeps = 15;
-
-/// Bytes of `optimize`: states, opposite nodes, and the most of its parts. Each part but the last
-/// of repair holds what a backend's sweeps need, `sweeping`, and most of them where to return to.
-[[nodiscard]] inline std::int64_t optimize_bytes(const MeshCounts& mesh,
-                                                 const SmoothOptions& options,
-                                                 std::int64_t sweeping) {
-  const std::int64_t positions = mesh.nodes * mesh.position_bytes;
-  const auto* method = std::get_if<Optimize>(&options.method);
-  const bool returns = options.report_below || (method != nullptr && method->goal == Goal::worst);
-  std::int64_t most = returns ? positions + sweeping : sweeping;
-  if (options.tangled == TangledPolicy::repair) {
-    const bool softens = iteration_limit(options) > kUntanglingSweeps;
-    most = std::max(
-        most, positions + std::max(softens ? sweeping : 0, limit_moves_bytes(mesh.nodes, false)));
-  }
-  if (iteration_limit(options) > kDescentSweeps) {
-    most = std::max(most, positions + anderson_bytes(mesh) + sweeping);
-  }
-  return mesh.nodes + (mesh.only(4) ? 3 * 4 * mesh.entries : 0) + most;
-}
-
 /// What a run of the optimizer does besides the options.
 template <class Real>
 struct OptimizeRun {
@@ -57,6 +34,10 @@ struct OptimizeRun {
   const CallerPositions<Real>* given = nullptr;
   double tolerance = 1;                  // times that of the options
   int repairs = PhaseMonitor::kNoLimit;  // most sweeps that untangle at last; else it gives up
+  bool softens = true;                   // what repair leaves tangled
+  /// Above 0: global steps take the place of acceleration, and this is how many entries the rings
+  /// have.
+  std::size_t ring_entries = 0;
   bool precise = true;  // goes on where a long error, or one of a few nodes, is nearly gone
 };
 
@@ -86,6 +67,7 @@ class Optimizer {
   /// May be called again after the positions have changed.
   void run(const OptimizeRun<Real>& run) {
     run_ = run;
+    last_ = {};
     if (monitor_.done_at_once()) {
       job_ended_ = true;
       return;
@@ -134,7 +116,7 @@ class Optimizer {
       return !monitor_.end(StopReason::target_reached);
     }
     if (start.invalid > 0 && !untangle()) return false;
-    if (last_.tangled > 0 && run_.repairs < PhaseMonitor::kNoLimit) {
+    if (last_.tangled > 0 && (run_.repairs < PhaseMonitor::kNoLimit || !run_.softens)) {
       end();
       return true;
     }
@@ -255,7 +237,7 @@ class Optimizer {
   /// are undone.
   bool untangle() {
     bool goes_on = repair(kUntanglingSweeps);
-    if (goes_on && last_.tangled > 0) {
+    if (goes_on && last_.tangled > 0 && run_.softens) {
       const std::int64_t invalid = sweeper_.measure(1).invalid;
       const Saved saved = save();
       goes_on = soften_and_repair(saved);
@@ -279,18 +261,28 @@ class Optimizer {
 
   /// Descends the goal's energy; true when the job goes on.
   bool descend(const PhaseEnd& converged) {
-    const OptimizePhase phase{.power = power_of(method_.goal), .guard = options_.guard};
+    const bool global = run_.ring_entries > 0;
+    OptimizePhase phase{.power = power_of(method_.goal), .guard = options_.guard};
+    if (global && options_.tolerance.relative) {
+      // Nodes at rest end a job, and do not tell whether a long error is left.
+      phase.rest *= std::min(1.0, options_.tolerance.value / Tolerance{}.value);
+    }
     PhaseMonitor phase_monitor(monitor_, phase, converged, method_.target_quality);
     sweeper_.wake_all();
-    if (!run_part(phase_monitor, phase, kDescentSweeps)) return false;
+    if (!run_part(phase_monitor, phase, global ? kSweepsBeforeSteps : kDescentSweeps)) return false;
     if (last_.tangled > 0) {
       return phase_monitor.ended() || run_part(phase_monitor, phase, PhaseMonitor::kNoLimit);
     }
-    const MeshEnergy reached = sweeper_.measure(phase.power);
-    if (reached.invalid == 0 && reached.worst < kNearlyFlat) {
-      return escape(phase, converged, reached.energy);
+    const auto nearly_flat = [&](const MeshEnergy& mesh) {
+      return mesh.invalid == 0 && mesh.worst < kNearlyFlat;
+    };
+    MeshEnergy reached = sweeper_.measure(phase.power);
+    if (global && !phase_monitor.ended()) {
+      if (!descend_far(phase, converged)) return false;
+      reached = sweeper_.measure(phase.power);
     }
-    if (!phase_monitor.ended() && !descend_far(phase, converged)) return false;
+    if (nearly_flat(reached)) return escape(phase, converged, reached.energy);
+    if (!global && !phase_monitor.ended() && !descend_far(phase, converged)) return false;
     return attain(phase, converged);
   }
 
@@ -309,25 +301,33 @@ class Optimizer {
     return descend_far(phase, converged);
   }
 
-  /// Accelerated sweeps of a valid mesh.
   bool descend_far(const OptimizePhase& phase, const PhaseEnd& converged) {
+    if (run_.ring_entries > 0) {
+      GlobalSteps<E, Real> steps(executor_, sweeper_, run_.ring_entries, phase.power,
+                                 monitor_.in_mesh_unit(Tolerance{1}));
+      return descend_far(phase, converged, steps);
+    }
+    AndersonMixing<E, Real> mixing(executor_, sweeper_, phase.power);
+    return descend_far(phase, converged, mixing);
+  }
+
+  /// Accelerated sweeps of a valid mesh.
+  template <class Acceleration>
+  bool descend_far(const OptimizePhase& phase, const PhaseEnd& converged,
+                   Acceleration& acceleration) {
     constexpr int kSpan = 3;               // sweeps over which the fall of the gains is taken
     constexpr double kFarTolerance = 0.1;  // of a long error each sweep is a smaller share
     PhaseMonitor phase_monitor(monitor_, phase, {.least_move = converged.least_move},
                                method_.target_quality);
-    AndersonMixing<E, Real> mixing(executor_, sweeper_, phase.power);
     PhaseEnd end = converged;
-    if (run_.precise) {
-      end.tolerance *= kFarTolerance;
-    } else {
-      end.free_count = 0;
-    }
+    if (run_.precise || run_.ring_entries > 0) end.tolerance *= kFarTolerance;
+    if (!run_.precise) end.free_count = 0;
     std::array<double, kSpan + 1> gains{};
     for (int sweep = 0;; ++sweep) {
-      mixing.begin();
+      acceleration.begin();
       if (!run_part(phase_monitor, phase, 1)) return false;
       if (phase_monitor.ended()) return true;
-      const double factor = mixing.extrapolate();
+      const double factor = acceleration.extrapolate();
       OptimizeStats whole = last_;  // with what the extrapolation added
       whole.gain *= factor;
       whole.squared_gain *= factor * factor;

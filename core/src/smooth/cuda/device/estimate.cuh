@@ -68,9 +68,9 @@ namespace meshsmooth::detail {
   const std::int64_t sweeping = iterate_bytes(mesh, options, visiting_bytes(mesh, options)) +
                                 extra_sweep_bytes(mesh, options, patch);
   const bool moves = std::holds_alternative<Move>(given_options.method);
-  const std::int64_t iterating = found +
-                                 (moves ? motion_bytes(mesh, size.reference, sweeping) : sweeping) +
-                                 (colours ? n * 4 : 0);
+  const std::int64_t iterating =
+      found + (moves ? motion_bytes(mesh, given_options, size.reference, sweeping) : sweeping) +
+      (colours ? n * 4 : 0);
   const std::int64_t evaluating = found + element_quality_bytes(mesh, options);
 
   const std::int64_t held = (plan.kept ? balls : 0) + rings + look_back;  // after `prepare`
