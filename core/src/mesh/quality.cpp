@@ -11,10 +11,10 @@
 #include "mesh/accumulator.hpp"
 #include "mesh/curved_jacobian.hpp"
 #include "mesh/measure.hpp"
+#include "mesh/measure_batch.hpp"
 #include "mesh/metric_columns.hpp"
 #include "mesh/parallel.hpp"
 #include "mesh/spread.hpp"
-#include "mesh/tetrahedron_batch.hpp"
 
 namespace meshsmooth {
 namespace {
@@ -54,41 +54,63 @@ ElementMeasure measure_in(const ElementRun<Real>& run, std::size_t element,
                                orientation.reference(run.first_id + element));
 }
 
+/// Calls `take(first, count, batch)` for the tetrahedra of a run, in batches.
+template <class Real, class Take>
+void for_each_batch(const ElementRun<Real>& run, const Take& take) {
+  TetrahedronBatch batch{};
+  for (std::size_t first = run.begin; first < run.end; first += TetrahedronBatch::kSize) {
+    const int count =
+        static_cast<int>(std::min<std::size_t>(TetrahedronBatch::kSize, run.end - first));
+    for (int t = 0; t < count; ++t) {
+      batch.set(t, run.positions, run.nodes_of(first + static_cast<std::size_t>(t)).data());
+    }
+    take(first, count, batch);
+  }
+}
+
+/// `take(element, measure)` for every element of a run.
+template <class Real, class Take>
+void measure_run(const ElementRun<Real>& run, const SurfaceOrientation& orientation,
+                 const Take& take) {
+  if (run.type != ElementType::tetrahedron) {
+    for (std::size_t e = run.begin; e < run.end; ++e) take(e, measure_in(run, e, orientation));
+    return;
+  }
+  for_each_batch(run, [&](std::size_t first, int count, const TetrahedronBatch& batch) {
+    const auto measures = measure_tetrahedra(batch);
+    for (int t = 0; t < count; ++t) take(first + static_cast<std::size_t>(t), measures[t]);
+  });
+}
+
 template <class Real>
 void accumulate_run(const ElementRun<Real>& run, const SurfaceOrientation& orientation,
                     QualityAccumulator& accumulate, ChunkSums& sums) {
-  for (std::size_t e = run.begin; e < run.end; ++e) {
-    accumulate.add(measure_in(run, e, orientation), run.type, run.id_of(e), sums);
-  }
+  measure_run(run, orientation, [&](std::size_t e, const ElementMeasure& measure) {
+    accumulate.add(measure, run.type, run.id_of(e), sums);
+  });
 }
 
 template <class Real>
 void accumulate_briefly(const ElementRun<Real>& run, const SurfaceOrientation& orientation,
                         QualityAccumulator& accumulate, ChunkSums& sums) {
+  const auto add = [&](std::size_t e) {
+    accumulate.add_briefly(measure_in(run, e, orientation), run.type, run.id_of(e), sums);
+  };
   if (run.type != ElementType::tetrahedron) {
-    for (std::size_t e = run.begin; e < run.end; ++e) {
-      accumulate.add_briefly(measure_in(run, e, orientation), run.type, run.id_of(e), sums);
-    }
+    for (std::size_t e = run.begin; e < run.end; ++e) add(e);
     return;
   }
-  TetrahedronBatch batch;
-  for (std::size_t first = run.begin; first < run.end; first += TetrahedronBatch::kSize) {
-    const int count =
-        static_cast<int>(std::min<std::size_t>(TetrahedronBatch::kSize, run.end - first));
+  for_each_batch(run, [&](std::size_t first, int count, const TetrahedronBatch& batch) {
+    const ClearTetrahedra found = find_clear(batch, accumulate.cube_below_which_kept());
     for (int t = 0; t < count; ++t) {
-      batch.set(t, run.positions.data(), run.nodes_of(first + static_cast<std::size_t>(t)).data());
-    }
-    batch.compute(accumulate.cube_below_which_kept());
-    for (int t = 0; t < count; ++t) {
-      if (batch.clear(t)) {
-        sums.volume += batch.volume(t);
-        sums.enclosed_volume += batch.volume(t);
+      if (found.clear(t)) {
+        sums.volume += found.volume(t);
+        sums.enclosed_volume += found.volume(t);
       } else {
-        const std::size_t e = first + static_cast<std::size_t>(t);
-        accumulate.add_briefly(measure_in(run, e, orientation), run.type, run.id_of(e), sums);
+        add(first + static_cast<std::size_t>(t));
       }
     }
-  }
+  });
 }
 
 /// The mesh cut into runs of at most a chunk of elements.
@@ -190,10 +212,9 @@ ElementQualityArrays measure_elements(const TopologyView& topology, const Positi
     const std::vector<ElementRun<Real>> runs = cut_into_runs(topology, span, element_ids);
     parallel_for(runs.size(), [&](std::size_t r) {
       const ElementRun<Real>& run = runs[r];
-      for (std::size_t e = run.begin; e < run.end; ++e) {
-        columns.store(element_shape(run.type), measure_in(run, e, orientation),
-                      static_cast<std::size_t>(run.id_of(e)));
-      }
+      measure_run(run, orientation, [&](std::size_t e, const ElementMeasure& measure) {
+        columns.store(element_shape(run.type), measure, static_cast<std::size_t>(run.id_of(e)));
+      });
     });
   };
   std::visit(measure_all, positions);

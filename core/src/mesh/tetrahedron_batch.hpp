@@ -1,65 +1,55 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
+
+#include "mesh/wide.hpp"
 #include "meshsmooth/element_geometry.hpp"
 
 namespace meshsmooth::detail {
 
-/// The brief evaluation of several tetrahedra at once, vectorized, without roots and divisions
-/// except that of the volume.
+/// The corners of several tetrahedra, laid out for vectors: a formula of one tetrahedron evaluates
+/// all at once, with the same bits.
 class TetrahedronBatch {
  public:
   static constexpr int kSize = 8;
+  /// Results of a formula: [which][tetrahedron].
+  template <std::size_t kCount>
+  using Results = std::array<std::array<double, kSize>, kCount>;
 
   /// `nodes` are the four of tetrahedron `t`.
-  template <class Real>
-  void set(int t, const Vec3<Real>* positions, const NodeId* nodes) {
+  template <class Positions, class Node>
+  void set(int t, const Positions& positions, const Node* nodes) {
     for (int corner = 0; corner < 4; ++corner) {
-      const Vec3<Real>& p = positions[nodes[corner]];
-      corners_[corner][0][t] = static_cast<double>(p.x);
-      corners_[corner][1][t] = static_cast<double>(p.y);
-      corners_[corner][2][t] = static_cast<double>(p.z);
+      set_corner(t, corner, positions[static_cast<std::size_t>(nodes[corner])]);
     }
   }
-  /// Evaluates all that are set; the others have no meaning. `least_cube` is of a mean ratio. The
-  /// same bits as `compute_plainly`, which runs on any processor.
-  void compute(double least_cube) {
-#if defined(__x86_64__)
-    static const bool wide = __builtin_cpu_supports("avx2") != 0;
-    if (wide) return compute_by_avx2(least_cube);
-#endif
-    compute_plainly(least_cube);
+  template <class Real>
+  void set_corner(int t, int corner, const Vec3<Real>& p) {
+    corners_[corner][0][t] = static_cast<double>(p.x);
+    corners_[corner][1][t] = static_cast<double>(p.y);
+    corners_[corner][2][t] = static_cast<double>(p.z);
   }
-  [[gnu::always_inline]] inline void compute_plainly(double least_cube) {
+
+  /// `formula(p0, p1, p2, p3)`, an array of `kCount` numbers, of all that are set; the other
+  /// results have no meaning. To be called inside `run_wide`; the formula must have no branches
+  /// that a compiler cannot replace by selections.
+  template <std::size_t kCount, class Formula>
+  [[nodiscard, gnu::always_inline]] inline Results<kCount> evaluate(const Formula& formula) const {
+    Results<kCount> results;
     for (int t = 0; t < kSize; ++t) {
-      const Vec3d a = at(1, t) - at(0, t), b = at(2, t) - at(0, t), c = at(3, t) - at(0, t);
-      const double aa = dot(a, a), bb = dot(b, b), cc = dot(c, c);
-      const Vec3d ab = b - a, ac = c - a, bc = c - b;
-      const double determinant = dot(a, cross(b, c));
-      const double edges = aa + bb + cc + dot(ab, ab) + dot(ac, ac) + dot(bc, bc);
-      volume_[t] = determinant / 6;
-      // Twice the bound: on this side of it rounding makes no difference.
-      const bool positive = determinant > 0;
-      const bool certain = determinant * determinant > 4 * kSignBound * kSignBound * (aa * bb * cc);
-      const bool good = 432 * determinant * determinant > least_cube * (edges * edges * edges);
-      clear_[t] = positive & certain & good ? 1 : 0;
+      const std::array<double, kCount> values = formula(at(0, t), at(1, t), at(2, t), at(3, t));
+      for (std::size_t n = 0; n < kCount; ++n) results[n][t] = values[n];
     }
+    return results;
   }
-  /// Neither inverted nor degenerate, and its mean ratio certainly above the least.
-  [[nodiscard]] bool clear(int t) const { return clear_[t] != 0; }
-  /// With the bits of `measure_tetrahedron`.
-  [[nodiscard]] double volume(int t) const { return volume_[t]; }
 
  private:
-#if defined(__x86_64__)
-  [[gnu::target("avx2")]] void compute_by_avx2(double least_cube) { compute_plainly(least_cube); }
-#endif
-
   [[nodiscard]] Vec3d at(int corner, int t) const {
     return {corners_[corner][0][t], corners_[corner][1][t], corners_[corner][2][t]};
   }
 
-  double corners_[4][3][kSize]{};
-  double volume_[kSize], clear_[kSize];  // all of one width, for the compiler
+  double corners_[4][3][kSize];
 };
 
 }  // namespace meshsmooth::detail

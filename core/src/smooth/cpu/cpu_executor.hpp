@@ -14,6 +14,7 @@
 #include "mesh/parallel.hpp"
 #include "meshsmooth/vec3.hpp"
 #include "smooth/cpu/cpu_buffer.hpp"
+#include "smooth/cpu/held_ball.hpp"
 #include "smooth/rules/surroundings.hpp"
 #include "smooth/steps/executor.hpp"
 #include "smooth/steps/interrupt.hpp"
@@ -49,6 +50,7 @@ class CpuExecutor {
   using Buffer = CpuBuffer<T>;
   template <class Real>
   using AsynchronousPositions = CpuAsynchronousPositions<Real>;
+  using Thread = CpuThread;
 
   CpuExecutor(tbb::task_arena& arena, const Interrupt& interrupt)
       : arena_(arena), interrupt_(interrupt) {}
@@ -144,11 +146,19 @@ class CpuExecutor {
 
   static constexpr std::size_t kTeam = 1;
 
-  template <class Visits, class Visit, class Settle>
-  void run_rounds(std::size_t count, const Visits& visits, const Visit& visit,
-                  const Settle& settle) {
+  template <class Visits, class Visit, class Settle, class Some>
+  void run_rounds(std::size_t count, const Visits& visits, const Visit& visit, const Settle& settle,
+                  const Some& some) {
     for (std::size_t changes = count; changes > 0;) {
-      for_each(visits(changes), [&](std::size_t i) { visit(i, changes); });
+      for_each_range(visits(changes), [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; i += kVisitBatch) {
+          const std::size_t few = std::min(kVisitBatch, end - i);
+          const unsigned int done = some(i, few, changes);
+          for (std::size_t n = 0; n < few; ++n) {
+            if ((done >> n & 1U) == 0) visit(i + n, changes);
+          }
+        }
+      });
       changes = reduce(
           count, std::size_t{0}, [&](std::size_t i) -> std::size_t { return settle(i) ? 1 : 0; },
           Plus{});

@@ -1,11 +1,26 @@
 #pragma once
 
 #include "smooth/cpu/cpu_executor.hpp"
+#include "smooth/cpu/tetrahedron_terms.hpp"
 #include "smooth/rules/colouring_rule.hpp"
 #include "smooth/steps/optimize_sweeper.hpp"
 #include "smooth/steps/phase_monitor.hpp"
 
 namespace meshsmooth::detail {
+
+/// `optimize_node` of a node whose `TetrahedronTerms` fit.
+template <class P>
+Visit<typename P::Real> optimize_tetrahedra(
+    const Surroundings& around, const P& x, std::size_t node, const OptimizePhase& phase,
+    const DisplacementLimit<typename P::Real>& displacement_limit) {
+  return run_wide([&] {
+    const SingleThread thread;
+    TetrahedronTerms<P> terms(around, x, node);
+    return NodeOptimizer<3, true, SingleThread, TetrahedronTerms<P>>(
+               thread, around, terms, node, {0, 0, 0}, phase, displacement_limit)
+        .visit();
+  });
+}
 
 /// One visit of every free node that is awake (`VisitState`): in place, colour by colour.
 ///
@@ -23,8 +38,11 @@ OptimizeStats sweep_optimize(CpuExecutor& executor, OptimizeSweeper<CpuExecutor,
   return reduce_by_colour<OptimizeStats>(executor, sweeper.colouring(), [=](std::size_t node) {
     if ((states[node] & kAwake) == 0) return stats_asleep(states[node]);
     const Vec3<Real> before = x[node];
-    const Visit<Real> visit = optimize_node<kDimension, kStoredCorners>(
-        SingleThread{}, around, x, node, phase, displacement_limit);
+    const Visit<Real> visit =
+        kDimension == 3 && TetrahedronTerms<QuietPositions<Real>>::fit(around, node)
+            ? optimize_tetrahedra(around, x, node, phase, displacement_limit)
+            : optimize_node<kDimension, kStoredCorners>(SingleThread{}, around, x, node, phase,
+                                                        displacement_limit);
     states[node] = state_after(before, visit);
     if (!(visit.position == before)) {
       positions[node] = visit.position;

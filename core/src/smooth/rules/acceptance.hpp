@@ -64,10 +64,39 @@ MESHSMOOTH_HD double worst_quality(const Team& team, const Surroundings& around,
 /// Trials of a move: the whole step, a half, a quarter, an eighth; then none.
 inline constexpr int kMoveTrials = 4;
 
+/// Whether the acceptance admits an element that a move gives this quality; `worst` is that of the
+/// ball before it, `before()` the element's own.
+template <class Before>
+MESHSMOOTH_HD bool is_allowed(Acceptance acceptance, double quality, double worst,
+                              const Before& before) {
+  return !(acceptance.smart && quality < worst) &&
+         !(acceptance.guard && !(quality > 0) && before() > 0);
+}
+
+/// The first trial of a move that is `allowed(position)`, or `before`.
+template <class Real, class Allowed>
+MESHSMOOTH_HD Vec3<Real> first_allowed(const Surroundings& around, std::size_t node,
+                                       Vec3<Real> before, Vec3<Real> candidate,
+                                       Acceptance acceptance, bool& held,
+                                       const DisplacementLimit<Real>& displacement_limit,
+                                       const Allowed& allowed) {
+  Real share = 1;
+  for (int trial = 0; trial < kMoveTrials; ++trial) {
+    const Vec3<Real> position = trial == 0          ? candidate
+                                : acceptance.facets ? part_of_way(around, displacement_limit, node,
+                                                                  before, candidate, share)
+                                                    : before + share * (candidate - before);
+    if (allowed(position)) return position;
+    held = true;
+    share /= 2;
+  }
+  return before;
+}
+
 /// Cuts a move back until it is acceptable, in `kMoveTrials`. `held` becomes true unless the
-/// whole step is taken. Reference of two faster versions: `limit_moves` for all nodes of a sweep
-/// at once, and a CUDA team's, which reads a ball of tetrahedra once for all trials
-/// (compared by tests/gpu/parity_test).
+/// whole step is taken. Reference of three faster versions: `limit_moves` for all nodes of a sweep
+/// at once, and the CPU's and a CUDA team's, which read a ball of tetrahedra once for all trials
+/// (compared by cpu_balls_test and tests/gpu/parity_test).
 template <bool kTetrahedra = false, class Team, class P>
 MESHSMOOTH_HD Vec3<typename P::Real> accept_move(
     const Team& team, const Surroundings& around, const P& x, std::size_t node,
@@ -83,24 +112,14 @@ MESHSMOOTH_HD Vec3<typename P::Real> accept_move(
     const ElementId* const end = around.balls.end(node);
     for (const ElementId* e = around.balls.begin(node) + team.rank; accepted && e < end;
          e += team.size) {
-      const double quality = quality_with<kTetrahedra>(around, x, *e, node, position);
-      accepted = !(acceptance.smart && quality < worst) &&
-                 !(acceptance.guard && !(quality > 0) &&
-                   quality_with<kTetrahedra>(around, x, *e, node, before) > 0);
+      accepted =
+          is_allowed(acceptance, quality_with<kTetrahedra>(around, x, *e, node, position), worst,
+                     [&] { return quality_with<kTetrahedra>(around, x, *e, node, before); });
     }
     return team.all(accepted);
   };
-  Real share = 1;
-  for (int trial = 0; trial < kMoveTrials; ++trial) {
-    const Vec3<Real> position = trial == 0          ? candidate
-                                : acceptance.facets ? part_of_way(around, displacement_limit, node,
-                                                                  before, candidate, share)
-                                                    : before + share * (candidate - before);
-    if (allowed(position)) return position;
-    held = true;
-    share /= 2;
-  }
-  return before;
+  return first_allowed(around, node, before, candidate, acceptance, held, displacement_limit,
+                       allowed);
 }
 
 }  // namespace meshsmooth::detail

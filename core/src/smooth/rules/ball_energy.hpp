@@ -191,6 +191,21 @@ MESHSMOOTH_HD double energy_at(const Team& team, const Terms& terms, const BallE
                                     : energy_as<kDimension, false>(team, terms, energy, d, guard);
 }
 
+/// What one corner adds to `BallDerivatives`.
+struct CornerDerivatives {
+  /// Entries of a product of two vectors whose symmetric part counts.
+  struct Product {
+    double xx, yy, zz, xy, xz, yz;
+  };
+  double energy;
+  Vec3d gradient;
+  double diagonal;
+  Product first, second;
+};
+MESHSMOOTH_HD inline CornerDerivatives::Product product(Vec3d a, Vec3d b) {
+  return {a.x * b.x, a.y * b.y, a.z * b.z, a.x * b.y, a.x * b.z, a.y * b.z};
+}
+
 /// Energy E, and of log-derivatives weighted by each corner's share F of it:
 /// gradient = sum F u, Hessian = sum F (p u u' + (sigma / S) I - a a' + d/2 b b'), with
 /// a = grad S / S, b = (2/d) grad D / D, u = a - b. The true ones are p times these.
@@ -198,10 +213,38 @@ struct BallDerivatives {
   double energy = 0;  // HUGE_VAL where, without epsilon, a corner is not certainly positive
   Vec3d gradient{0, 0, 0};
   double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
+  double diagonal = 0;  // to be added to xx, yy and zz
+
+  MESHSMOOTH_HD void add(const CornerDerivatives& c) {
+    energy += c.energy;
+    gradient += c.gradient;
+    diagonal += c.diagonal;
+    xx = xx + c.first.xx + c.second.xx;
+    yy = yy + c.first.yy + c.second.yy;
+    zz = zz + c.first.zz + c.second.zz;
+    xy = xy + c.first.xy + c.second.xy;
+    xz = xz + c.first.xz + c.second.xz;
+    yz = yz + c.first.yz + c.second.yz;
+  }
 
   /// Without epsilon: every corner is certainly positive. Else the other members have no meaning.
   [[nodiscard]] MESHSMOOTH_HD bool valid() const { return energy < HUGE_VAL; }
 };
+
+/// Those of a corner with the energy `f`; `slope` is 1 / D or its regularization.
+template <int kDimension>
+MESHSMOOTH_HD CornerDerivatives corner_derivatives(const CornerTerm& term, double f, double slope,
+                                                   double p) {
+  constexpr double kHalf = kDimension / 2.0;
+  const double per_size = 1 / term.size;
+  const Vec3d a = per_size * term.size_gradient;
+  const Vec3d b = (2.0 / kDimension * slope) * term.volume_gradient;
+  const Vec3d u = a - b;
+  // p u u' - a a' + d/2 b b' with a = u + b is u v' + b w'.
+  const Vec3d v = f * ((p - 1) * u - b);
+  const Vec3d w = f * ((kHalf - 1) * b - u);
+  return {f, f * u, f * (term.curvature * per_size), product(u, v), product(b, w)};
+}
 
 /// Adds an anchor's share at a position to the derivatives of the energy of this power.
 MESHSMOOTH_HD inline void add_anchor(const Anchor& anchor, Vec3d position, int power,
@@ -221,8 +264,6 @@ MESHSMOOTH_HD BallDerivatives differentiate_as(const Team& team, const Terms& te
   BallDerivatives sum;
   const double p = energy.power;
   const double scale = 1 / (kDimension * energy.unit);
-  constexpr double kHalf = kDimension / 2.0;
-  double diagonal = 0;
   bool valid = true;
   terms.for_each([&](const CornerTerm& term) {
     double stretch = 0;
@@ -238,31 +279,16 @@ MESHSMOOTH_HD BallDerivatives differentiate_as(const Team& team, const Terms& te
       slope = corner.inverse.whole;
     }
     const double f = term.weight * raise(stretch * scale, energy.power);
-    const double per_size = 1 / term.size;
-    const Vec3d a = per_size * term.size_gradient;
-    const Vec3d b = (2.0 / kDimension * slope) * term.volume_gradient;
-    const Vec3d u = a - b;
-    // p u u' - a a' + d/2 b b' with a = u + b is u v' + b w'.
-    const Vec3d v = f * ((p - 1) * u - b);
-    const Vec3d w = f * ((kHalf - 1) * b - u);
-    sum.energy += f;
-    sum.gradient += f * u;
-    diagonal += f * (term.curvature * per_size);
-    sum.xx = sum.xx + u.x * v.x + b.x * w.x;
-    sum.yy = sum.yy + u.y * v.y + b.y * w.y;
-    sum.zz = sum.zz + u.z * v.z + b.z * w.z;
-    sum.xy = sum.xy + u.x * v.y + b.x * w.y;
-    sum.xz = sum.xz + u.x * v.z + b.x * w.z;
-    sum.yz = sum.yz + u.y * v.z + b.y * w.z;
+    sum.add(corner_derivatives<kDimension>(term, f, slope, p));
   });
   sum.energy = team.sum(valid ? sum.energy : HUGE_VAL);
   sum.gradient = {team.sum(sum.gradient.x), team.sum(sum.gradient.y), team.sum(sum.gradient.z)};
-  sum.xx = team.sum(sum.xx + diagonal);
+  sum.xx = team.sum(sum.xx + sum.diagonal);
   sum.xy = team.sum(sum.xy);
   sum.xz = team.sum(sum.xz);
-  sum.yy = team.sum(sum.yy + diagonal);
+  sum.yy = team.sum(sum.yy + sum.diagonal);
   sum.yz = team.sum(sum.yz);
-  sum.zz = team.sum(sum.zz + diagonal);
+  sum.zz = team.sum(sum.zz + sum.diagonal);
   return sum;
 }
 

@@ -29,6 +29,12 @@ struct ExampleRowFunctor {
   MESHSMOOTH_HD std::int64_t operator()(std::size_t, const Team&) const { return 0; }
 };
 
+/// How many visits `Executor::run_rounds` makes at once.
+inline constexpr std::size_t kVisitBatch = 8;
+struct ExampleVisits {
+  unsigned int operator()(std::size_t, std::size_t, std::size_t) const { return 0; }
+};
+
 /// What a step that both backends share needs of a backend: one memory space and a few
 /// operations on it. Functors are called with every index below `count` in any order, by any
 /// number of threads, and access only memory of this executor.
@@ -43,17 +49,20 @@ struct ExampleRowFunctor {
 ///   reduce(n, zero, f, op)  op over f(i); the grouping depends on n alone, so that
 ///                         sums have the same bits for any number of threads
 ///   reduce_to(n, zero, f, op, to)  the same, into executor memory
-///   RingTeam, RowTeam     threads that share a ring, or a longer row: `SingleThread`, or as that
-///   is for_each_row<Team>(n, f)  f(i, team), called by each thread of a team with its own
+///   RingTeam, RowTeam     threads that share a ring, or a longer row: `SingleThread`, or alike
+///   for_each_row<Team>(n, f)  f(i, team), called by each thread of a team with its own
 ///   reduce_rows_to<Team>(n, zero, f, op, to)  the same; of a team one thread's value counts
-///   run_rounds(n, visits, visit, settle)  rounds, c = n in the first: visit(i, c) for all i below
-///                         visits(c), then settle(i) for all i below n; c becomes the number of
-///                         those that return true, and the rounds end where it is 0. kTeam: how
-///                         many threads are to share a node's visit
+///   run_rounds(n, visits, visit, settle, some)  rounds, c = n in the first: visit(i, c) for all i
+///                         below visits(c), then settle(i) for all i below n; c becomes the number
+///                         of those that return true, and the rounds end where it is 0. kTeam: how
+///                         many threads are to share a node's visit. Host code may visit by
+///                         some(i, count, c), for up to kVisitBatch at once: bit k of the result
+///                         means that visit(i + k, c) is done
 ///   exclusive_scan(data, n)  in place over n entries; returns the sum
 ///   adder()               fetch_add for functors that share a slot
 ///   store, load           of slots that other functors access at the same time
 ///   AsynchronousPositions<Real>  positions that functors read and write at the same time
+///   Thread                the team of one thread by which a functor moves a node
 ///   Timer(executor, seconds)  adds the time of the work inside its lifetime, at the
 ///                         latest when `finish()` returns
 ///   synchronize()         waits for all queued work
@@ -63,7 +72,7 @@ struct ExampleRowFunctor {
 template <class E>
 concept Executor = requires(E& e, double* data, const double* host, std::span<const double> span,
                             std::int64_t* sums, std::uint32_t& slot, std::size_t n,
-                            ExampleFunctor f,
+                            ExampleFunctor f, ExampleVisits some,
                             const typename E::template AsynchronousPositions<double>& x) {
   { e.template allocate<double>(n) } -> std::same_as<typename E::template Buffer<double>>;
   { e.template allocate<double>(n).data() } -> std::same_as<double*>;
@@ -80,7 +89,7 @@ concept Executor = requires(E& e, double* data, const double* host, std::span<co
     e.template reduce_rows_to<typename E::RingTeam>(
         n, std::int64_t{0}, ExampleRowFunctor<typename E::RingTeam>(), f, sums)
     } -> std::same_as<void>;
-  { e.run_rounds(n, f, f, f) } -> std::same_as<void>;
+  { e.run_rounds(n, f, f, f, some) } -> std::same_as<void>;
   { E::kTeam } -> std::convertible_to<std::size_t>;
   { e.exclusive_scan(sums, n) } -> std::same_as<std::int64_t>;
   { e.adder()(slot, std::uint32_t{1}) } -> std::same_as<std::uint32_t>;
@@ -92,6 +101,7 @@ concept Executor = requires(E& e, double* data, const double* host, std::span<co
   { e.check() } -> std::same_as<void>;
   { e.finish() } -> std::same_as<void>;
 }
-&&std::constructible_from<typename E::Timer, E&, double&>;
+&&std::default_initializable<typename E::Thread>&&
+    std::constructible_from<typename E::Timer, E&, double&>;
 
 }  // namespace meshsmooth::detail

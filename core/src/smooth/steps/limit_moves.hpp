@@ -1,5 +1,6 @@
 #pragma once
 
+#include "mesh/tetrahedron_batch.hpp"
 #include "smooth/steps/positions.hpp"
 #include "smooth/steps/sweep_context.hpp"
 
@@ -8,6 +9,26 @@ namespace meshsmooth::detail {
 /// Bytes of `limit_moves` for n nodes.
 [[nodiscard]] constexpr std::int64_t limit_moves_bytes(std::int64_t n, bool smart) {
   return n * (smart ? 3 + 8 : 3) + 3 * 4;
+}
+
+/// Those of the tetrahedra `id(0)`, … `id(count - 1)`, as bits, that are positive at `positions`.
+template <class Real, class Id>
+[[nodiscard]] unsigned int positive_tetrahedra(const Elements& elements, const Id& id,
+                                               std::size_t count, const Vec3<Real>* positions) {
+  static_assert(kVisitBatch == TetrahedronBatch::kSize);
+  return run_wide([&] {
+    TetrahedronBatch batch;
+    for (std::size_t t = 0; t < kVisitBatch; ++t) {
+      const std::size_t e = id(t < count ? t : 0);
+      batch.set(static_cast<int>(t), positions, elements.get<true>(e).nodes);
+    }
+    const auto positive = batch.evaluate<1>([](Vec3d p0, Vec3d p1, Vec3d p2, Vec3d p3) {
+      return std::array{tetrahedron_is_positive(p0, p1, p2, p3) ? 1.0 : 0.0};
+    })[0];
+    unsigned int bits = 0;
+    for (unsigned int t = 0; t < kVisitBatch; ++t) bits |= positive[t] != 0 ? 1U << t : 0U;
+    return bits;
+  });
 }
 
 /// `limit_moves` of a mesh that is known to have tetrahedra alone, or of any.
@@ -98,7 +119,29 @@ SweepStats limit_moves_of(E& executor, const SweepContext<E, Real>& context,
     }
     return bad;
   };
-  executor.run_rounds(node_count, visits, visit, settle);
+  // Of the host's tetrahedra most keep their sign, in batches.
+  const auto visit_some = [=](std::size_t first, std::size_t count, std::size_t changes) {
+    if (!kTetrahedra || acceptance.smart || first < facet_count) return 0U;
+    first -= facet_count;
+    if (!(changes < few)) {
+      return positive_tetrahedra(
+          around.elements, [=](std::size_t n) { return first + n; }, count, after);
+    }
+    for (std::size_t node = first; node < first + count; ++node) {
+      if (changed[node] == 0) continue;
+      const ElementId* const end = around.balls.end(node);
+      for (const ElementId* e = around.balls.begin(node); e < end; e += kVisitBatch) {
+        const auto size = std::min(kVisitBatch, static_cast<std::size_t>(end - e));
+        const unsigned int positive = positive_tetrahedra(
+            around.elements, [=](std::size_t n) { return std::size_t{e[n]}; }, size, after);
+        for (std::size_t n = 0; n < size; ++n) {
+          if ((positive >> n & 1U) == 0) visit_element(e[n]);
+        }
+      }
+    }
+    return ~0U;
+  };
+  executor.run_rounds(node_count, visits, visit, settle, visit_some);
   return executor.reduce(
       node_count, SweepStats{},
       [=] MESHSMOOTH_HD(std::size_t node) {

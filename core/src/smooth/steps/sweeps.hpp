@@ -52,7 +52,7 @@ SweepStats sweep_gauss_seidel(E& executor, const SweepContext<E, Real>& context,
       executor, *context.colouring, [=] MESHSMOOTH_HD(std::size_t node) {
         bool held = false;
         const Vec3<Real> before = x[node];
-        const Vec3<Real> position = move_node(SingleThread{}, around, x, node, mean, factor,
+        const Vec3<Real> position = move_node(typename E::Thread{}, around, x, node, mean, factor,
                                               acceptance, held, displacement_limit);
         positions[node] = position;
         return stats_of_move(before, position, held);

@@ -15,6 +15,7 @@
 #include "smooth/cuda/primitives/reduce.cuh"
 #include "smooth/cuda/primitives/rounds.cuh"
 #include "smooth/cuda/primitives/warp_team.cuh"
+#include "smooth/rules/surroundings.hpp"
 #include "smooth/steps/executor.hpp"
 #include "smooth/steps/interrupt.hpp"
 
@@ -75,6 +76,7 @@ class CudaExecutor : public StreamMarks {
   using HostArray = DeviceBuffer<T>;
   template <class Real>
   using AsynchronousPositions = CudaAsynchronousPositions<Real>;
+  using Thread = SingleThread;
 
   CudaExecutor(CudaLane& lane, const Interrupt& interrupt)
       : StreamMarks(lane), interrupt_(interrupt) {}
@@ -187,9 +189,9 @@ class CudaExecutor : public StreamMarks {
 
   static constexpr std::size_t kTeam = kRoundTeam;
 
-  template <class Visits, class Visit, class Settle>
-  void run_rounds(std::size_t count, const Visits& visits, const Visit& visit,
-                  const Settle& settle) {
+  template <class Visits, class Visit, class Settle, class Some>
+  void run_rounds(std::size_t count, const Visits& visits, const Visit& visit, const Settle& settle,
+                  const Some&) {
     constexpr auto kKernel = &rounds_kernel<Visits, Visit, Settle>;
     const auto most = static_cast<std::size_t>(4 * lane().multiprocessor_count());
     const unsigned int blocks = cooperative_blocks<kKernel>(lane(), block_count(count, most));
