@@ -30,9 +30,12 @@ class ServerProgram {
                                         "--lanes",
                                         "1"};
     command.insert(command.end(), flags.begin(), flags.end());
-    process_ = std::make_unique<Process>(
-        std::move(command), folder_.path("log"),
-        Surroundings{{"MESHSMOOTH_HOST_MEMORY_LIMIT_BYTES=2GiB"}, -1, prepare});
+    process_ = std::make_unique<Process>(std::move(command), folder_.path("log"),
+                                         // A server that is killed leaves its sockets there.
+                                         Surroundings{{"MESHSMOOTH_HOST_MEMORY_LIMIT_BYTES=2GiB",
+                                                       "TMPDIR=" + folder_.path().string()},
+                                                      -1,
+                                                      prepare});
     read_ports();
   }
 

@@ -54,7 +54,9 @@ def running_server(*arguments: str, listen: str = "") -> Iterator[str]:
             *("--lame-duck-seconds", "0", "--drain-grace-seconds", "0"),
             *arguments,
         ]
-        process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+        # A server that is killed leaves its sockets in the folder.
+        environment = os.environ | {"TMPDIR": folder}
+        process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment)
         assert process.stderr is not None
         try:
             start: dict[str, Any] = {}

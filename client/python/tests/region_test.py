@@ -164,7 +164,8 @@ import os, sys, time
 from meshsmooth._region import Region
 from meshsmooth.v1 import smoothing_pb2 as pb
 
-region = Region(pb.LeaseRegionResponse.FromString(bytes.fromhex(sys.argv[1])))
+print("ready", flush=True)  # a ticket lasts seconds
+region = Region(pb.LeaseRegionResponse.FromString(bytes.fromhex(sys.stdin.readline())))
 child = os.fork()
 if child == 0:
     time.sleep(600)
@@ -176,15 +177,18 @@ sys.stdin.read()
 
 def test_a_forked_child_does_not_keep_it() -> None:
     with running_server() as address, ms.Client(address) as client:
-        lease = client._connection.unary(_rpc.LEASE_REGION, pb.LeaseRegionRequest(size_bytes=1))
         process = subprocess.Popen(
-            [sys.executable, "-c", FORKING, lease.SerializeToString().hex()],
+            [sys.executable, "-c", FORKING],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
         )
         assert process.stdin is not None
         assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        lease = client._connection.unary(_rpc.LEASE_REGION, pb.LeaseRegionRequest(size_bytes=1))
+        process.stdin.write(lease.SerializeToString().hex() + "\n")
+        process.stdin.flush()
         child = int(process.stdout.readline())
         try:
             assert eventually(lambda: reserved_bytes(client) == 0)
