@@ -3,7 +3,7 @@
 
     cases.py MESHSMOOTH [--only TABLE …] [-o FILE.json]
 
-The optimum of a case is the worst element at the minimum of the energy: what `move` comes to with a
+The optimum of a case is the worst element at the minimum of the energy: what `move` reaches with a
 tolerance of 1e-9, and a long run of `optimize` with the same target and tolerance from there.
 
 Needs numpy, scipy, meshio and gmsh, MESHSMOOTH with VTK and Gmsh, and a server:
