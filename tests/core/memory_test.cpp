@@ -87,6 +87,27 @@ TEST_P(EveryWay, BoundsTheMemoryOfATetrahedralMesh) {
   expect_bounded("guarded", mesh, options);
 }
 
+/// A motion as long as the mesh, which is split, untangled or descended by global steps, as far as
+/// the sweeps last.
+TEST(Estimate, BoundsTheMemoryOfAMotion) {
+  for (const ElementType type : kLinearTypes) {
+    const Mesh mesh = large(type);
+    const std::vector<NodeId> nodes = find_boundary_nodes(MeshTopology(mesh).view());
+    std::vector<Vec3d> positions;
+    for (const NodeId node : nodes) {
+      const Vec3d p = std::get<std::vector<Vec3d>>(mesh.positions)[static_cast<std::size_t>(node)];
+      positions.push_back(p + Vec3d{0.3 * p.y, 9 * std::sin(0.1 * p.x), 0});
+    }
+    SmoothOptions options{.method = Move{}, .quality_detail = QualityDetail::brief};
+    options.prescribed = {nodes, std::span<const Vec3d>(positions)};
+    for (const int sweeps : {4, 20}) {
+      options.max_iterations = sweeps;
+      const std::string name = std::string(element_name(type)) + ", " + std::to_string(sweeps);
+      expect_bounded(name, mesh, options, test::oracle::is_surface(type) ? 3 : 2);
+    }
+  }
+}
+
 TEST(Estimate, BoundsTheMemoryOfEveryElementType) {
   for (const ElementType type : kLinearTypes) {
     const Mesh mesh = large(type);

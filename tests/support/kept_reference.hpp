@@ -100,7 +100,7 @@ inline void expect_bounded_memory(std::string_view backend) {
 inline void expect_few_iterations(std::string_view backend) {
   for (const Motion& motion :
        {turned_hub(12, 30, 12), turned_hub(30, 30, 24), turned_hub(160, 30), swollen_layer(1e-3),
-        swollen_layer(1e-5), twisted("slivers", formats::generate_cube(20'000, 1), 90)}) {
+        swollen_layer(1e-5), twisted("slivers", formats::generate_cube(20'000, 1), 10)}) {
     SCOPED_TRACE(motion.name);
     KeptReference kept(backend, motion.reference);
     SmoothOptions options = motion.options();
