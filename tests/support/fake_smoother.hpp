@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
@@ -172,6 +173,7 @@ class FakeSmoother final : public Smoother {
   SmoothSummary smooth(const TopologyView& topology, PositionsSpan positions,
                        const SmoothOptions& options, const JobControl& job) override {
     start();
+    if (std::holds_alternative<Move>(options.method)) begin_at(options.reference, positions);
     for (int i = 1; i <= control_->progress_count_; ++i) {
       job.on_progress({.stage = Stage::iterate,
                        .iteration = i,
@@ -223,6 +225,17 @@ class FakeSmoother final : public Smoother {
   }
 
  private:
+  /// As a motion does; without a reference the nodes lie where the caller has them.
+  static void begin_at(const PositionsView& reference, const PositionsSpan& positions) {
+    if (position_count(reference) == 0) return;
+    std::visit(
+        []<class Real>(const auto& from, std::span<Vec3<Real>> to) {
+          std::ranges::transform(from, to.begin(),
+                                 [](const auto& p) { return vec3_cast<Real>(p); });
+        },
+        reference, positions);
+  }
+
   void start() {
     {
       const std::lock_guard lock(control_->mutex_);
