@@ -20,9 +20,10 @@ compiled_packages() {
   mapfile -t objects < <(sed -nE 's/.* -o ([^ ]+\.o)( .*|$)/\1/p' <<<"$commands")
   { # with shared libraries only there may be no archive
     grep -oE '/usr/[^ ]+\.a\b' <<<"$commands" || true
-    ninja -C "$build" -t deps "${objects[@]}" | sed -n 's/^ *\(\/usr\/.*\)/\1/p'
-  } | xargs -r realpath -- | sort -u | { xargs -r dpkg-query -S 2>/dev/null || true; } |
-    cut -d: -f1 | sort -u
+    # Relative to the build where a compiler cache has a base_dir.
+    ninja -C "$build" -t deps "${objects[@]}" | sed -n 's/^    //p'
+  } | (cd -- "$build" && xargs -r realpath --) | { grep '^/usr/' || true; } | sort -u |
+    { xargs -r dpkg-query -S 2>/dev/null || true; } | cut -d: -f1 | sort -u
 }
 
 # write_spdx TOOL VERSION NAME: SPDX 2.3 of meshsmooth, VERSION, with the packages of standard
