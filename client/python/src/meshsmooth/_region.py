@@ -11,7 +11,7 @@ import sys
 import threading
 import time
 import weakref
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -57,17 +57,25 @@ class Placement(NamedTuple):
     size: int
 
 
-def place(parts: list[_wire.Part], result_bytes: int) -> Placement:
-    """Returns where the arrays go; parts of one array follow each other without a gap."""
-    inputs: list[tuple[int, int]] = []
+def _places(parts: list[_wire.Part]) -> Iterator[tuple[_wire.Part, int]]:
+    """Yields each part and where it begins; parts of one array follow without a gap."""
     end = 0
     for part in parts:
         if not part.data.nbytes:
             continue
+        begin = _aligned(end) if part.offset_bytes == 0 else end
+        yield part, begin
+        end = begin + part.data.nbytes
+
+
+def place(parts: list[_wire.Part], result_bytes: int) -> Placement:
+    """Returns where the arrays go."""
+    inputs: list[tuple[int, int]] = []
+    end = 0
+    for part, begin in _places(parts):
         if part.offset_bytes == 0:
-            end = _aligned(end)
-            inputs.append((part.array_id, end))
-        end += part.data.nbytes
+            inputs.append((part.array_id, begin))
+        end = begin + part.data.nbytes
     result_offset = _aligned(end)
     return Placement(inputs, result_offset, result_offset + result_bytes)
 
@@ -141,14 +149,8 @@ class Region:
 
     def fill(self, parts: list[_wire.Part]) -> None:
         """Copies the arrays to their places."""
-        end = 0
-        for part in parts:
-            if not part.data.nbytes:
-                continue
-            if part.offset_bytes == 0:
-                end = _aligned(end)
-            _wire.copy_to(self.memory[end : end + part.data.nbytes], part.data)
-            end += part.data.nbytes
+        for part, begin in _places(parts):
+            _wire.copy_to(self.memory[begin : begin + part.data.nbytes], part.data)
 
 
 _open: weakref.WeakSet[Region] = weakref.WeakSet()
