@@ -37,23 +37,37 @@ Job moved(const Motion& motion, SmoothOptions options) {
 }
 Job moved(const Motion& motion) { return moved(motion, motion.options()); }
 
-/// The optima are those of tolerance 1e-9, beyond which the energy does not fall.
+/// The worst element against the reference after the last sweep.
+double worst_of_reference(const Motion& motion) {
+  SmoothOptions options = motion.options();
+  options.history = true;
+  const Job job = moved(motion, options);
+  EXPECT_EQ(job.summary.motion->reached, 1);
+  return job.summary.convergence.worst_mean_ratios.back();
+}
+
+/// The optima are those of tolerance 1e-9. Without what raises the worst element they are 0.752,
+/// 0.458 and 0.282 for 24 rows.
 TEST(Move, TurnsAHubToItsOptimum) {
   struct {
     int rows;
     double degrees, optimum;
     int most_sweeps;
-  } const cases[] = {{12, 30, 0.684, 15},  {24, 30, 0.6935, 15}, {48, 30, 0.6985, 15},
-                     {24, 60, 0.4294, 40}, {48, 60, 0.433, 40},  {24, 90, 0.2606, 100}};
+  } const cases[] = {{12, 30, 0.812, 20}, {24, 30, 0.815, 20}, {48, 30, 0.818, 20},
+                     {24, 60, 0.556, 50}, {48, 60, 0.562, 50}, {24, 90, 0.360, 100}};
   for (const auto& [rows, degrees, optimum, most_sweeps] : cases) {
-    const Job job = moved(test::turned_hub(rows, degrees));
-    EXPECT_EQ(job.summary.motion->reached, 1);
-    EXPECT_GE(least_mean_ratio(job.summary.quality_after), 0.98 * optimum);
-    EXPECT_LE(job.summary.convergence.iteration_count, most_sweeps);
+    const Motion motion = test::turned_hub(rows, degrees);
+    EXPECT_GE(worst_of_reference(motion), 0.98 * optimum);
+    EXPECT_LE(moved(motion).summary.convergence.iteration_count, most_sweeps);
   }
   const Job job = moved(test::turned_hub(8, 60, 8));
   EXPECT_EQ(job.summary.motion->reached, 1);
-  EXPECT_GE(least_mean_ratio(job.summary.quality_after), 0.3);
+  EXPECT_GE(least_mean_ratio(job.summary.quality_after), 0.35);
+}
+
+/// Untangling may leave a fold, which is valid, but from which no descent comes back.
+TEST(Move, TakesShorterStepsInsteadOfFolding) {
+  EXPECT_GE(worst_of_reference(test::pitched_foil()), 0.75);
 }
 
 /// How many sweeps a descent with global steps takes does not grow with the mesh.

@@ -69,6 +69,18 @@ inline Motion turned_cylinders(int rows, double degrees, int layers) {
   return cylinders;
 }
 
+/// A thin ellipse that turns in a disc, in layers that grow by e^4 from it.
+inline Motion pitched_foil() {
+  constexpr double kGrowth = 4;
+  Mesh reference = mapped(formats::generate_hub({.rows = 16, .degrees = 0}).mesh, [](Vec3d p) {
+    const double radius = std::hypot(p.x, p.y);
+    const double share = std::expm1(kGrowth * (radius - 0.4) / 0.6) / std::expm1(kGrowth);
+    return Vec3d{(0.5 + 1.5 * share) * p.x / radius, (0.05 + 1.95 * share) * p.y / radius, 0};
+  });
+  return boundary_motion("pitched foil", std::move(reference),
+                         [](Vec3d p) { return std::hypot(p.x, p.y) < 1 ? turned(p, 60) : p; });
+}
+
 /// The unit cube or square of a lattice, jittered.
 inline Mesh unit_lattice(ElementType type, int cells) {
   return mapped(noisy(lattice(type, cells), 0.15, 5), [=](Vec3d p) { return (1.0 / cells) * p; });

@@ -3,8 +3,10 @@
 
     cases.py MESHSMOOTH [--only TABLE …] [-o FILE.json]
 
-The optimum of a case is the worst element at the minimum of the energy: what `move` reaches with a
-tolerance of 1e-9, and a long run of `optimize` with the same target and tolerance from there.
+The worst element is also measured against the reference, which is the target of `move`. Two optima
+of it are found: at the minimum of the energy, by `optimize` with the same target to a tolerance of
+1e-9 from what `move` gives, and at that of the higher power by which `move` raises the worst
+element, by `move` itself to that tolerance.
 
 Needs numpy, scipy, meshio and gmsh, MESHSMOOTH with VTK and Gmsh, and a server:
 $MESHSMOOTH_SERVER or $MESHSMOOTH_SERVER_BINARY. Gmsh's mesh of the aerofoil differs a little from
@@ -27,20 +29,22 @@ import numpy as np
 import meshsmooth as ms
 
 ROOT = Path(__file__).resolve().parents[3]
-LONG = {"target": "reference", "tolerance": 1e-9, "iterations": 20_000}
+LONG = {"tolerance": 1e-9, "iterations": 20_000}
 
 
-def worst(points, cells):
-    return ms.quality((points, cells)).metric("mean_ratio").min
+def worst_of_reference(result):
+    """Of the elements that could change, after the last sweep."""
+    return result.summary.convergence.worst_mean_ratios[-1]
 
 
-def optimum(reference, there, *, prescribed=None, **options):
-    """The worst element at the minimum of the energy."""
-    result = ms.move(reference.mesh, to=there, prescribed=prescribed, **options, full=True,
-                     tolerance=LONG["tolerance"], iterations=LONG["iterations"])
+def optima(reference, there, *, prescribed=None, **options):
+    """The worst element against the reference, at the minima of the energy and of its power."""
+    raised = ms.move(reference.mesh, to=there, prescribed=prescribed, **options, full=True,
+                     history=True, **LONG)
     slides = {} if prescribed is None else {"fixed": prescribed, "boundary": "slide"}
-    return worst(*ms.smooth((result.points, reference.cells), reference=reference.points, **LONG,
-                            **slides))
+    lowest = ms.smooth((raised.points, reference.cells), reference=reference.points,
+                       target="reference", full=True, history=True, **LONG, **slides)
+    return worst_of_reference(lowest), worst_of_reference(raised)
 
 
 def percent(value):
@@ -66,12 +70,12 @@ MOTION = ["Reached", "Steps", "Sweeps", "Inverted", "Worst mean ratio"]
 def measured(name, reference, there, *, compare=True, prescribed=None):
     """A row of a case; `prescribed` alone where the rest of the boundary slides."""
     options = {} if prescribed is None else {"prescribed": prescribed, "boundary": "slide"}
-    result = ms.move(reference.mesh, to=there, full=True, **options)
+    result = ms.move(reference.mesh, to=there, full=True, history=True, **options)
     row = [name, f"{len(reference.points):,}", *motion_cells(result)]
     if compare:
-        least = result.summary.quality_after.metric("mean_ratio").min
-        best = optimum(reference, there, **options)
-        row += [f"{best:.3f}", percent(least / best - 1)]
+        found = worst_of_reference(result)
+        lowest, raised = optima(reference, there, **options)
+        row += [f"{found:.3f}", f"{lowest:.3f}", f"{raised:.3f}", percent(found / raised - 1)]
     return row
 
 
@@ -189,16 +193,16 @@ def cycle(program):
                 there = meshes.turned_hub(reference.points, degrees)
                 result = session.move(boundary, there[boundary], full=True)
                 if degrees not in by_angle:
-                    best = ms.smooth((result.points, reference.cells), reference=reference.points,
-                                     **LONG)
-                    by_angle[degrees] = worst(*best)
+                    tight = ms.move(reference.mesh, to=there, full=True, **LONG)
+                    by_angle[degrees] = tight.summary.quality_after.metric("mean_ratio").min
                 found = result.summary.quality_after.metric("mean_ratio").min
                 least = min(least, found / by_angle[degrees])
         drift = np.linalg.norm(result.points - reference.points, axis=1) / size
         yield [f"hub of {count} rows", "60", f"{drift.max():.1e}", percent(least - 1)]
 
 
-COMPARED = ["Motion", "Nodes", *MOTION, "Optimum", "Against it"]
+COMPARED = ["Motion", "Nodes", *MOTION, "Of the reference", "At the least energy", "At its power",
+            "Against that"]
 HEIGHTS = [*MOTION[:4], "Least height", "Largest"]
 # By name: the rows, the caption and the columns.
 TABLES = {
@@ -238,9 +242,10 @@ def main():
         "command": "tests/bench/motions/cases.py MESHSMOOTH",
         "date": today, "commit": commit, "recorded": {"commit": commit, "date": today},
         "notes": "The whole boundary is prescribed unless its ends slide; defaults otherwise. The "
-                 "optimum is the worst element at the minimum of the energy: after `move` with a "
-                 "tolerance of 10⁻⁹ and a long run of `optimize` with the same target from there. A "
-                 "mesh that is not there yet may have a better worst element.",
+                 "worst mean ratio is that of the report, against ideal elements; those that follow "
+                 "are against the reference, the target: found by `move`, at the minimum of the "
+                 "energy, and at that of the power by which `move` raises the worst element, the "
+                 "minima to a tolerance of 10⁻⁹.",
         "tables": {},
     }
     if arguments.output.exists():

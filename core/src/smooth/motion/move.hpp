@@ -165,6 +165,7 @@ class Motion {
       place(executor_, context_, prescribed, displacement.data(), valid.data(), next - reached,
             next, positions_);
       InvalidCounts invalid = count_invalid(executor_, context_.around, positions_);
+      const bool tangled = invalid.all > 0;
       if (invalid.all == 0 && near_reference()) {
         if (sweeps) monitor_.end(StopReason::converged, EndRule::small_gains);
       } else if (sweeps && invalid.locked == 0) {
@@ -172,10 +173,12 @@ class Motion {
                          .repairs = kRepairs,
                          .softens = softens,
                          .ring_entries = job_.rings.entries.size(),
-                         .precise = false});
+                         .precise = false,
+                         .raises = next == 1});
         invalid = count_invalid(executor_, context_.around, positions_);
       }
-      if (invalid.all == 0) {
+      const bool may_halve = !job_ended() && (next - reached) / 2 >= method_.least_step;
+      if (invalid.all == 0 && !(tangled && may_halve && folds(valid.data()))) {
         ++stats.step_count;
         reached = next;
         settled = next == 1;
@@ -198,7 +201,8 @@ class Motion {
           find_invalid(executor_, context_.around, caller_elements(), positions_);
       copy_positions<E, Real>(executor_, n, valid.data(), positions_);
       if (sweeps && !settled && !job_ended()) {
-        optimizer().run({.ring_entries = job_.rings.entries.size(), .precise = false});
+        optimizer().run(
+            {.ring_entries = job_.rings.entries.size(), .precise = false, .raises = true});
       }
       if (!job_ended() && (sweeps || monitor_.free_count() == 0)) {
         monitor_.end(StopReason::stagnated, EndRule::no_progress);
@@ -234,6 +238,16 @@ class Motion {
     const Vec3<Real>* const positions = positions_;
     return measure_energy(executor_, context_.around, positions, 1).worst >=
            1 - kNear * tolerance.value;
+  }
+
+  /// Whether untangling has left an element much worse than any was in the last valid mesh: a fold
+  /// that the sweeps have drawn apart, but not undone, and that shorter steps do not make.
+  [[nodiscard]] bool folds(const Vec3<Real>* valid) {
+    constexpr double kFold = 0.1;
+    const auto worst = [&](const Vec3<Real>* positions) {
+      return measure_energy(executor_, context_.around, positions, 1).worst;
+    };
+    return worst(positions_) < kFold * worst(valid);
   }
 
   /// Null: in the caller's order.

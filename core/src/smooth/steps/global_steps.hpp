@@ -76,11 +76,15 @@ class GlobalSteps {
     if (plain.invalid > 0) return 1;
     bool moves = true;
     for (int n = 0; moves && n < kStepsOfSweep; ++n) moves = step();
+    fall_ = (before.energy - energy_.energy) / (rule_.power * before.energy);
     if (!(energy_.energy < plain.energy)) return 1;
     sweeper_.wake_all();
     const double fall = before.energy - plain.energy;
     return fall > 0 ? (before.energy - energy_.energy) / fall : 1;
   }
+
+  /// By how much of itself the mean energy has fallen in the last sweep and the steps after it.
+  [[nodiscard]] double relative_fall() const { return fall_; }
 
   // Public, as functors for device code must not be made in private members.
 
@@ -276,6 +280,7 @@ class GlobalSteps {
   OptimizeSweeper<E, Real>& sweeper_;
   MeshDerivatives rule_;
   MeshEnergy energy_;
+  double fall_ = HUGE_VAL;
   bool restarts_ = true;  // with the solution alone
   double last_product_ = 0;
   typename E::template Buffer<float> values_, diagonal_;

@@ -9,37 +9,10 @@
 #include "smooth/steps/global_steps.hpp"
 #include "smooth/steps/limit_moves.hpp"
 #include "smooth/steps/optimize_bytes.hpp"
+#include "smooth/steps/optimize_run.hpp"
 #include "smooth/steps/poor_elements.hpp"
 
 namespace meshsmooth::detail {
-
-/// Balls with a worst mean ratio below are refined when no target is given.
-inline constexpr double kPoorMeanRatio = 0.5;
-/// The refinement phases: norms that approach the maximum norm. A step along the gradient of the
-/// worst corner of each ball stops earlier, where no single node can improve it.
-inline constexpr int kRefinementPowers[] = {8, 16, 32};
-
-/// The caller's positions, in executor memory.
-template <class Real>
-struct CallerPositions {
-  const Vec3<Real>* positions;  // in the caller's order
-  const NodeId* caller_ids;     // of a node of ours
-};
-
-/// What a run of the optimizer does besides the options.
-template <class Real>
-struct OptimizeRun {
-  /// Where moves that inverted a valid element are undone from, if the mesh stays tangled; null:
-  /// they are not.
-  const CallerPositions<Real>* given = nullptr;
-  double tolerance = 1;                  // times that of the options
-  int repairs = PhaseMonitor::kNoLimit;  // most sweeps that untangle at last; else it gives up
-  bool softens = true;                   // what repair leaves tangled
-  /// Above 0: global steps take the place of acceleration, and this is how many entries the rings
-  /// have.
-  std::size_t ring_entries = 0;
-  bool precise = true;  // goes on where a long error, or one of a few nodes, is nearly gone
-};
 
 /// The method Optimize: untangles where a ball is not valid, then descends the goal's energy,
 /// then refines poor balls by high powers for Goal::worst.
@@ -123,6 +96,7 @@ class Optimizer {
     const PhaseEnd converged = converged_end();
     if (!descend(converged)) return false;
     if (method_.goal == Goal::worst && !refine(converged)) return false;
+    if (run_.raises && last_.tangled == 0 && !raise_worst(converged)) return false;
     end();
     return true;
   }
@@ -151,6 +125,15 @@ class Optimizer {
     }
     if (sweeper_.measure(1).worst < worst) restore(saved);
     return goes_on;
+  }
+
+  /// Descends `kRaisingPower` in all balls; true when the job goes on.
+  bool raise_worst(const PhaseEnd& converged) {
+    // Global steps are taken in single precision, which higher powers of flat elements exceed.
+    constexpr double kLeastRaised = 1e-3;
+    if (sweeper_.measure(1).worst < kLeastRaised) return true;
+    sweeper_.wake_all();
+    return descend_far(descent(kRaisingPower), converged);
   }
 
   /// Ends a job that no limit has ended.
@@ -259,14 +242,20 @@ class Optimizer {
     limit_moves(executor_, repaired, before.data(), sweeper_.positions());
   }
 
-  /// Descends the goal's energy; true when the job goes on.
-  bool descend(const PhaseEnd& converged) {
-    const bool global = run_.ring_entries > 0;
-    OptimizePhase phase{.power = power_of(method_.goal), .guard = options_.guard};
-    if (global && options_.tolerance.relative) {
+  /// A phase that descends a power of the energy.
+  [[nodiscard]] OptimizePhase descent(int power) const {
+    OptimizePhase phase{.power = power, .guard = options_.guard};
+    if (run_.ring_entries > 0 && options_.tolerance.relative) {
       // Nodes at rest end a job, and do not tell whether a long error is left.
       phase.rest *= std::min(1.0, options_.tolerance.value / Tolerance{}.value);
     }
+    return phase;
+  }
+
+  /// Descends the goal's energy; true when the job goes on.
+  bool descend(const PhaseEnd& converged) {
+    const bool global = run_.ring_entries > 0;
+    const OptimizePhase phase = descent(power_of(method_.goal));
     PhaseMonitor phase_monitor(monitor_, phase, converged, method_.target_quality);
     sweeper_.wake_all();
     if (!run_part(phase_monitor, phase, global ? kSweepsBeforeSteps : kDescentSweeps)) return false;
@@ -317,12 +306,16 @@ class Optimizer {
                    Acceleration& acceleration) {
     constexpr int kSpan = 3;               // sweeps over which the fall of the gains is taken
     constexpr double kFarTolerance = 0.1;  // of a long error each sweep is a smaller share
+    // Times the tolerance: where few elements have nearly all of the energy, steps for their sake
+    // and sweeps for the others' undo each other for thousands of sweeps.
+    constexpr double kStanding = 1e-5;
     PhaseMonitor phase_monitor(monitor_, phase, {.least_move = converged.least_move},
                                method_.target_quality);
     PhaseEnd end = converged;
     if (run_.precise || run_.ring_entries > 0) end.tolerance *= kFarTolerance;
     if (!run_.precise) end.free_count = 0;
     std::array<double, kSpan + 1> gains{};
+    int standing = 0;  // sweeps
     for (int sweep = 0;; ++sweep) {
       acceleration.begin();
       if (!run_part(phase_monitor, phase, 1)) return false;
@@ -333,6 +326,11 @@ class Optimizer {
       whole.squared_gain *= factor * factor;
       const double earlier = gains[(sweep + 1) % gains.size()];
       gains[sweep % gains.size()] = whole.gain;
+      if constexpr (requires { acceleration.relative_fall(); }) {
+        standing =
+            acceleration.relative_fall() < kStanding * converged.tolerance ? standing + 1 : 0;
+        if (standing == kSpan) return true;
+      }
       if (sweep < kSpan) continue;
       const auto moved = static_cast<double>(last_.moves.moved);
       if (factor == 1 && last_.gain < 2 * phase.rest * moved) return true;  // nearly at rest
