@@ -53,7 +53,7 @@ TEST(Move, TurnsAHubToItsOptimum) {
     int rows;
     double degrees, optimum;
     int most_sweeps;
-  } const cases[] = {{12, 30, 0.812, 20}, {24, 30, 0.815, 20}, {48, 30, 0.818, 20},
+  } const cases[] = {{12, 30, 0.812, 25}, {24, 30, 0.815, 25}, {48, 30, 0.818, 25},
                      {24, 60, 0.556, 50}, {48, 60, 0.562, 50}, {24, 90, 0.360, 100}};
   for (const auto& [rows, degrees, optimum, most_sweeps] : cases) {
     const Motion motion = test::turned_hub(rows, degrees);

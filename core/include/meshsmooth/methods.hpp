@@ -139,8 +139,9 @@ enum class Start {
 ///
 /// The displacement is continued into the mesh by Laplace's equation on the reference, solved by
 /// conjugate gradients to a residual of 1e-4; then the sweeps of `Optimize` bring each element
-/// near its target. Where they cannot untangle the mesh, the motion is halved and goes on from
-/// there. The result is always valid; `MotionStats` tells which share of the motion it has reached.
+/// near its target, and a higher power of their energy raises the worst ones. Where they cannot
+/// untangle the mesh, or only by folds, the motion is halved and goes on from there. The result is
+/// always valid; `MotionStats` tells which share of the motion it has reached.
 ///
 /// Sources: Jasak, Tukovic 2006, "Automatic mesh motion for the unstructured finite volume method",
 /// for Laplace's equation; those of `Optimize` for the sweeps. O(elements) per sweep, O(edges) per

@@ -48,7 +48,7 @@ struct Convergence {
   /// With SmoothOptions::history: after each sweep the p-mean of the inverse mean ratios of all
   /// corners that can change, weighted as by Optimize, at least 1; infinite while the mesh is
   /// tangled. p is that of Goal::balanced, 2; of Optimize that of the sweep's phase
-  /// (Goal::average has 1, Goal::worst 2, 4, 8, 16, 32, untangling 1).
+  /// (Goal::average has 1, Goal::worst 2, 4, 8, 16, 32, Move 2 and 8, untangling 1).
   std::vector<double> energies;
   std::vector<double> worst_mean_ratios;  ///< Of those corners; 0 or less while tangled.
 };

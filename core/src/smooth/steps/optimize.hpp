@@ -41,6 +41,7 @@ class Optimizer {
   void run(const OptimizeRun<Real>& run) {
     run_ = run;
     last_ = {};
+    far_ = false;
     if (monitor_.done_at_once()) {
       job_ended_ = true;
       return;
@@ -127,13 +128,18 @@ class Optimizer {
     return goes_on;
   }
 
-  /// Descends `kRaisingPower` in all balls; true when the job goes on.
+  /// Descends `kRaisingPower` in all balls; true when the job goes on. By sweeps alone where they
+  /// were enough for the goal's energy: what is left to raise then is near its cure too, and global
+  /// steps would cost a hundred times as much.
   bool raise_worst(const PhaseEnd& converged) {
     // Global steps are taken in single precision, which higher powers of flat elements exceed.
     constexpr double kLeastRaised = 1e-3;
     if (sweeper_.measure(1).worst < kLeastRaised) return true;
+    const OptimizePhase phase = descent(kRaisingPower);
+    PhaseMonitor phase_monitor(monitor_, phase, converged, method_.target_quality);
     sweeper_.wake_all();
-    return descend_far(descent(kRaisingPower), converged);
+    if (!run_part(phase_monitor, phase, kSweepsBeforeSteps)) return false;
+    return phase_monitor.ended() || !far_ || descend_far(phase, converged);
   }
 
   /// Ends a job that no limit has ended.
@@ -266,7 +272,8 @@ class Optimizer {
       return mesh.invalid == 0 && mesh.worst < kNearlyFlat;
     };
     MeshEnergy reached = sweeper_.measure(phase.power);
-    if (global && !phase_monitor.ended()) {
+    far_ = global && !phase_monitor.ended();
+    if (far_) {
       if (!descend_far(phase, converged)) return false;
       reached = sweeper_.measure(phase.power);
     }
@@ -372,6 +379,7 @@ class Optimizer {
   OptimizeStats last_;
   OptimizeRun<Real> run_;
   bool job_ended_ = false;
+  bool far_ = false;  // seven sweeps were not enough in the last run
 };
 
 /// The method Optimize.
