@@ -346,14 +346,14 @@ class Optimizer {
   }
 
   /// From a valid mesh that is nearly flat somewhere: softens it, then descends. Returns to where
-  /// it was unless the outcome is valid and better.
+  /// it was unless the outcome is valid and better. True when the job goes on.
   bool escape(const OptimizePhase& phase, const PhaseEnd& converged, double energy) {
     const Saved saved = save();
-    const bool goes_on = soften_and_repair(saved) && last_.tangled == 0;
-    const bool descends = goes_on && descend_far(phase, converged);
+    bool goes_on = soften_and_repair(saved);
+    if (goes_on && last_.tangled == 0) goes_on = descend_far(phase, converged);
     const MeshEnergy after = sweeper_.measure(phase.power);
     if (after.invalid > 0 || !(after.energy < energy)) restore(saved);
-    return descends;
+    return goes_on;
   }
 
   [[nodiscard]] Saved save() {
