@@ -1,16 +1,19 @@
 // A time-step loop through the service: a mesh whose nodes move, sent whole each time or by the
-// name of its topology.
+// name of its topology, over TCP or shared memory; and the method move, whose boundary alone moves.
 
 #include <grpcpp/create_channel.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <numeric>
+#include <optional>
 #include <random>
 #include <string>
 #include <utility>
@@ -115,16 +118,33 @@ Figures measure(const Settings& settings, const Mesh& mesh, const Step& step) {
   return figures;
 }
 
+server::ServerConfig server_config(const Settings& settings, const std::string& listen) {
+  return {.listen = listen,
+          .backend = settings.backend,
+          .lanes = 1,
+          .lame_duck = std::chrono::seconds(0),
+          .log_level = "off"};
+}
+
+/// Steps of the boundary alone, by less than an edge: the rest follows.
+auto by_move(client::Session& session, const std::vector<NodeId>& boundary, bool full) {
+  SmoothOptions options{.method = Move{}};
+  if (!full) options.quality_detail = QualityDetail::brief;
+  return [&session, &boundary, options](const std::vector<Vec3d>& positions) {
+    std::vector<Vec3d> there(boundary.size());
+    std::ranges::transform(boundary, there.begin(),
+                           [&](NodeId n) { return positions[static_cast<std::size_t>(n)]; });
+    return session.move(boundary, std::span<const Vec3d>(there), options);
+  };
+}
+
 void run(const Settings& settings) {
-  server::Server server({.listen = "127.0.0.1:0",
-                         .backend = settings.backend,
-                         .lanes = 1,
-                         .lame_duck = std::chrono::seconds(0),
-                         .log_level = "off"});
+  server::Server server(server_config(settings, "127.0.0.1:0"));
   server.start();
   const std::string address = "127.0.0.1:" + std::to_string(server.port());
   const Mesh mesh = make_mesh(settings.node_count);
   const SmoothOptions options = options_of(settings);
+  const std::vector<NodeId> boundary = find_boundary_nodes(MeshTopology(mesh).view());
 
   const auto whole = [&](client::Client& client, Mesh& sent) {
     return [&](std::vector<Vec3d>& positions) {
@@ -140,6 +160,19 @@ void run(const Settings& settings) {
   client::Session session = client.open(mesh);
   const Figures sent_whole = measure(settings, mesh, whole(client, sent));
   const Figures named = measure(settings, mesh, by_name(session));
+  const Figures moved =
+      measure(settings, mesh, by_move(session, boundary, settings.full_quality_detail));
+
+  const std::string socket = "meshsmooth-steps-" + std::to_string(getpid());
+  const std::string local = "unix:" + (std::filesystem::temp_directory_path() / socket).string();
+  server::Server near(server_config(settings, local));
+  near.start();
+  client::Client beside(local);
+  client::Session shared = beside.open(mesh);
+  const Figures shared_whole = measure(settings, mesh, whole(beside, sent));
+  const Figures shared_named = measure(settings, mesh, by_name(shared));
+  const Figures shared_moved =
+      measure(settings, mesh, by_move(shared, boundary, settings.full_quality_detail));
 
   // What passes the wire, counted by a relay that would cost time above.
   const auto bytes_up = [&](const auto& make_step) {
@@ -167,31 +200,42 @@ void run(const Settings& settings) {
   std::cout << mesh.node_count() << " nodes, " << mesh.element_count() << " tetrahedra, "
             << settings.step_count << " steps of " << settings.sweep_count << " sweeps, backend "
             << settings.backend << "\n";
-  Table table({"", "ms a step", "s in all", "bytes up a node", "times as fast"});
-  const auto add = [&](const std::string& name, const Figures& f, double bytes) {
-    table.add({name, number(f.median_ms), number(f.total_seconds), number(bytes),
-               ratio(sent_whole.total_seconds / f.total_seconds)});
+  struct Row {
+    const char* name;
+    const char* key;
+    const Figures& figures;
+    std::optional<double> bytes;
   };
-  add("mesh sent each time", sent_whole, whole_bytes);
-  add("topology by name", named, named_bytes);
-  table.print(std::cout);
+  const Row rows[] = {
+      {"mesh sent each time", "whole", sent_whole, whole_bytes},
+      {"topology by name", "named", named, named_bytes},
+      {"move, reference by name", "moved", moved, {}},
+      {"mesh in shared memory", "shared_whole", shared_whole, {}},
+      {"topology by name, shared", "shared_named", shared_named, {}},
+      {"move, shared", "shared_moved", shared_moved, {}},
+  };
+  Table table({"", "ms a step", "s in all", "bytes up a node", "times as fast"});
   std::vector<std::string> header = {"ms of a step, medians"};
   for (const auto& [name, seconds] : kStages) header.emplace_back(name);
   Table stages(header);
-  const auto add_stages = [&](const std::string& name, const Figures& f) {
-    std::vector<std::string> row = {name};
-    for (const double ms : f.stage_ms) row.push_back(number(ms));
-    stages.add(row);
-  };
-  add_stages("mesh sent each time", sent_whole);
-  add_stages("topology by name", named);
+  for (const Row& row : rows) {
+    const Figures& f = row.figures;
+    table.add({row.name, number(f.median_ms), number(f.total_seconds),
+               row.bytes ? number(*row.bytes) : "",
+               ratio(sent_whole.total_seconds / f.total_seconds)});
+    std::vector<std::string> cells = {row.name};
+    for (const double ms : f.stage_ms) cells.push_back(number(ms));
+    stages.add(cells);
+  }
+  table.print(std::cout);
   stages.print(std::cout);
   Json json;
   json.set("node_count", mesh.node_count());
   json.set("step_count", settings.step_count);
   json.set("sweep_count", settings.sweep_count);
-  json.set("whole_milliseconds", sent_whole.median_ms);
-  json.set("named_milliseconds", named.median_ms);
+  for (const Row& row : rows) {
+    json.set(std::string(row.key) + "_milliseconds", row.figures.median_ms);
+  }
   json.set("whole_bytes_up_per_node", whole_bytes);
   json.set("named_bytes_up_per_node", named_bytes);
   write_json(settings.json, json);
