@@ -62,14 +62,24 @@ std::vector<std::int64_t> read_map(const NetcdfFile& file, const std::string& va
   return ids;
 }
 
+/// The indices, from 0, of the blocks or sets that have a variable of theirs, as those without
+/// elements have none: of as many as the dimension says.
+std::vector<std::size_t> indices_of(const NetcdfFile& file, const std::string& dimension,
+                                    const std::string& variable) {
+  const std::size_t count = file.dimension(dimension).value_or(0);
+  std::vector<std::size_t> indices;
+  for (const std::size_t number : file.numbers_behind(variable)) {
+    if (number <= count) indices.push_back(number - 1);
+  }
+  return indices;
+}
+
 std::vector<Block> read_blocks(const NetcdfFile& file, const path& path) {
-  const std::size_t count = file.dimension("num_el_blk").value_or(0);
   std::vector<Block> blocks;
   const Ids ids(file, "eb_prop1");
   const std::vector<std::string> names = file.rows("eb_names");
-  for (std::size_t index = 0; index < count; ++index) {
+  for (const std::size_t index : indices_of(file, "num_el_blk", "connect")) {
     const std::string variable = numbered("connect", index + 1);
-    if (!file.has(variable)) continue;  // a block without elements
     const std::int64_t id = ids[index];
     const std::size_t corners = file.dimension(numbered("num_nod_per_el", index + 1)).value_or(0);
     const std::string type = file.text_attribute(variable, "elem_type");
@@ -123,9 +133,8 @@ NodeSet make_set(const NetcdfFile& file, std::string name, const std::vector<std
 void read_node_sets(const NetcdfFile& file, std::int64_t node_count, FileContent& content) {
   const std::vector<std::string> names = file.rows("ns_names");
   const Ids ids(file, "ns_prop1");
-  for (std::size_t index = 0; index < file.dimension("num_node_sets").value_or(0); ++index) {
+  for (const std::size_t index : indices_of(file, "num_node_sets", "node_ns")) {
     const std::string variable = numbered("node_ns", index + 1);
-    if (!file.has(variable)) continue;
     content.node_sets.push_back(make_set(file, name_of(names, index, "nodeset", ids[index]),
                                          file.integers(variable), node_count));
   }
@@ -156,9 +165,8 @@ void read_side_sets(const NetcdfFile& file, const std::vector<Block>& blocks,
                     std::int64_t node_count, FileContent& content) {
   const std::vector<std::string> names = file.rows("ss_names");
   const Ids ids(file, "ss_prop1");
-  for (std::size_t index = 0; index < file.dimension("num_side_sets").value_or(0); ++index) {
+  for (const std::size_t index : indices_of(file, "num_side_sets", "elem_ss")) {
     const std::string variable = numbered("elem_ss", index + 1);
-    if (!file.has(variable)) continue;
     const std::vector<std::int64_t> elements = file.integers(variable);
     const std::vector<std::int64_t> sides = file.integers(numbered("side_ss", index + 1));
     if (sides.size() != elements.size()) {

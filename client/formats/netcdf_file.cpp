@@ -2,7 +2,10 @@
 
 #include <netcdf.h>
 
+#include <algorithm>
 #include <array>
+#include <charconv>
+#include <string_view>
 #include <utility>
 
 #include "text.hpp"
@@ -54,6 +57,26 @@ std::optional<std::size_t> NetcdfFile::dimension(const std::string& name) const 
 bool NetcdfFile::has(const std::string& variable) const {
   int id = 0;
   return nc_inq_varid(file_, variable.c_str(), &id) == NC_NOERR;
+}
+
+std::vector<std::size_t> NetcdfFile::numbers_behind(const std::string& name) const {
+  int variables = 0;
+  check(nc_inq_nvars(file_, &variables), "its variables");
+  std::vector<std::size_t> numbers;
+  for (int id = 0; id < variables; ++id) {
+    std::array<char, NC_MAX_NAME + 1> found{};
+    check(nc_inq_varname(file_, id, found.data()), "its variables");
+    std::string_view number(found.data());
+    if (!number.starts_with(name)) continue;
+    number.remove_prefix(name.size());
+    std::size_t value = 0;
+    const auto [end, error] = std::from_chars(number.begin(), number.end(), value);
+    if (error == std::errc() && end == number.end() && !number.starts_with('0')) {
+      numbers.push_back(value);
+    }
+  }
+  std::ranges::sort(numbers);
+  return numbers;
 }
 
 int NetcdfFile::find(const std::string& variable) const {

@@ -24,6 +24,9 @@ class NetcdfFile {
   /// None: there is no such dimension.
   [[nodiscard]] std::optional<std::size_t> dimension(const std::string& name) const;
   [[nodiscard]] bool has(const std::string& variable) const;
+  /// The k, ascending, of the variables "NAMEk" that there are. O(variables), whatever number of
+  /// them the file claims.
+  [[nodiscard]] std::vector<std::size_t> numbers_behind(const std::string& name) const;
   [[nodiscard]] std::vector<double> reals(const std::string& variable) const;
   [[nodiscard]] std::vector<std::int64_t> integers(const std::string& variable) const;
   /// The rows of a variable of characters with two dimensions, without what pads them; none
