@@ -2,7 +2,10 @@
 
 #include <libxml/parser.h>
 
+#include <algorithm>
+#include <cctype>
 #include <limits>
+#include <string_view>
 #include <utility>
 
 #include "text.hpp"
@@ -93,10 +96,11 @@ XmlElement XdmfData::item_of(const XmlElement& parent) const {
 
 XdmfData::Reference XdmfData::reference(const XmlElement& item) const {
   const std::string format = item.attribute("Format");
-  if (format.empty() || format == "XML") return {};
-  if (format != "HDF") {
-    fail("a <DataItem> has the format \"" + format + "\"; HDF and XML can be read");
-  }
+  const auto is = [&](std::string_view name) {  // as VTK compares it
+    return std::ranges::equal(format, name, {}, [](unsigned char c) { return std::toupper(c); });
+  };
+  if (format.empty() || is("XML")) return {};
+  if (!is("HDF")) fail("a <DataItem> has the format \"" + format + "\"; HDF and XML can be read");
   const std::string content = item.content();
   const std::size_t end = content.rfind(":/");
   if (end == std::string::npos || end == 0) {

@@ -316,6 +316,18 @@ TEST(XdmfFile, NeedsItsHdf5File) {
   EXPECT_THAT(text, HasSubstr("its HDF5 file \"dolfinx.h5\" is not there"));
 }
 
+TEST(XdmfFile, TakesFormatsInAnyCase) {
+  const Scratch scratch;
+  std::string text = bytes_of(fixture("dolfinx.xdmf"));
+  for (std::size_t at = 0; (at = text.find("Format=\"HDF\"", at)) != std::string::npos;) {
+    text.replace(at, 12, "Format=\"hdf\"");
+  }
+  put_bytes(scratch.path("a.xdmf"), text);
+  put_bytes(scratch.path("dolfinx.h5"), bytes_of(fixture("dolfinx.h5")));
+  EXPECT_EQ(read_mesh_file(scratch.path("a.xdmf")).mesh.element_count(),
+            read_mesh_file(fixture("dolfinx.xdmf")).mesh.element_count());
+}
+
 TEST(XdmfFile, RefusesWhatItCannotKeep) {
   const Scratch scratch;
   const std::string good = bytes_of(fixture("flat_inline.xdmf"));
