@@ -440,27 +440,58 @@ TEST(SecondOrder, HoldsTheCornersOfCurvedEdgesThatWouldSlide) {
   }
 }
 
-TEST(SecondOrder, MovesToGivenPositions) {
-  const Mesh start =
-      test::second_order(test::noisy(test::lattice(ElementType::tetrahedron, 5), 0.1, 2));
+/// A mesh of second order, its boundary nodes and where a wave puts them.
+struct Wave {
+  Mesh start = test::second_order(test::noisy(test::lattice(ElementType::tetrahedron, 5), 0.1, 2));
   std::vector<NodeId> nodes = find_boundary_nodes(MeshTopology(start).view());
   std::vector<Vec3d> to;
-  for (const NodeId node : nodes) {
-    Vec3d p = points(start)[static_cast<std::size_t>(node)];
-    p.z += 0.08 * std::sin(p.x) * p.z;
-    to.push_back(p);
-  }
   SmoothOptions options;
-  options.method = Move{};
-  options.prescribed = {nodes, std::span<const Vec3d>(to)};
-  Mesh mesh = start;
 
-  const SmoothSummary summary = smooth(mesh, options);
+  explicit Wave(double height) {
+    for (const NodeId node : nodes) {
+      Vec3d p = points(start)[static_cast<std::size_t>(node)];
+      p.z += height * std::sin(p.x) * p.z;
+      to.push_back(p);
+    }
+    options.method = Move{};
+    options.prescribed = {nodes, std::span<const Vec3d>(to)};
+  }
+};
+
+TEST(SecondOrder, MovesToGivenPositions) {
+  const Wave wave(0.08);
+  Mesh mesh = wave.start;
+
+  const SmoothSummary summary = smooth(mesh, wave.options);
 
   EXPECT_EQ(summary.motion->reached, 1);
   EXPECT_EQ(invalid_count(mesh), 0);
-  for (std::size_t n = 0; n < nodes.size(); ++n) {
-    ASSERT_EQ(points(mesh)[static_cast<std::size_t>(nodes[n])], to[n]);
+  for (std::size_t n = 0; n < wave.nodes.size(); ++n) {
+    ASSERT_EQ(points(mesh)[static_cast<std::size_t>(wave.nodes[n])], wave.to[n]);
+  }
+}
+
+TEST(SecondOrder, MovesFromAReferenceWhateverThePositionsAre) {
+  for (const double height : {0.08, 3.0}) {  // the second is not reached
+    const Wave wave(height);
+    Mesh expected = wave.start;
+    const SmoothSummary by_positions = smooth(expected, wave.options);
+    SmoothOptions options = wave.options;
+    options.reference = std::span<const Vec3d>(points(wave.start));
+    const MeshTopology topology(wave.start);
+    const auto smoother = make_smoother("cpu", 2);
+    const auto prepared = smoother->prepare(topology.view());
+    for (const bool is_prepared : {false, true}) {
+      std::vector<Vec3d> result(wave.start.node_count(), Vec3d{std::nan(""), 0, 0});
+
+      const SmoothSummary summary = is_prepared
+                                        ? smoother->smooth(*prepared, result, options, {})
+                                        : smoother->smooth(topology.view(), result, options, {});
+
+      EXPECT_EQ(summary.motion->reached, by_positions.motion->reached);
+      EXPECT_EQ(summary.nodes.moved, by_positions.nodes.moved);
+      EXPECT_EQ(result, points(expected));
+    }
   }
 }
 

@@ -14,16 +14,6 @@
 namespace meshsmooth::detail {
 namespace {
 
-/// Checks the caller's positions, which a reference makes no more than the place of the result.
-void validate_given(const TopologyView& topology, const PositionsSpan& positions,
-                    const SmoothOptions& options) {
-  if (begins_at_reference(options)) {
-    validate_sizes(topology, as_view(positions));
-  } else {
-    validate_positions(topology, as_view(positions));
-  }
-}
-
 std::string cpu_name() {
   std::ifstream info("/proc/cpuinfo");
   for (std::string line; std::getline(info, line);) {

@@ -55,6 +55,16 @@ template <class Real>
   return std::visit([&](const auto& positions) { return is_same_array(known, positions); }, given);
 }
 
+/// Checks the caller's positions, which a reference makes no more than the place of the result.
+inline void validate_given(const TopologyView& topology, const PositionsSpan& positions,
+                    const SmoothOptions& options) {
+  if (begins_at_reference(options)) {
+    validate_sizes(topology, as_view(positions));
+  } else {
+    validate_positions(topology, as_view(positions));
+  }
+}
+
 /// Checks the arrays that come with the options. `known`: a reference that has been checked.
 inline void validate_arrays(const TopologyView& topology, const SmoothOptions& options,
                             const PositionsView& known = {}) {

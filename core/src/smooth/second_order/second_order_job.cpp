@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "mesh/parallel.hpp"
+#include "smooth/motion/prescribed.hpp"
 #include "smooth/second_order/carry.hpp"
 #include "smooth/second_order/cure.hpp"
 #include "smooth/steps/interrupt.hpp"
@@ -66,7 +67,7 @@ class Job {
 
  public:
   Job(tbb::task_arena& arena, const TopologyView& topology, const CornerMesh& mesh,
-      std::span<Vec3<Real>> positions, const SmoothOptions& options, const JobControl& control,
+      Positions positions, const SmoothOptions& options, const JobControl& control,
       const SmoothCorners<Real>& run)
       : arena_(arena),
         topology_(topology),
@@ -76,11 +77,11 @@ class Job {
         control_(control),
         run_(run),
         orientation_(
-            run_in(arena, [&] { return SurfaceOrientation(topology, Positions(positions)); })),
+            run_in(arena, [&] { return SurfaceOrientation(topology, positions); })),
         carry_(
             run_in(arena, [&] { return Carry<Real>(topology, mesh, positions, orientation_); })) {}
 
-  SmoothSummary smooth() {
+  SmoothSummary smooth(std::span<Vec3<Real>> result) {
     const bool moves = std::holds_alternative<Move>(options_.method);
     QualityStats before;
     if (carry_.any_curved()) {
@@ -100,7 +101,7 @@ class Job {
     report(summary, std::move(before), after);
     summary.times.iterate_seconds += iterate_seconds_;
     summary.times.evaluate_seconds += evaluate_seconds_;
-    std::copy(after.begin(), after.end(), positions_.begin());
+    std::copy(after.begin(), after.end(), result.begin());
     return summary;
   }
 
@@ -110,7 +111,7 @@ class Job {
   }
 
   SmoothSummary sweep(const std::vector<NodeId>& held, std::vector<Vec3<Real>>& after) {
-    std::vector<Vec3<Real>> corners = gather(Positions(positions_), mesh_);
+    std::vector<Vec3<Real>> corners = gather(positions_, mesh_);
     SmoothSummary summary = run_(corners, with_reference(options_), held);
     const Stopwatch stopwatch(iterate_seconds_);
     if (options_.guard) {
@@ -158,7 +159,6 @@ class Job {
 
   /// As far as curved elements stay valid: with half the motion until they do.
   SmoothSummary move(const std::vector<NodeId>& held, std::vector<Vec3<Real>>& after) {
-    validate_prescribed(topology_, options_.prescribed);
     const Prescribed<Real> prescribed(options_.prescribed, mesh_);
     SmoothOptions options = with_reference(options_);
     const double least = std::get<Move>(options.method).least_step;
@@ -166,7 +166,7 @@ class Job {
     int halvings = 0;
     for (double share = 1;; share /= 2) {
       if (share < least) share = 0;
-      std::vector<Vec3<Real>> corners = gather(Positions(positions_), mesh_);
+      std::vector<Vec3<Real>> corners = gather(positions_, mesh_);
       std::vector<Vec3<Real>> to = prescribed.corner_positions;
       for (std::size_t n = 0; n < to.size(); ++n) {
         const Vec3<Real> from = corners[static_cast<std::size_t>(prescribed.corners[n])];
@@ -197,8 +197,7 @@ class Job {
 
   /// The options with the reference of the linear mesh.
   [[nodiscard]] SmoothOptions with_reference(SmoothOptions options) {
-    if (position_count(options.reference) == 0) return options;
-    validate_reference(topology_, options.reference);
+    if (!aims_at_reference(options) && !begins_at_reference(options)) return options;
     std::visit(
         [&]<class R>(std::span<const Vec3<R>> all) {
           reference_ = gather(all, mesh_);
@@ -246,7 +245,7 @@ class Job {
   tbb::task_arena& arena_;
   const TopologyView& topology_;
   const CornerMesh& mesh_;
-  std::span<Vec3<Real>> positions_;
+  Positions positions_;  // at first
   const SmoothOptions& options_;
   const JobControl& control_;
   const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
@@ -262,17 +261,19 @@ class Job {
 
 template <class Real>
 SmoothSummary smooth_second_order(tbb::task_arena& arena, const TopologyView& topology,
-                                  const CornerMesh& mesh, std::span<Vec3<Real>> positions,
-                                  const SmoothOptions& options, const JobControl& control,
-                                  const SmoothCorners<Real>& run) {
-  return Job<Real>(arena, topology, mesh, positions, options, control, run).smooth();
+                                  const CornerMesh& mesh, std::span<const Vec3<Real>> given,
+                                  std::span<Vec3<Real>> result, const SmoothOptions& options,
+                                  const JobControl& control, const SmoothCorners<Real>& run) {
+  return Job<Real>(arena, topology, mesh, given, options, control, run).smooth(result);
 }
 
 template SmoothSummary smooth_second_order(tbb::task_arena&, const TopologyView&, const CornerMesh&,
-                                           std::span<Vec3f>, const SmoothOptions&,
-                                           const JobControl&, const SmoothCorners<float>&);
+                                           std::span<const Vec3f>, std::span<Vec3f>,
+                                           const SmoothOptions&, const JobControl&,
+                                           const SmoothCorners<float>&);
 template SmoothSummary smooth_second_order(tbb::task_arena&, const TopologyView&, const CornerMesh&,
-                                           std::span<Vec3d>, const SmoothOptions&,
-                                           const JobControl&, const SmoothCorners<double>&);
+                                           std::span<const Vec3d>, std::span<Vec3d>,
+                                           const SmoothOptions&, const JobControl&,
+                                           const SmoothCorners<double>&);
 
 }  // namespace meshsmooth::detail

@@ -18,12 +18,13 @@ using SmoothCorners =
                                 const std::vector<NodeId>& held)>;
 
 /// A job on a mesh of second order: its corners by `run`, the other nodes by `Carry`, invalid and
-/// distorted elements by `cure`, these two on the threads of the arena. `mesh` is of `topology`.
-/// Positions change only when it returns.
+/// distorted elements by `cure`, these two on the threads of the arena. `mesh` is of `topology`;
+/// `given` are the nodes' positions at first, checked like the arrays of the options, and may be
+/// `result`, which changes only when it returns.
 template <class Real>
 SmoothSummary smooth_second_order(tbb::task_arena& arena, const TopologyView& topology,
-                                  const CornerMesh& mesh, std::span<Vec3<Real>> positions,
-                                  const SmoothOptions& options, const JobControl& control,
-                                  const SmoothCorners<Real>& run);
+                                  const CornerMesh& mesh, std::span<const Vec3<Real>> given,
+                                  std::span<Vec3<Real>> result, const SmoothOptions& options,
+                                  const JobControl& control, const SmoothCorners<Real>& run);
 
 }  // namespace meshsmooth::detail

@@ -6,6 +6,7 @@
 
 #include "mesh/parallel.hpp"
 #include "meshsmooth/error.hpp"
+#include "smooth/motion/prescribed.hpp"
 #include "smooth/second_order/cure.hpp"
 #include "smooth/second_order/second_order_job.hpp"
 #include "smooth/steps/mesh_counts.hpp"
@@ -71,7 +72,11 @@ class SecondOrderSmoother final : public Smoother {
                        const SmoothOptions& options, const JobControl& control) override {
     if (!is_second_order(topology)) return linear_->smooth(topology, positions, options, control);
     validate(options);
-    run_in(arena_, [&] { validate(topology, as_view(positions)); });
+    run_in(arena_, [&] {
+      validate(topology);
+      validate_given(topology, positions, options);
+      validate_arrays(topology, options);
+    });
     const CornerMesh corners(topology);
     return run(topology, corners, nullptr, positions, options, control);
   }
@@ -81,7 +86,10 @@ class SecondOrderSmoother final : public Smoother {
     const auto* own = dynamic_cast<const PreparedSecondOrder*>(&prepared);
     if (own == nullptr) return linear_->smooth(prepared, positions, options, control);
     validate(options);
-    run_in(arena_, [&] { validate_positions(own->topology, as_view(positions)); });
+    run_in(arena_, [&] {
+      validate_given(own->topology, positions, options);
+      validate_arrays(own->topology, options);
+    });
     return run(own->topology, own->corners, own->linear.get(), positions, options, control);
   }
 
@@ -131,7 +139,8 @@ class SecondOrderSmoother final : public Smoother {
             });
           };
           SmoothSummary summary =
-              smooth_second_order(arena_, topology, mesh, span, options, control, smooth_corners);
+              smooth_second_order(arena_, topology, mesh, given_positions(options, span), span,
+                                  options, control, smooth_corners);
           summary.host_peak_bytes += mesh.bytes() + job_bytes(detail::size_of(topology));
           return summary;
         },
