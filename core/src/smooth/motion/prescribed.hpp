@@ -57,7 +57,7 @@ template <class Real>
 
 /// Checks the caller's positions, which a reference makes no more than the place of the result.
 inline void validate_given(const TopologyView& topology, const PositionsSpan& positions,
-                    const SmoothOptions& options) {
+                           const SmoothOptions& options) {
   if (begins_at_reference(options)) {
     validate_sizes(topology, as_view(positions));
   } else {

@@ -76,8 +76,7 @@ class Job {
         options_(options),
         control_(control),
         run_(run),
-        orientation_(
-            run_in(arena, [&] { return SurfaceOrientation(topology, positions); })),
+        orientation_(run_in(arena, [&] { return SurfaceOrientation(topology, positions); })),
         carry_(
             run_in(arena, [&] { return Carry<Real>(topology, mesh, positions, orientation_); })) {}
 
