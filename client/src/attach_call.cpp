@@ -17,7 +17,7 @@ AttachCall::AttachCall(v1::SmoothingService::StubInterface& stub, std::string se
       job_name_(std::move(job_name)),
       mesh_(mesh),
       request_(request),
-      result_(mesh) {}
+      result_(mesh.positions_view(), mesh.element_count()) {}
 
 SmoothReport AttachCall::run() {
   Retry retry(request_);

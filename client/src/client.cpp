@@ -52,7 +52,7 @@ Client& Client::operator=(Client&&) noexcept = default;
 
 SmoothReport Client::smooth(Mesh& mesh, const SmoothOptions& options,
                             const RequestOptions& request) {
-  return impl_->smooth(mesh, options, request, {});
+  return impl_->smooth(mesh, options, request);
 }
 
 SmoothReport Client::attach(const std::string& job_name, Mesh& mesh,

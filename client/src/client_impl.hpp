@@ -8,8 +8,11 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
+#include <variant>
+#include <vector>
 
 #include "buffer_cache.hpp"
 #include "meshsmooth/client.hpp"
@@ -23,6 +26,26 @@ namespace meshsmooth::client {
 
 /// Timeout of calls that carry no mesh.
 inline constexpr std::chrono::seconds kShortTimeout{30};
+
+/// Where the positions of a job are put that its caller gets.
+struct Delivery {
+  Positions memory = {};             // before the job, room for them or nothing
+  RegionPool::Borrowed region = {};  // they lie in it if `in_region` says so
+  std::span<std::byte> in_region = {};
+  std::size_t more_bytes = 0;  // that a new region has beyond what the job needs
+
+  /// Copies them from the region to memory, in the precision of `like`.
+  void copy_to_memory(const PositionsView& like) {
+    make_room(memory, like);
+    std::visit(
+        [&]<class Real>(std::vector<Vec3<Real>>& positions) {
+          const auto* first = reinterpret_cast<const Vec3<Real>*>(in_region.data());
+          positions.assign(first, first + in_region.size() / sizeof(*first));
+        },
+        memory);
+    in_region = {};
+  }
+};
 
 struct Client::Impl {
   Impl(std::shared_ptr<grpc::Channel> its_channel, std::string its_name)
@@ -51,28 +74,40 @@ struct Client::Impl {
         status, {.server = name, .cancelled_by_caller = false, .timeout_seconds = timeout.count()});
   }
 
-  /// A job, in as many attempts as the request allows.
-  SmoothReport smooth(Mesh& mesh, const SmoothOptions& options, const RequestOptions& request,
-                      TopologyUse topology) {
-    const RequestOptions complete = completed(request, mesh, options);
+  /// Smooths a mesh in place.
+  SmoothReport smooth(Mesh& mesh, const SmoothOptions& options, const RequestOptions& request) {
+    const JobMesh job{mesh, mesh.positions_view()};
+    BorrowedBuffer buffer(buffers, job.positions);
+    Delivery delivery{.memory = std::move(buffer.positions)};
+    SmoothReport report = smooth(job, options, request, {}, delivery);
+    if (!delivery.in_region.empty()) delivery.copy_to_memory(job.positions);
+    delivery.region.keep();
+    buffer.positions = std::exchange(mesh.positions, std::move(delivery.memory));
+    return report;
+  }
+
+  /// A job, in as many attempts as the request allows, the first one in a region where there is
+  /// one. With the region of `delivery`, its positions there are kept until it succeeds.
+  SmoothReport smooth(const JobMesh& job, const SmoothOptions& options,
+                      const RequestOptions& request, TopologyUse topology, Delivery& delivery) {
+    const RequestOptions complete = completed(request, job.mesh, options);
     Retry retry(complete);
     std::size_t early_bytes = last_was_accepted ? kManyEarlyBytes : kFewEarlyBytes;
-    BorrowedBuffer buffer(buffers, mesh);
     bool in_region = complete.shared_memory && regions;
     for (;;) {
-      SmoothCall call({channel, name}, mesh, options, complete,
-                      {retry.left(), early_bytes, topology}, buffer.positions);
-      RegionPool::Borrowed region;
-      if (in_region) region = borrow_region(call);
+      SmoothCall call({channel, name}, job, options, complete,
+                      {retry.left(), early_bytes, topology}, delivery.memory);
+      RegionPool::Borrowed borrowed;
+      const bool used = in_region && use_region(call, delivery, borrowed);
       try {
         SmoothReport report = call.run();
-        region.keep();
         last_was_accepted = true;
+        if (borrowed.get() != nullptr) delivery.region = std::move(borrowed);
+        delivery.in_region = call.positions_in_region();
         return report;
       } catch (const ServiceError& error) {
         last_was_accepted = false;
-        if (region.get() != nullptr) {
-          region.give_up();
+        if (used) {
           in_region = false;  // whatever it was, chunks may do
           if (is_about_region(error)) continue;
         }
@@ -92,13 +127,15 @@ struct Client::Impl {
     }
   }
 
-  /// Nothing for a job whose data go at once, or while there is no region.
-  [[nodiscard]] RegionPool::Borrowed borrow_region(SmoothCall& call) {
+  /// @returns whether the call has a region: none where its data go at once, or while there is
+  /// none.
+  bool use_region(SmoothCall& call, const Delivery& delivery, RegionPool::Borrowed& borrowed) {
     const std::size_t bytes = call.region_bytes();
-    if (bytes < kFewEarlyBytes) return {};
-    RegionPool::Borrowed region = regions->borrow(bytes);
-    if (region.get() != nullptr) call.use(*region.get());
-    return region;
+    if (bytes < kFewEarlyBytes) return false;
+    if (delivery.region.get() != nullptr)
+      return call.use(*delivery.region.get(), delivery.in_region);
+    borrowed = regions->borrow(bytes + delivery.more_bytes);
+    return borrowed.get() != nullptr && call.use(*borrowed.get());
   }
 
   /// Whether the server refused the region, not the job.

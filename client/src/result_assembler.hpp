@@ -16,13 +16,16 @@ namespace meshsmooth::client {
 /// `ServiceError` at whatever does not fit that mesh.
 class ResultAssembler {
  public:
-  explicit ResultAssembler(const Mesh& mesh) : mesh_(mesh) {}
+  /// @param like positions as those of the result shall be: as many, in that precision.
+  ResultAssembler(PositionsView like, std::size_t element_count)
+      : like_(like), element_count_(element_count) {}
 
-  /// `memory` is filled instead of new where it is large enough.
+  /// `memory` is filled instead of new where it is large enough, and nothing is where the result
+  /// lies in a region.
   void begin(const v1::ResultHeader& header, Positions memory = {});
   void add(const wire::ChunkView& chunk);
-  /// All arrays, one after the other.
-  void add_all(std::span<const std::byte> bytes);
+  /// Takes all arrays but the positions from where they lie one after the other; those stay there.
+  void add_behind_positions(std::span<const std::byte> bytes);
   [[nodiscard]] bool begun() const { return begun_; }
   [[nodiscard]] std::size_t received_bytes() const { return received_bytes_; }
   /// The metrics that the server announced.
@@ -33,9 +36,8 @@ class ResultAssembler {
   [[nodiscard]] ElementQualityArrays take_element_quality() { return std::move(quality_); }
 
  private:
-  void make_room(Positions memory);
-
-  const Mesh& mesh_;
+  const PositionsView like_;
+  const std::size_t element_count_;
   Positions positions_;  // behind `received_bytes_` anything
   ElementQualityArrays quality_;
   bool begun_ = false;

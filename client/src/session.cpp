@@ -8,48 +8,101 @@
 
 namespace meshsmooth::client {
 
+/// The positions lie in the mesh until the first job, then in memory, or in a region once there is
+/// one: with the next job's result elsewhere in it, they need not be copied.
 struct Session::Impl {
   Impl(Client::Impl& its_client, const Mesh& its_mesh)
       : client(its_client),
         mesh(its_mesh),
-        node_count(mesh.node_count()),
-        reference(mesh.positions),
         topology_name(wire::topology_name(MeshTopology(mesh).view())),
         route(topology_name.substr(topology_name.rfind('-') + 1)) {}
+  ~Impl() { now.region.keep(); }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
 
-  SmoothReport move(const SmoothOptions& options, const RequestOptions& request) {
-    // It is another topology: its reference belongs to it.
-    if (moving_name.empty()) {
-      const PositionsView own = std::visit(
-          [](const auto& array) -> PositionsView { return std::span(array); }, reference);
-      moving_name = wire::topology_name(MeshTopology(mesh).view(), own);
+  [[nodiscard]] PositionsSpan positions() {
+    if (!begun) {
+      own = mesh.positions;
+      begun = true;
     }
-    mesh.positions = reference;
-    return client.smooth(mesh, options, request, {moving_name, false, route});
+    if (now.in_region.empty()) {
+      return std::visit([](auto& array) -> PositionsSpan { return std::span(array); }, own);
+    }
+    const auto typed = [&]<class Real>() {
+      auto* first = reinterpret_cast<Vec3<Real>*>(now.in_region.data());
+      return std::span(first, mesh.node_count());
+    };
+    if (float64_in_region) return typed.operator()<double>();
+    return typed.operator()<float>();
+  }
+
+  SmoothReport smooth(const SmoothOptions& options, const RequestOptions& request) {
+    leave_lost_region();
+    return run(as_view(positions()), options, request, {topology_name, false, route});
   }
 
   template <class Real>
   SmoothReport smooth(std::span<Vec3<Real>> positions, const SmoothOptions& options,
                       const RequestOptions& request) {
-    if (positions.size() != node_count) {
+    if (positions.size() != mesh.node_count()) {
       throw ServiceError(StatusCode::invalid_argument, "ARRAY_SIZE_MISMATCH",
                          std::to_string(positions.size()) + " positions for a mesh of " +
-                             std::to_string(node_count) + " nodes",
+                             std::to_string(mesh.node_count()) + " nodes",
                          {}, {});
     }
-    using Own = std::vector<Vec3<Real>>;
-    if (!std::holds_alternative<Own>(mesh.positions)) mesh.positions.emplace<Own>();
-    auto& own = std::get<Own>(mesh.positions);
-    own.assign(positions.begin(), positions.end());
-    SmoothReport report = client.smooth(mesh, options, request, {topology_name, false, route});
-    std::copy(own.begin(), own.end(), positions.begin());
+    leave_lost_region();
+    SmoothReport report = run(std::span<const Vec3<Real>>(positions), options, request,
+                              {topology_name, false, route});
+    std::ranges::copy(std::get<std::span<Vec3<Real>>>(this->positions()), positions.begin());
     return report;
   }
 
+  SmoothReport move(const SmoothOptions& options, const RequestOptions& request) {
+    // It is another topology: its reference belongs to it.
+    if (moving_name.empty()) {
+      moving_name = wire::topology_name(MeshTopology(mesh).view(), mesh.positions_view());
+    }
+    leave_lost_region();
+    return run(mesh.positions_view(), options, request, {moving_name, false, route});
+  }
+
+  SmoothReport run(const PositionsView& positions, const SmoothOptions& options,
+                   const RequestOptions& request, const TopologyUse& use) {
+    try {
+      now.more_bytes = bytes_of(positions).size();
+      SmoothReport report = client.smooth({mesh, positions}, options, request, use, now);
+      begun = true;
+      float64_in_region = std::holds_alternative<std::span<const Vec3d>>(positions);
+      if (now.in_region.empty()) {
+        std::swap(own, now.memory);
+        now.region = {};
+      } else {
+        own = now.memory = Positions();
+      }
+      return report;
+    } catch (...) {
+      leave_region();  // the server may still write to it
+      throw;
+    }
+  }
+
+  void leave_lost_region() {
+    if (now.region.get() != nullptr && now.region.get()->ended()) leave_region();
+  }
+
+  void leave_region() {
+    if (now.in_region.empty()) return;
+    now.copy_to_memory(as_view(positions()));
+    std::swap(own, now.memory);
+    now.region.give_up();
+  }
+
   Client::Impl& client;
-  Mesh mesh;  // its positions are those of the last job
-  const std::size_t node_count;
-  const Positions reference;  // the mesh's positions when it was opened
+  const Mesh mesh;  // as it was opened: the reference of motions
+  bool begun = false;
+  Positions own;  // of the last job, unless they lie in the region
+  Delivery now;
+  bool float64_in_region = false;
   std::string topology_name;
   std::string moving_name;  // of the topology with its reference; empty: not needed yet
   std::string route;
@@ -79,7 +132,15 @@ SmoothReport Session::move(std::span<const NodeId> nodes, PositionsView position
   return impl_->move(options, request);
 }
 
-PositionsView Session::positions() const { return impl_->mesh.positions_view(); }
+SmoothReport Session::smooth(const SmoothOptions& options, const RequestOptions& request) {
+  return impl_->smooth(options, request);
+}
+
+PositionsView Session::positions() const {
+  return impl_->begun ? as_view(impl_->positions()) : impl_->mesh.positions_view();
+}
+
+PositionsSpan Session::positions_span() { return impl_->positions(); }
 
 Session Client::open(const Mesh& mesh) {
   return Session(std::make_unique<Session::Impl>(*impl_, mesh));

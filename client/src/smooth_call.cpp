@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <functional>
 #include <utility>
 
 #include "request_id.hpp"
@@ -26,9 +27,7 @@ void* const kFinished = reinterpret_cast<void*>(3);
 
 std::size_t size_bytes(const Mesh& mesh) {
   std::size_t bytes = mesh.fixed.size() + std::as_bytes(std::span(mesh.regions)).size();
-  bytes += std::visit([](const auto& positions) { return std::as_bytes(std::span(positions)); },
-                      mesh.positions)
-               .size();
+  bytes += bytes_of(mesh.positions_view()).size();
   for (const ElementBlock& block : mesh.blocks) bytes += block.nodes.size() * sizeof(NodeId);
   return bytes;
 }
@@ -70,10 +69,10 @@ const PositionsView& further_positions(const SmoothOptions& options) {
   return moves(options) ? options.prescribed.positions : options.reference;
 }
 
-/// The same in the mesh's precision, if they come in the other one.
-Positions converted_positions(const Mesh& mesh, const SmoothOptions& options) {
+/// The same in the job's precision, if they come in the other one.
+Positions converted_positions(const PositionsView& own, const SmoothOptions& options) {
   return std::visit(
-      []<class Real, class Other>(const std::vector<Vec3<Real>>&,
+      []<class Real, class Other>(std::span<const Vec3<Real>>,
                                   std::span<const Vec3<Other>> given) -> Positions {
         std::vector<Vec3<Real>> converted;
         if constexpr (!std::is_same_v<Real, Other>) {
@@ -82,30 +81,31 @@ Positions converted_positions(const Mesh& mesh, const SmoothOptions& options) {
         }
         return converted;
       },
-      mesh.positions, further_positions(options));
+      own, further_positions(options));
 }
 
 }  // namespace
 
-SmoothCall::SmoothCall(const CallTarget& target, Mesh& mesh, const SmoothOptions& options,
+SmoothCall::SmoothCall(const CallTarget& target, const JobMesh& job, const SmoothOptions& options,
                        const RequestOptions& request, Attempt attempt, Positions& memory)
     : server_(target.server),
-      mesh_(mesh),
+      mesh_(job.mesh),
+      positions_(job.positions),
       options_(options),
       request_(request),
       topology_(std::move(attempt.topology)),
       left_(attempt.left),
       stub_(target.channel),
-      converted_(converted_positions(mesh, options)),
+      converted_(converted_positions(job.positions, options)),
       to_send_(parts_to_send()),
       early_bytes_(attempt.early_bytes),
-      result_(mesh),
+      result_(job.positions, job.mesh.element_count()),
       memory_(memory) {}
 
 SmoothReport SmoothCall::run() {
   v1::SmoothRequest first;
   *first.mutable_spec() = make_spec();
-  if (region_ != nullptr) fill_region(*first.mutable_spec()->mutable_region());
+  if (region_ != nullptr) *first.mutable_spec()->mutable_region() = region_use_;
   context_.set_deadline(time_after<std::chrono::system_clock>(left_));
   if (!topology_.route.empty()) context_.AddMetadata(kRouteKey, topology_.route);
   const std::stop_callback cancel_on_stop(request_.stop, [this] { context_.TryCancel(); });
@@ -119,7 +119,7 @@ SmoothReport SmoothCall::run() {
   }
   if (!summary_) throw broken_answer("the server ended the call without a summary");
   SmoothReport report = decode_report(std::move(*summary_), job_name_, request_.request_id);
-  memory_ = std::exchange(mesh_.positions, result_.take());
+  if (in_region_.empty()) memory_ = result_.take();
   report.summary.element_quality = result_.take_element_quality();
   report.shared_memory = region_ != nullptr;
   return report;
@@ -132,13 +132,12 @@ v1::JobSpec SmoothCall::make_spec() const {
     *spec.mutable_inline_topology() = wire::encode_topology_spec(MeshTopology(mesh_).view());
     spec.set_topology_kept(topology_.kept);
     if (moves(options_)) {
-      spec.mutable_inline_topology()->set_reference_type(
-          wire::encode_position_type(mesh_.positions_view()));
+      spec.mutable_inline_topology()->set_reference_type(wire::encode_position_type(positions_));
     }
   } else {
     spec.set_topology_name(topology_.name);
   }
-  spec.set_coordinate_type(wire::encode_position_type(mesh_.positions_view()));
+  spec.set_coordinate_type(wire::encode_position_type(positions_));
   spec.set_prescribed_node_count(static_cast<std::int64_t>(options_.prescribed.nodes.size()));
   *spec.mutable_options() = wire::encode_options(options_);
   spec.set_backend_kind(encode_backend(request_.backend));
@@ -245,7 +244,10 @@ void SmoothCall::begin_result(const v1::ResultHeader& header) {
   check_metrics();
   if (!header.in_region()) return;
   if (region_ == nullptr) throw broken_answer("the server announced a result in a region");
-  result_.add_all(region_->bytes().subspan(result_offset_, result_bytes()));
+  const auto all = region_->bytes().subspan(
+      static_cast<std::size_t>(region_use_.result_offset_bytes()), result_bytes());
+  result_.add_behind_positions(all);
+  in_region_ = all.first(bytes_of(positions_).size());
 }
 
 void SmoothCall::check_metrics() const {
@@ -277,21 +279,18 @@ std::vector<SmoothCall::Part> SmoothCall::parts_to_send() const {
     add(v1::ARRAY_ID_FIXED_MASK, std::as_bytes(std::span(mesh_.fixed)));
     add(v1::ARRAY_ID_ELEMENT_REGIONS, std::as_bytes(std::span(mesh_.regions)));
   }
-  const auto add_positions = [&](v1::ArrayId id, const auto& positions) {
-    std::visit([&](const auto& array) { add(id, std::as_bytes(std::span(array))); }, positions);
-  };
   const auto add_further = [&](v1::ArrayId id) {
-    const bool is_converted = std::visit([](const auto& own) { return !own.empty(); }, converted_);
-    if (is_converted) return add_positions(id, converted_);
-    add_positions(id, further_positions(options_));
+    const auto converted =
+        std::visit([](const auto& own) { return std::as_bytes(std::span(own)); }, converted_);
+    add(id, converted.empty() ? bytes_of(further_positions(options_)) : converted);
   };
   if (moves(options_)) {
     validate_prescribed(MeshTopology(mesh_).view(), options_.prescribed);
-    if (topology_.name.empty()) add_positions(v1::ARRAY_ID_REFERENCE_COORDINATES, mesh_.positions);
+    if (topology_.name.empty()) add(v1::ARRAY_ID_REFERENCE_COORDINATES, bytes_of(positions_));
     add(v1::ARRAY_ID_PRESCRIBED_NODES, std::as_bytes(options_.prescribed.nodes));
     add_further(v1::ARRAY_ID_PRESCRIBED_COORDINATES);
   } else {
-    add_positions(v1::ARRAY_ID_COORDINATES, mesh_.positions);
+    add(v1::ARRAY_ID_COORDINATES, bytes_of(positions_));
     if (aims_at_reference(options_)) {
       validate_reference(MeshTopology(mesh_).view(), options_.reference);
       add_further(v1::ARRAY_ID_REFERENCE_COORDINATES);
@@ -305,18 +304,44 @@ namespace {
 
 constexpr std::size_t kAlignment = 64;
 
-/// Where an array begins that is put behind so many bytes.
-std::size_t aligned(std::size_t offset) {
-  return (offset + kAlignment - 1) / kAlignment * kAlignment;
+/// Puts arrays into memory one behind the other, around a part of it that is kept.
+class Placement {
+ public:
+  /// @param kept  from its first byte to behind its last.
+  Placement(std::size_t kept_begin, std::size_t kept_end) : begin_(kept_begin), end_(kept_end) {}
+
+  /// @returns where an array of so many bytes begins.
+  std::size_t place(std::size_t bytes) {
+    std::size_t at = aligned(used_);
+    if (at < end_ && at + bytes > begin_) at = aligned(end_);
+    used_ = at + bytes;
+    return at;
+  }
+  /// The bytes up to the end of the last array.
+  [[nodiscard]] std::size_t used() const { return used_; }
+
+ private:
+  static std::size_t aligned(std::size_t offset) {
+    return (offset + kAlignment - 1) / kAlignment * kAlignment;
+  }
+
+  const std::size_t begin_, end_;
+  std::size_t used_ = 0;
+};
+
+/// How far into memory other memory begins; behind its end: it does not lie there.
+std::size_t offset_in(std::span<const std::byte> memory, const std::byte* other) {
+  const std::less<> before;
+  if (before(other, memory.data()) || !before(other, memory.data() + memory.size())) {
+    return memory.size();
+  }
+  return static_cast<std::size_t>(other - memory.data());
 }
 
 }  // namespace
 
 std::size_t SmoothCall::result_bytes() const {
-  const std::size_t coordinates =
-      std::visit([](const auto& positions) { return std::as_bytes(positions).size(); },
-                 mesh_.positions_view());
-  return coordinates +
+  return bytes_of(positions_).size() +
          options_.element_quality_metrics.size() * mesh_.element_count() * sizeof(float);
 }
 
@@ -326,22 +351,35 @@ std::size_t SmoothCall::region_bytes() const {
   return bytes;
 }
 
-void SmoothCall::fill_region(v1::RegionUse& use) {
-  use.set_region_name(region_->name());
-  std::size_t end = 0;
-  for (; !to_send_.empty(); to_send_.pop_back()) {
-    const Part& part = to_send_.back();
-    if (part.offset_bytes == 0) {  // not another block of the same array
-      end = aligned(end);
-      v1::RegionArray* array = use.add_inputs();
-      array->set_array_id(part.id);
-      array->set_offset_bytes(static_cast<std::int64_t>(end));
-    }
-    std::memcpy(region_->bytes().data() + end, part.rest.data(), part.rest.size());
-    end += part.rest.size();
+bool SmoothCall::use(LeasedRegion& region, std::span<const std::byte> kept) {
+  const std::span<std::byte> all = region.bytes();
+  const std::size_t kept_at = kept.empty() ? 0 : offset_in(all, kept.data());
+  Placement placement(kept_at, kept_at + kept.size());
+  v1::RegionUse use;
+  use.set_region_name(region.name());
+  std::vector<std::size_t> offsets;  // of the parts
+  for (auto part = to_send_.rbegin(); part != to_send_.rend();) {
+    const auto next =
+        std::find_if(part + 1, to_send_.rend(), [](const Part& p) { return p.offset_bytes == 0; });
+    std::size_t bytes = 0;  // of the blocks of an array, which follow without a gap
+    for (auto block = part; block != next; ++block) bytes += block->rest.size();
+    std::size_t at = offset_in(all, part->rest.data());
+    if (at == all.size()) at = placement.place(bytes);
+    v1::RegionArray* array = use.add_inputs();
+    array->set_array_id(part->id);
+    array->set_offset_bytes(static_cast<std::int64_t>(at));
+    for (; part != next; at += part++->rest.size()) offsets.push_back(at);
   }
-  result_offset_ = aligned(end);
-  use.set_result_offset_bytes(static_cast<std::int64_t>(result_offset_));
+  use.set_result_offset_bytes(static_cast<std::int64_t>(placement.place(result_bytes())));
+  if (placement.used() > all.size()) return false;
+  for (const std::size_t at : offsets) {
+    const std::span<const std::byte> from = to_send_.back().rest;
+    if (from.data() != all.data() + at) std::memcpy(all.data() + at, from.data(), from.size());
+    to_send_.pop_back();
+  }
+  region_ = &region;
+  region_use_ = std::move(use);
+  return true;
 }
 
 /// The next chunk, or that there are no more; beyond the first bytes once the server wants them.

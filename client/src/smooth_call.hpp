@@ -48,6 +48,12 @@ inline constexpr std::size_t kFewEarlyBytes = 64 << 10;
 /// The same where the last job was accepted: a mesh of this size does not wait for the answer.
 inline constexpr std::size_t kManyEarlyBytes = 2 << 20;
 
+/// The mesh of a job: the elements of one, and positions in place of its own.
+struct JobMesh {
+  const Mesh& mesh;
+  PositionsView positions;
+};
+
 /// What differs between the attempts at one job.
 struct Attempt {
   std::chrono::nanoseconds left;  // of the request's timeout
@@ -60,18 +66,22 @@ struct Attempt {
 /// still going out.
 class SmoothCall {
  public:
-  /// `request` is `completed`. `memory` is for the result; afterwards it holds the mesh's former
-  /// positions.
-  SmoothCall(const CallTarget& target, Mesh& mesh, const SmoothOptions& options,
+  /// `request` is `completed`. `memory` is for the positions of the result.
+  SmoothCall(const CallTarget& target, const JobMesh& job, const SmoothOptions& options,
              const RequestOptions& request, Attempt attempt, Positions& memory);
 
   /// What the arrays of the job and of its result take in a region.
   [[nodiscard]] std::size_t region_bytes() const;
-  /// Has the arrays travel in a region of at least so many bytes; before `run`.
-  void use(LeasedRegion& region) { region_ = &region; }
+  /// Copies the arrays to a region, unless they lie there, for them to travel in it; before `run`.
+  /// @param kept  bytes of the region that are not written to, or empty.
+  /// @returns whether there was room.
+  bool use(LeasedRegion& region, std::span<const std::byte> kept = {});
 
-  /// Needs to be called once. Throws `ServiceError`, and what on_progress throws.
+  /// Needs to be called once. Throws `ServiceError`, and what on_progress throws. The positions of
+  /// the result lie in `memory`, or in the region.
   SmoothReport run();
+  /// After `run`: the positions, where they lie in the region.
+  [[nodiscard]] std::span<std::byte> positions_in_region() const { return in_region_; }
   /// Whether the server has accepted the job, or refused it itself.
   [[nodiscard]] bool answered() const { return accepted_ || sending_stopped_; }
 
@@ -86,8 +96,6 @@ class SmoothCall {
   [[nodiscard]] v1::JobSpec make_spec() const;
   [[nodiscard]] std::vector<Part> parts_to_send() const;
   [[nodiscard]] std::size_t result_bytes() const;
-  /// Copies what is to be sent into the region, and says where.
-  void fill_region(v1::RegionUse& use);
   grpc::Status converse(const v1::SmoothRequest& first);
   void handle(grpc::ByteBuffer& response);
   void handle(const v1::SmoothResponse& response);
@@ -100,7 +108,8 @@ class SmoothCall {
   void write_next();
 
   const std::string server_;
-  Mesh& mesh_;
+  const Mesh& mesh_;
+  const PositionsView positions_;
   const SmoothOptions& options_;
   const RequestOptions& request_;
   const TopologyUse topology_;
@@ -120,7 +129,8 @@ class SmoothCall {
   std::vector<Part> to_send_;  // the next one last
   std::size_t early_bytes_;    // that may still be sent before the server has answered
   LeasedRegion* region_ = nullptr;
-  std::size_t result_offset_ = 0;  // in the region
+  v1::RegionUse region_use_;
+  std::span<std::byte> in_region_;
   std::string job_name_;
   ResultAssembler result_;
   Positions& memory_;

@@ -22,8 +22,8 @@ TEST(BufferCache, IsGivenOnce) {
   BufferCache cache;
   cache.keep(std::vector<Vec3d>(kMany));
 
-  EXPECT_EQ(room(cache.take(mesh_of(kMany))), kMany);
-  EXPECT_EQ(room(cache.take(mesh_of(kMany))), 0);
+  EXPECT_EQ(room(cache.take(mesh_of(kMany).positions_view())), kMany);
+  EXPECT_EQ(room(cache.take(mesh_of(kMany).positions_view())), 0);
 }
 
 TEST(BufferCache, IsOfAboutTheSizeThatIsNeeded) {
@@ -31,20 +31,20 @@ TEST(BufferCache, IsOfAboutTheSizeThatIsNeeded) {
   cache.keep(std::vector<Vec3d>(kMany));
   cache.keep(std::vector<Vec3d>(2 * kMany));
 
-  EXPECT_EQ(room(cache.take(mesh_of(kMany + 1))), 0);
-  EXPECT_EQ(room(cache.take(mesh_of(kMany * 3 / 4))), 0);
-  EXPECT_EQ(room(cache.take(mesh_of(kMany * 9 / 10))), kMany);
-  EXPECT_EQ(room(cache.take(mesh_of(2 * kMany))), 2 * kMany);
+  EXPECT_EQ(room(cache.take(mesh_of(kMany + 1).positions_view())), 0);
+  EXPECT_EQ(room(cache.take(mesh_of(kMany * 3 / 4).positions_view())), 0);
+  EXPECT_EQ(room(cache.take(mesh_of(kMany * 9 / 10).positions_view())), kMany);
+  EXPECT_EQ(room(cache.take(mesh_of(2 * kMany).positions_view())), 2 * kMany);
 }
 
 TEST(BufferCache, IsOfTheMeshsPrecision) {
   BufferCache cache;
   cache.keep(std::vector<Vec3f>(kMany));
 
-  EXPECT_EQ(room(cache.take(mesh_of(kMany))), 0);
+  EXPECT_EQ(room(cache.take(mesh_of(kMany).positions_view())), 0);
   Mesh floats;
   floats.positions = std::vector<Vec3f>(kMany);
-  EXPECT_EQ(room(cache.take(floats)), kMany);
+  EXPECT_EQ(room(cache.take(floats.positions_view())), kMany);
 }
 
 Positions reserved(std::size_t node_count) {
@@ -60,8 +60,8 @@ TEST(BufferCache, ForgetsTheOldestBeyondItsLimit) {
   cache.keep(reserved(kThird));
   for (int i = 0; i < 3; ++i) cache.keep(reserved(kLess));
 
-  EXPECT_EQ(room(cache.take(mesh_of(kThird))), 0);
-  for (int i = 0; i < 3; ++i) EXPECT_EQ(room(cache.take(mesh_of(kLess))), kLess);
+  EXPECT_EQ(room(cache.take(mesh_of(kThird).positions_view())), 0);
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(room(cache.take(mesh_of(kLess).positions_view())), kLess);
 }
 
 TEST(BufferCache, KeepsNothingTinyOrHuge) {
@@ -70,8 +70,8 @@ TEST(BufferCache, KeepsNothingTinyOrHuge) {
   cache.keep(reserved(kMany));
   cache.keep(reserved(BufferCache::kMostBytes / sizeof(Vec3d) + 1));
 
-  EXPECT_EQ(room(cache.take(mesh_of(1000))), 0);
-  EXPECT_EQ(room(cache.take(mesh_of(kMany))), kMany);
+  EXPECT_EQ(room(cache.take(mesh_of(1000).positions_view())), 0);
+  EXPECT_EQ(room(cache.take(mesh_of(kMany).positions_view())), kMany);
 }
 
 }  // namespace

@@ -113,6 +113,114 @@ TEST_F(ClientRegionTest, SharesTheStepsOfASession) {
   }));
 }
 
+/// The positions of a session.
+std::vector<Vec3d> positions_of(const Session& session) {
+  const auto positions = std::get<std::span<const Vec3d>>(session.positions());
+  return {positions.begin(), positions.end()};
+}
+
+/// Steps in place until one goes through shared memory; each moves all nodes by 1.
+bool steps_in_it(Session& session) {
+  return eventually([&] {
+    const auto before = positions_of(session);
+    const SmoothReport report = session.smooth(one_sweep());
+    EXPECT_EQ(positions_of(session)[7].x, before[7].x + 1);
+    return report.shared_memory;
+  });
+}
+
+TEST_F(ClientRegionTest, ASessionsPositionsStayInTheRegion) {
+  server_->keeps_something();
+  Client client = connect();
+  const Mesh mesh = lattice();
+  Session session = client.open(mesh);
+  EXPECT_EQ(positions_of(session), std::get<std::vector<Vec3d>>(mesh.positions));
+  ASSERT_TRUE(steps_in_it(session));
+  const Vec3d* last = nullptr;
+  for (int step = 0; step < 5; ++step) {
+    const auto positions = std::get<std::span<Vec3d>>(session.positions_span());
+    EXPECT_NE(positions.data(), last);  // the result is not written over the input
+    last = positions.data();
+    for (Vec3d& p : positions) p.y = step;
+    const double before = positions[7].x;
+
+    EXPECT_TRUE(session.smooth(one_sweep()).shared_memory);
+
+    EXPECT_EQ(positions_of(session)[7],
+              (Vec3d{before + 1, static_cast<double>(step), std::get<1>(mesh.positions)[7].z}));
+  }
+}
+
+TEST_F(ClientRegionTest, ASessionTakesStepsOfEveryKindInItsRegion) {
+  server_->keeps_something();
+  Client client = connect();
+  const Mesh mesh = lattice();
+  Session session = client.open(mesh);
+  ASSERT_TRUE(steps_in_it(session));
+  SmoothOptions with_quality = one_sweep();
+  with_quality.element_quality_metrics = {QualityMetric::mean_ratio,
+                                          QualityMetric::scaled_jacobian};
+  const std::vector<NodeId> nodes = {0, 1};
+  const auto start = std::get<std::vector<Vec3d>>(mesh.positions);
+  std::vector<Vec3d> given = start;
+  std::vector<Vec3f> floats;
+  for (const Vec3d& p : start) floats.push_back(vec3_cast<float>(p));
+  for (int round = 0; round < 6; ++round) {
+    const double in_place = positions_of(session)[7].x;
+    (void)session.smooth(round % 2 == 0 ? with_quality : one_sweep());
+    EXPECT_EQ(positions_of(session)[7].x, in_place + 1);
+
+    const double before = given[7].x;
+    (void)session.smooth(std::span(given), one_sweep());
+    EXPECT_EQ(given[7].x, before + 1);
+    EXPECT_EQ(positions_of(session), given);
+
+    (void)session.move(nodes, std::span(start).first(2));
+    EXPECT_EQ(positions_of(session)[7].x, start[7].x + 1);
+
+    if (round < 3) continue;
+    const float single = floats[7].x;
+    (void)session.smooth(std::span(floats), one_sweep());
+    EXPECT_EQ(floats[7].x, single + 1);
+    (void)session.move(nodes, std::span(start).first(2));
+  }
+}
+
+TEST_F(ClientRegionTest, ASessionsPositionsOutliveAFailureAndTheServer) {
+  server_->keeps_something();
+  Client client = connect();
+  const Mesh mesh = lattice();
+  Session session = client.open(mesh);
+  ASSERT_TRUE(steps_in_it(session));
+  auto before = positions_of(session);
+  server_->fake().fail_with([] { throw InvalidMesh("MESH_TANGLED", "tangled"); });
+  EXPECT_THROW((void)session.smooth(one_sweep()), ServiceError);
+  EXPECT_EQ(positions_of(session), before);
+  server_->fake().fail_with({});
+  ASSERT_TRUE(steps_in_it(session));
+
+  before = positions_of(session);
+  server_.reset();
+  EXPECT_EQ(positions_of(session), before);
+  start();
+  server_->keeps_something();
+  const SmoothReport report = session.smooth(one_sweep());
+  EXPECT_FALSE(report.shared_memory);
+  EXPECT_EQ(positions_of(session)[7].x, before[7].x + 1);
+  EXPECT_TRUE(steps_in_it(session));
+}
+
+TEST_F(ClientRegionTest, ASessionReturnsItsRegion) {
+  server_->keeps_something();
+  Client client = connect();
+  const Mesh mesh = lattice();
+  {
+    Session session = client.open(mesh);
+    ASSERT_TRUE(steps_in_it(session));
+  }
+  EXPECT_TRUE(client.open(mesh).smooth(one_sweep()).shared_memory);
+}
+
 TEST_F(ClientRegionTest, NeedsNoRegionForASmallMesh) {
   Client client = connect();
   for (int i = 0; i < 20; ++i) {

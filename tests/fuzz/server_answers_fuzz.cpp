@@ -78,7 +78,7 @@ v1::Chunk make_chunk(const Mesh& mesh, std::size_t received_bytes, Choices& choi
 }
 
 void take_answers(const Mesh& mesh, Choices& choices) {
-  client::ResultAssembler result(mesh);
+  client::ResultAssembler result(mesh.positions_view(), mesh.element_count());
   std::string sent;
   try {
     for (std::size_t left = choices.below(12); left > 0 && !choices.empty(); --left) {

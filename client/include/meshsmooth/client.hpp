@@ -166,6 +166,9 @@ class Session {
   SmoothReport smooth(std::span<Vec3f> positions, const SmoothOptions& options,
                       const RequestOptions& request = {});
 
+  /// Smooths what lies in `positions_span()`; on errors it is unchanged.
+  SmoothReport smooth(const SmoothOptions& options, const RequestOptions& request = {});
+
   /// Moves nodes of the mesh, as it was opened, to given positions and lets the rest follow: a step
   /// of a motion. Does not depend on earlier steps. The server keeps the mesh's own positions, the
   /// reference, with the topology, so that a step sends the prescribed nodes alone.
@@ -177,8 +180,11 @@ class Session {
   SmoothReport move(std::span<const NodeId> nodes, PositionsView positions,
                     SmoothOptions options = {.method = Move{}}, const RequestOptions& request = {});
   /// Returns the positions that the last call of `smooth` or `move` ended with, in the precision of
-  /// the mesh, or the mesh's own.
+  /// that call, or the mesh's own; on errors, what lay there before. Valid until the next call.
   [[nodiscard]] PositionsView positions() const;
+  /// Returns the same to be changed, for the next step. Over a Unix socket they lie in the memory
+  /// that is shared with the server, from the second or third call on: nothing is copied then.
+  [[nodiscard]] PositionsSpan positions_span();
 
  private:
   friend class Client;

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import gc
 import os
 import signal
@@ -22,6 +23,17 @@ from meshsmooth.v1 import smoothing_pb2 as pb
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="needs Linux")
 
 OPTIONS: ms.JobOptions = {"method": "laplacian", "iterations": 2}
+
+
+def square(count: int, dtype: Any) -> tuple[Any, dict[str, Any]]:
+    """A plane square of count² nodes, its inner nodes shaken, as two triangles a cell."""
+    grid = np.arange(count)
+    points = np.stack(np.meshgrid(grid, grid, indexing="ij"), -1).reshape(-1, 2).astype(dtype)
+    inner = ((points > 0) & (points < count - 1)).all(axis=1)
+    points[inner] += np.random.default_rng(3).uniform(-0.3, 0.3, (int(inner.sum()), 2))
+    first = (grid[:-1, None] * count + grid[:-1]).reshape(-1)
+    halves = [(0, count, count + 1), (0, count + 1, 1)]
+    return points, {"triangle": np.concatenate([first[:, None] + np.array(h) for h in halves])}
 
 
 @pytest.fixture
@@ -105,6 +117,69 @@ def test_shares_the_steps_of_a_session(server: str, in_region: list[bool]) -> No
             return in_region[-1]
 
         assert eventually(shared)
+
+
+@pytest.mark.parametrize("width", [2, 3])
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_a_sessions_positions_stay_in_the_region(
+    server: str, in_region: list[bool], dtype: Any, width: int
+) -> None:
+    points, cells = cube(16, dtype) if width == 3 else square(60, dtype)
+    step: Any = OPTIONS | {"iterations": 1}
+    with ms.Client(server) as client, client.session((points, cells)) as session:
+        assert np.array_equal(session.positions, points)
+        expected = points
+        for _ in range(8):
+            before = session.positions
+            expected = session.smooth(expected, **step)
+            result = session.smooth(**step)
+            assert result is session.positions is not before
+            assert np.array_equal(result, expected)
+            result += 0.25  # as a caller moves them
+            expected += 0.25
+        assert eventually(lambda: session.smooth(**step) is not None and in_region[-1])
+        kept = session.positions
+        last = kept.copy()
+        full = session.smooth(full=True, element_quality="mean_ratio", **step)
+        assert full.mesh is session.positions
+        assert np.array_equal(kept, last)  # the result is elsewhere
+        assert len(full.element_quality["mean_ratio"]) == len(next(iter(cells.values())))
+    assert np.array_equal(kept, last)
+
+
+def test_a_sessions_positions_outlive_a_failure(server: str, in_region: list[bool]) -> None:
+    points, cells = cube(12)
+    with ms.Client(server) as client, client.session((points, cells)) as session:
+        assert eventually(lambda: session.smooth(**OPTIONS) is not None and in_region[-1])
+        session.positions[5] = np.nan
+        before = session.positions.copy()
+        with pytest.raises(ms.InvalidMesh):
+            session.smooth(**OPTIONS)
+        assert np.array_equal(session.positions, before, equal_nan=True)
+        session.positions[5] = points[5]
+        assert eventually(lambda: session.smooth(**OPTIONS) is not None and in_region[-1])
+        with pytest.raises(ms.InvalidOption):
+            session.smooth(out=points, **OPTIONS)
+
+
+def test_shares_memory_on_asyncio(server: str, in_region: list[bool]) -> None:
+    points, cells = cube(12)
+
+    async def steps() -> None:
+        async with ms.AsyncClient(server) as client:
+            expected = (await client.smooth((points, cells), **OPTIONS))[0]
+            for _ in range(200):
+                result, _ = await client.smooth((points, cells), **OPTIONS)
+                assert np.array_equal(result, expected)
+                if in_region[-1]:
+                    break
+                await asyncio.sleep(0.01)
+            assert in_region[-1]
+            async with client.session((points, cells)) as session:
+                assert np.array_equal(await session.smooth(**OPTIONS), expected)
+                assert np.array_equal(session.positions, expected)
+
+    asyncio.run(steps())
 
 
 def test_goes_on_in_chunks_when_the_server_is_another(in_region: list[bool]) -> None:

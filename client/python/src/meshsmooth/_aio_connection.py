@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import concurrent.futures
 import contextlib
 import functools
+import weakref
 from collections.abc import AsyncIterator, Callable
-from typing import Any
+from typing import Any, cast
 
 import grpc.aio
 
@@ -14,11 +16,35 @@ from . import _call, _channel, _rpc
 from ._aio_job import AsyncControl
 from ._errors import Error
 from ._progress import Display, Progress, closing
+from ._region import Lease, RegionPool
 from ._request import Request, TopologyUse
 from ._result import Finish
 from ._retry import Retry
 from ._service_error import CallFacts, to_error
 from .v1 import smoothing_pb2 as pb
+
+_LEASE_SECONDS = 5.0
+
+
+def _leasing(connection: weakref.ref[AsyncConnection]) -> Lease:
+    """The call LeaseRegion from another thread, which does not keep its connection alive."""
+
+    def lease(size: int) -> pb.LeaseRegionResponse:
+        alive = connection()
+        if alive is None or alive._loop is None:
+            raise OSError("the connection is gone")
+        call = alive.unary(_rpc.LEASE_REGION, pb.LeaseRegionRequest(size_bytes=size), _LEASE_SECONDS)
+        try:
+            answer = asyncio.run_coroutine_threadsafe(call, alive._loop)
+        except RuntimeError:
+            call.close()
+            raise OSError("the event loop has ended") from None
+        try:
+            return cast(pb.LeaseRegionResponse, answer.result(2 * _LEASE_SECONDS))
+        except (concurrent.futures.TimeoutError, concurrent.futures.CancelledError):
+            raise OSError("the event loop did not answer") from None
+
+    return lease
 
 
 class AsyncConnection:
@@ -27,7 +53,12 @@ class AsyncConnection:
     def __init__(self, endpoint: _channel.Endpoint) -> None:
         self._endpoint = endpoint
         self._channel: Any = None
+        self._loop: asyncio.AbstractEventLoop | None = None  # that the channel belongs to
         self._last_was_accepted = False
+        self._regions: RegionPool | None = None
+        if RegionPool.possible(endpoint.address):
+            self._regions = RegionPool(_leasing(weakref.ref(self)))
+            weakref.finalize(self, self._regions.close)
 
     @property
     def address(self) -> str:
@@ -36,6 +67,8 @@ class AsyncConnection:
 
     async def close(self) -> None:
         """Closes the channel."""
+        if self._regions is not None:
+            self._regions.close()
         channel, self._channel = self._channel, None
         if channel is not None:
             await channel.close()
@@ -43,6 +76,7 @@ class AsyncConnection:
     def _own_channel(self) -> Any:
         _channel.fork_guard.check()
         if self._channel is None:
+            self._loop = asyncio.get_running_loop()
             endpoint = self._endpoint
             options = _channel.channel_options(endpoint.address, endpoint.tls)
             self._channel = (
@@ -84,15 +118,18 @@ class AsyncConnection:
             patient=patient,
             with_progress=display is not None,
             last_was_accepted=self._last_was_accepted,
+            held=finish.held,
         )
         with closing(display):
             while True:
                 control.check()
                 call = attempts.begin()
                 try:
-                    await self._run_smooth(call, request, control, display, attempts.retry.left())
-                    self._last_was_accepted = True
-                    return finish(call.result, call.job_name)
+                    with attempts.sharing(call, self._regions):
+                        left = attempts.retry.left()
+                        await self._run_smooth(call, request, control, display, left)
+                        self._last_was_accepted = True
+                        return finish(call.result, call.job_name)
                 except Error as error:
                     self._last_was_accepted = False
                     await asyncio.sleep(attempts.after(error, call))
@@ -110,7 +147,7 @@ class AsyncConnection:
 
         async def messages() -> AsyncIterator[bytes]:
             yield call.first
-            while True:
+            while call.region is None:
                 for chunk in upload.chunks():
                     yield chunk
                 if upload.complete:

@@ -128,9 +128,14 @@ class AsyncSession:
         """The server's name of the topology, "topologies/sha256-…"."""
         return self._steps.topology.name
 
+    @property
+    def positions(self) -> Array:
+        """Positions of the session's own; see `Session.positions`."""
+        return self._steps.positions
+
     async def smooth(
         self,
-        points: Array,
+        points: Array | None = None,
         *,
         out: Array | None = None,
         full: bool = False,

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from . import _wire
 from ._errors import Error, InvalidOption
 from ._progress import Progress, decode_progress
-from ._region import Region, RegionPool, place
+from ._region import Held, Region, RegionPool, place
 from ._request import Request, TopologyUse
 from ._retry import Retry
 from ._service_error import broken_answer, place_in_input
@@ -41,6 +41,7 @@ class Result:
         """
         self._request = request
         self._positions = memory
+        self.in_region = False  # the positions lie in a region
         self._quality = np.empty((0, 0), np.float32)
         self._metrics: list[int] = []
         self._arrays: list[tuple[int, memoryview]] = []  # of the result, in order
@@ -68,14 +69,15 @@ class Result:
                 reason="OPTION_NOT_SUPPORTED",
                 details={"field": "element_quality_metrics"},
             )
-        if self._positions is None:
+        if self._positions is None and not header.in_region:
             self._positions = np.empty(points.shape, points.dtype)
         shape = (len(self._metrics), self._request.topology.element_count)
         self._quality = np.empty(shape, np.dtype("<f4"))
-        self._arrays = [(_wire.COORDINATES, _wire.bytes_of(self._positions))]
+        if self._positions is not None:
+            self._arrays = [(_wire.COORDINATES, _wire.bytes_of(self._positions))]
         if self._metrics:
             self._arrays.append((_wire.ELEMENT_QUALITY, _wire.bytes_of(self._quality)))
-        self.size_bytes = sum(view.nbytes for _, view in self._arrays)
+        self.size_bytes = points.nbytes + self._quality.nbytes
         if header.size_bytes != self.size_bytes:
             raise broken_answer(
                 f"the server announced a result of {header.size_bytes} bytes, it must have "
@@ -103,12 +105,14 @@ class Result:
         memory[offset_bytes:end] = chunk.data
         self.received_bytes += chunk.data.nbytes
 
-    def add_all(self, memory: NDArray[np.uint8]) -> None:
-        """Copies all arrays, which lie one after the other."""
-        for _, array in self._arrays:
-            start = self.received_bytes
-            _wire.copy_to(np.frombuffer(array, np.uint8), memory[start : start + array.nbytes].data)
-            self.received_bytes += array.nbytes
+    def find(self, memory: NDArray[np.uint8]) -> None:
+        """Takes all arrays, which lie one after the other; the positions stay there."""
+        points = self._request.points
+        self._positions = memory[: points.nbytes].view(points.dtype).reshape(points.shape)
+        self.in_region = True
+        quality = memory[points.nbytes : self.size_bytes]
+        self._quality[...] = quality.view(self._quality.dtype).reshape(self._quality.shape)
+        self.received_bytes = self.size_bytes
 
     def _due(self) -> tuple[int, memoryview, int]:
         """The array that the next byte belongs to, and its offset there."""
@@ -147,14 +151,19 @@ class SmoothCall:
         self.metadata = request.metadata(use)
         self._parts = request.parts(use)
         self.upload = _wire.Upload(self._parts, early_bytes)
-        self.placement = place(self._parts, request.result_bytes)
+        self._result_bytes = request.result_bytes
+        self.placement = place(self._parts, self._result_bytes)
         self.region: Region | None = None  # in which the arrays travel
         self.result = Result(request, memory)
         self.job_name = ""
 
-    def use(self, region: Region) -> None:
-        """Has the arrays travel in a region."""
-        region.fill(self._parts)
+    def use(self, region: Region, kept: tuple[int, int] = (0, 0)) -> bool:
+        """Has the arrays travel in a region, if there is room beside what is kept there."""
+        placement = place(self._parts, self._result_bytes, region.memory, kept)
+        if placement.size > region.memory.nbytes:
+            return False
+        self.placement = placement
+        region.fill(self._parts, placement)
         message = smoothing_pb2.SmoothRequest.FromString(self.first)
         use = message.spec.region
         use.region_name = region.name
@@ -163,6 +172,7 @@ class SmoothCall:
         use.result_offset_bytes = self.placement.result_offset
         self.first = message.SerializeToString()
         self.region = region
+        return True
 
     @property
     def answered(self) -> bool:
@@ -194,7 +204,7 @@ class SmoothCall:
             if response.result.in_region:
                 if self.region is None:
                     raise broken_answer("the server announced a result in a region")
-                self.result.add_all(self.region.memory[self.placement.result_offset :])
+                self.result.find(self.region.memory[self.placement.result_offset :])
         elif kind == "summary":
             self.result.summary = response.summary
         return None  # also of what a newer server adds
@@ -267,6 +277,7 @@ class Attempts:
         patient: bool,
         with_progress: bool,
         last_was_accepted: bool,
+        held: Held | None = None,
     ) -> None:
         self.retry = Retry(request.timeout, request.max_attempts, patient=patient)
         self._request = request
@@ -274,6 +285,7 @@ class Attempts:
         self._use = use or TopologyUse()  # how the next attempt names or sends the topology
         self._with_progress = with_progress
         self._in_region = True
+        self._held = held
         self._early_bytes = MANY_EARLY_BYTES if last_was_accepted else FEW_EARLY_BYTES
 
     def begin(self) -> SmoothCall:
@@ -291,17 +303,38 @@ class Attempts:
         """Has the call use a region if there is one, and keeps that if the call ends well."""
         region = None
         if regions is not None and self._in_region:
-            region = regions.borrow(call.placement.size)
+            region = self._find_region(call, regions)
+        held = self._held
         if regions is None or region is None:
             yield
+            if held is not None:
+                held.close()  # the positions lie elsewhere now
             return
         try:
-            call.use(region)
             yield
         except BaseException:
             region.close()  # the server may still write to it
             raise
-        regions.give_back(region)
+        if held is None:
+            regions.give_back(region)
+        else:
+            held.take(region, call.placement.result_offset, self._request.points.nbytes)
+
+    def _find_region(self, call: SmoothCall, regions: RegionPool) -> Region | None:
+        held = self._held
+        if held is not None and held.region is not None:
+            region, kept = held.region, held.kept
+            if not region.ended() and call.use(region, kept):
+                return region
+            held.close()
+        borrowed = regions.borrow(call.placement.size)
+        if borrowed is not None:
+            try:
+                call.use(borrowed)
+            except BaseException:
+                borrowed.close()
+                raise
+        return borrowed
 
     def after(self, error: Error, call: SmoothCall) -> float:
         """Returns the seconds to wait before the next attempt.

@@ -112,6 +112,7 @@ class Connection:
             patient=patient,
             with_progress=display is not None,
             last_was_accepted=self._last_was_accepted,
+            held=finish.held,
         )
         with closing(display):
             while True:
@@ -120,8 +121,8 @@ class Connection:
                 try:
                     with attempts.sharing(call, self._regions):
                         self._run_smooth(call, request, control, display, attempts.retry.left())
-                    self._last_was_accepted = True
-                    return finish(call.result, call.job_name)
+                        self._last_was_accepted = True
+                        return finish(call.result, call.job_name)
                 except Error as error:
                     self._last_was_accepted = False
                     control.wait(attempts.after(error, call))

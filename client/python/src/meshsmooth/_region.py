@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import mmap
 import os
 import select
@@ -11,7 +12,7 @@ import sys
 import threading
 import time
 import weakref
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -48,36 +49,66 @@ class Placement(NamedTuple):
 
     Attributes:
         inputs: array and offset of each.
+        begins: of each part that has bytes.
         result_offset: of the result.
         size: the bytes of it all.
     """
 
     inputs: list[tuple[int, int]]
+    begins: list[int]
     result_offset: int
     size: int
 
 
-def _places(parts: list[_wire.Part]) -> Iterator[tuple[_wire.Part, int]]:
-    """Yields each part and where it begins; parts of one array follow without a gap."""
-    end = 0
-    for part in parts:
-        if not part.data.nbytes:
-            continue
-        begin = _aligned(end) if part.offset_bytes == 0 else end
-        yield part, begin
-        end = begin + part.data.nbytes
+def place(
+    parts: list[_wire.Part],
+    result_bytes: int,
+    memory: NDArray[np.uint8] = _NOTHING,
+    kept: tuple[int, int] = (0, 0),
+) -> Placement:
+    """Returns where the arrays go, one behind the other.
 
-
-def place(parts: list[_wire.Part], result_bytes: int) -> Placement:
-    """Returns where the arrays go."""
+    Args:
+        parts: of the arrays; those of one array follow without a gap.
+        result_bytes: of the result.
+        memory: of the region; arrays that lie in it stay there.
+        kept: bytes of it, from and to, that are not written to.
+    """
     inputs: list[tuple[int, int]] = []
+    begins: list[int] = []
     end = 0
-    for part, begin in _places(parts):
+
+    def free(size: int) -> int:
+        nonlocal end
+        begin = _aligned(end)
+        if begin < kept[1] and begin + size > kept[0]:
+            begin = _aligned(kept[1])
+        end = begin + size
+        return begin
+
+    parts = _with_bytes(parts)
+    for first, part in enumerate(parts):
         if part.offset_bytes == 0:
+            following = itertools.takewhile(lambda p: p.offset_bytes > 0, parts[first + 1 :])
+            inside = _offset_in(memory, part.data)
+            size = part.data.nbytes + sum(p.data.nbytes for p in following)
+            begin = free(size) if inside is None else inside
             inputs.append((part.array_id, begin))
-        end = begin + part.data.nbytes
-    result_offset = _aligned(end)
-    return Placement(inputs, result_offset, result_offset + result_bytes)
+        begins.append(begin)
+        begin += part.data.nbytes
+    result_offset = free(result_bytes)
+    return Placement(inputs, begins, result_offset, end)
+
+
+def _with_bytes(parts: list[_wire.Part]) -> list[_wire.Part]:
+    return [part for part in parts if part.data.nbytes]
+
+
+def _offset_in(memory: NDArray[np.uint8], data: _wire.Data) -> int | None:
+    if isinstance(data, _wire.Int32View):
+        return None
+    offset = int(np.frombuffer(data, np.uint8).ctypes.data - memory.ctypes.data)
+    return offset if 0 <= offset < memory.nbytes else None
 
 
 def _aligned(offset: int) -> int:
@@ -147,10 +178,34 @@ class Region:
         self.memory = _NOTHING
         _open.discard(self)
 
-    def fill(self, parts: list[_wire.Part]) -> None:
-        """Copies the arrays to their places."""
-        for part, begin in _places(parts):
-            _wire.copy_to(self.memory[begin : begin + part.data.nbytes], part.data)
+    def fill(self, parts: list[_wire.Part], placement: Placement) -> None:
+        """Copies the arrays to their places, unless they lie there."""
+        for part, begin in zip(_with_bytes(parts), placement.begins, strict=True):
+            if _offset_in(self.memory, part.data) is None:
+                _wire.copy_to(self.memory[begin : begin + part.data.nbytes], part.data)
+
+
+class Held:
+    """The region in which a session's positions lie, if they do.
+
+    Attributes:
+        region: None: they lie elsewhere.
+        kept: its bytes that they take, from and to.
+    """
+
+    def __init__(self) -> None:
+        self.region: Region | None = None
+        self.kept = (0, 0)
+
+    def take(self, region: Region, begin: int, size: int) -> None:
+        """Holds a region from now on."""
+        self.region, self.kept = region, (begin, begin + size)
+
+    def close(self) -> None:
+        """Ends the lease; the positions stay as long as somebody has them."""
+        if self.region is not None:
+            self.region.close()
+        self.region, self.kept = None, (0, 0)
 
 
 _open: weakref.WeakSet[Region] = weakref.WeakSet()

@@ -17,6 +17,7 @@ from ._mesh import Mesh
 from ._options import JobOptions, MoveOptions
 from ._prescribed import prescribe, prescribe_motion
 from ._progress import enum_name
+from ._region import Held
 from ._request import TOPOLOGY_OPTIONS, Request, Topology, check_names
 from ._summary import Summary, decode_summary
 from .v1 import smoothing_pb2 as pb
@@ -57,6 +58,7 @@ class Finish:
 
     Attributes:
         memory: where the positions may be received; None: in new memory.
+        held: the region in which the positions stay if they arrive in one; None: they are copied.
     """
 
     def __init__(
@@ -67,8 +69,10 @@ class Finish:
         write: Callable[[NDArray[Any]], Any],
         adapter: Adapter | None = None,
         memory: NDArray[Any] | None = None,
+        held: Held | None = None,
     ) -> None:
         self._request = request
+        self.held = held
         self._out = out
         self._full = full
         self._write = write
@@ -94,6 +98,8 @@ class Finish:
         """Returns what `smooth` returns."""
         positions, quality, message = result.take()
         request, mesh = self._request, self._request.mesh
+        if result.in_region and self.held is None:
+            positions = self._copied(positions)
         points = mesh.from_wire(positions)
         if self._out is not None:
             if positions is not self._out:
@@ -121,6 +127,13 @@ class Finish:
             return smoothed
         summary = decode_summary(message, mesh.caller_element)
         return SmoothResult(smoothed, points, summary, named, job_name, request.request_id)
+
+    def _copied(self, positions: NDArray[Any]) -> NDArray[Any]:
+        memory = _fitting(self._out, positions)
+        if memory is None:
+            memory = np.empty_like(positions) if self.memory is None else self.memory
+        np.copyto(memory, positions)
+        return memory
 
 
 def _fitting(memory: NDArray[Any] | None, points: NDArray[Any]) -> NDArray[Any] | None:
@@ -168,12 +181,30 @@ class Steps:
         self.topology = Topology.of(self._mesh, options)
         self._moving: Topology | None = None  # of the last step that moved
         self._memory: NDArray[Any] | None = None
+        self._held = Held()
+        self._positions: NDArray[Any] | None = None
+
+    @property
+    def positions(self) -> NDArray[Any]:
+        """The session's own positions, which `smooth` without positions works on."""
+        if self._positions is None:
+            self._positions = np.array(self._mesh.data.points)
+        return self._positions
 
     def smooth(
-        self, points: NDArray[Any], out: NDArray[Any] | None, full: bool, options: JobOptions
+        self,
+        points: NDArray[Any] | None,
+        out: NDArray[Any] | None,
+        full: bool,
+        options: JobOptions,
     ) -> tuple[Request, Finish]:
         """Returns the request of a step, and what makes its result."""
         joined = self._joined(options)
+        if points is None:
+            if out is not None:
+                raise _options.misplaced("out", "the session's own positions are smoothed in place")
+            request = Request(self._mesh.moved(self.positions), joined, self.topology)
+            return request, Finish(request, None, full, self._set, held=self._held)
         request = Request(self._mesh.moved(np.asarray(points)), joined, self.topology)
         return request, self._finish(request, out, full)
 
@@ -192,6 +223,12 @@ class Steps:
     def end(self, finish: Finish | None) -> None:
         """Keeps the memory of a finished step for the next one; None: keeps none."""
         self._memory = None if finish is None else finish.own_memory
+        if finish is None:
+            self._held.close()
+
+    def _set(self, positions: NDArray[Any]) -> NDArray[Any]:
+        self._positions = positions
+        return positions
 
     def _joined(self, options: JobOptions) -> JobOptions:
         check_names(options)

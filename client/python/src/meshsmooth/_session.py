@@ -39,10 +39,20 @@ class Session:
         """The server's name of the topology, "topologies/sha256-…"."""
         return self._steps.topology.name
 
+    @property
+    def positions(self) -> Array:
+        """Positions of the session's own, [nodes, 2 or 3], at first those of its mesh.
+
+        `smooth()` without positions begins with them and ends in them: change them in place, and
+        take the array anew after each such step. Once the memory is there that the client shares
+        with a server on this host, they lie in it, and a step copies nothing.
+        """
+        return self._steps.positions
+
     @overload
     def smooth(
         self,
-        points: Array,
+        points: Array | None = None,
         *,
         out: Array | None = None,
         full: Literal[False] = False,
@@ -51,7 +61,7 @@ class Session:
     @overload
     def smooth(
         self,
-        points: Array,
+        points: Array | None = None,
         *,
         out: Array | None = None,
         full: Literal[True],
@@ -59,7 +69,7 @@ class Session:
     ) -> SmoothResult[Array]: ...
     def smooth(
         self,
-        points: Array,
+        points: Array | None = None,
         *,
         out: Array | None = None,
         full: bool = False,
@@ -68,7 +78,7 @@ class Session:
         """Smooths positions of the session's mesh and returns them.
 
         Args:
-            points: [nodes, 2 or 3], float32 or float64.
+            points: [nodes, 2 or 3], float32 or float64; None: `positions`, in place.
             out: array of the same shape for the result, which may be `points`.
             full: return a `SmoothResult` whose `mesh` are the positions.
             **options: as of `Client.smooth`, without those of the topology.
