@@ -33,7 +33,9 @@ def _leasing(connection: weakref.ref[AsyncConnection]) -> Lease:
         alive = connection()
         if alive is None or alive._loop is None:
             raise OSError("the connection is gone")
-        call = alive.unary(_rpc.LEASE_REGION, pb.LeaseRegionRequest(size_bytes=size), _LEASE_SECONDS)
+        call = alive.unary(
+            _rpc.LEASE_REGION, pb.LeaseRegionRequest(size_bytes=size), _LEASE_SECONDS
+        )
         try:
             answer = asyncio.run_coroutine_threadsafe(call, alive._loop)
         except RuntimeError:
