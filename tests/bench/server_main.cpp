@@ -1,4 +1,5 @@
-// server_bench: meshsmooth-bench's "server" and "steps" where there is no CUDA to build that with.
+// server_bench: meshsmooth-bench's "first", "server" and "steps" where there is no CUDA to build
+// that with.
 
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
@@ -12,6 +13,7 @@ int main(int argc, char** argv) {
   CLI::App app("Measures the service on this machine.", "server_bench");
   app.require_subcommand(1);
   meshsmooth::bench::Action action;
+  meshsmooth::bench::add_first_command(app, action);
   meshsmooth::bench::add_server_command(app, action);
   meshsmooth::bench::add_steps_command(app, action);
   meshsmooth::bench::add_transport_command(app, action);

@@ -11,6 +11,7 @@ namespace meshsmooth::bench {
 /// What a subcommand does once the command line is understood; the exit code.
 using Action = std::function<int()>;
 
+void add_first_command(CLI::App& app, Action& action);
 void add_kept_command(CLI::App& app, Action& action);
 void add_motions_command(CLI::App& app, Action& action);
 void add_paper_command(CLI::App& app, Action& action);

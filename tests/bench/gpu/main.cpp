@@ -13,6 +13,7 @@ int main(int argc, char** argv) {
       "Exit codes: 0 done, 1 failed or results differ, 2 usage.");
   app.require_subcommand(1);
   Action action;
+  add_first_command(app, action);
   add_kept_command(app, action);
   add_motions_command(app, action);
   add_paper_command(app, action);

@@ -1,13 +1,18 @@
 #include <CLI/App.hpp>
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <functional>
 #include <iostream>
 #include <memory>
 #include <numbers>
+#include <stop_token>
+#include <thread>
 
 #include "gpu/commands.hpp"
+#include "gpu/laplace_values.hpp"
 #include "gpu/product.hpp"
+#include "meshsmooth/error.hpp"
 #include "meshsmooth/staging_memory.hpp"
 
 namespace meshsmooth::bench {
@@ -181,7 +186,45 @@ class Figures {
   Json& rows_;
 };
 
+/// The longest time in which a job ends that is cancelled at several places on its way.
+double longest_cancel_ms(const std::function<void(const JobControl&)>& job) {
+  const auto whole = std::chrono::steady_clock::now();
+  job({});
+  const double duration = milliseconds_since(whole);
+  constexpr int kPlaces = 12;
+  double longest = 0;
+  for (int place = 0; place < kPlaces; ++place) {
+    std::stop_source stop;
+    JobControl control;
+    control.stop = stop.get_token();
+    std::chrono::steady_clock::time_point ended;
+    std::thread running([&] {
+      try {
+        job(control);
+      } catch (const Cancelled&) {
+      }
+      ended = std::chrono::steady_clock::now();
+    });
+    std::this_thread::sleep_for(
+        std::chrono::duration<double, std::milli>(duration * (place + 0.5) / kPlaces));
+    const auto asked = std::chrono::steady_clock::now();
+    stop.request_stop();
+    running.join();
+    const std::chrono::duration<double, std::milli> took = ended - asked;
+    longest = std::max(longest, took.count());
+  }
+  return longest;
+}
+
 void measure(Smoother& smoother, const Case& of, int repeats, Table& table, Json& rows) {
+  if (smoother.backend() != "cpu") {
+    const double ms = laplace_values_ms(of.mesh, repeats);
+    table.add({of.name, short_count(of.mesh.node_count()), "values of another reference",
+               number(ms), "", "", "", "", "", "", ""});
+    Json row;
+    row.set("case", of.name).set("nodes", of.mesh.node_count());
+    rows.push(std::move(row.set("task", "values of another reference").set("wall_ms", ms)));
+  }
   Motion motion(smoother.backend(), of, 1);
   const std::span<Vec3d> result = motion.result;
   Figures figures(of, table, rows);
@@ -191,6 +234,14 @@ void measure(Smoother& smoother, const Case& of, int repeats, Table& table, Json
   const auto run = [&] { return smoother.smooth(*prepared, result, motion.options(), {}); };
   figures.add("first on a kept reference", 1, run);
   figures.add("kept", repeats, run);
+  const double cancel_ms = longest_cancel_ms([&](const JobControl& control) {
+    static_cast<void>(smoother.smooth(*prepared, result, motion.options(), control));
+  });
+  table.add({of.name, short_count(of.mesh.node_count()), "kept, cancelled: the longest wait",
+             number(cancel_ms), "", "", "", "", "", "", ""});
+  Json cancelled;
+  cancelled.set("case", of.name).set("nodes", of.mesh.node_count());
+  rows.push(std::move(cancelled.set("task", "cancelled").set("wall_ms", cancel_ms)));
   motion.place(of, of.step);
   figures.add("kept, small step", repeats, run);
   double share = 1;
