@@ -1,13 +1,17 @@
 #include "resources.hpp"
 
 #include <algorithm>
+#include <span>
 #include <sstream>
 #include <utility>
+#include <variant>
+#include <vector>
 
 #include "host_memory.hpp"
 #include "machine_limits.hpp"
 #include "meshsmooth/backend_name.hpp"
 #include "meshsmooth/error.hpp"
+#include "meshsmooth/method_traits.hpp"
 #include "process_stats.hpp"
 
 namespace meshsmooth::server {
@@ -135,26 +139,56 @@ std::int64_t device_limit(const ServerConfig& config, const DeviceSpace& space) 
   return config.device_bytes == 0 ? usable : std::min(config.device_bytes, usable);
 }
 
-// The first job of a backend pays for one-time loading and allocation.
-void warm_up(Smoother& smoother) {
+/// A cube of tetrahedra whose inner nodes do not lie in the middle of their neighbours.
+Mesh warm_up_mesh(int cells) {
+  const int side = cells + 1;
   Mesh mesh;
-  mesh.positions = std::vector<Vec3d>{{0.1, 0, 0}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0},
-                                      {0, -1, 0},  {0, 0, 1}, {0, 0, -1}};
-  mesh.blocks = {{ElementType::tetrahedron, {0, 1, 3, 5, 0, 3, 2, 5, 0, 2, 4, 5, 0, 4, 1, 5,
-                                             0, 3, 1, 6, 0, 2, 3, 6, 0, 4, 2, 6, 0, 1, 4, 6}}};
-  for (const Method& method : {Method(Laplacian{}), Method(SmartLaplacian{}), Method(Optimize{})}) {
+  auto& positions = mesh.positions.emplace<std::vector<Vec3d>>();
+  std::vector<NodeId> tetrahedra;
+  const auto node = [=](int x, int y, int z) { return (x * side + y) * side + z; };
+  const auto shift = [=](int i) { return i % cells == 0 ? 0 : i % 3 * 0.1; };
+  for (int x = 0; x < side; ++x) {
+    for (int y = 0; y < side; ++y) {
+      for (int z = 0; z < side; ++z) {
+        positions.push_back({x + shift(x), y + shift(y), z + shift(z)});
+        if (x == cells || y == cells || z == cells) continue;
+        const NodeId ring[] = {node(x + 1, y, z),     node(x + 1, y + 1, z), node(x, y + 1, z),
+                               node(x, y + 1, z + 1), node(x, y, z + 1),     node(x + 1, y, z + 1)};
+        for (int k = 0; k < 6; ++k) {
+          tetrahedra.insert(tetrahedra.end(),
+                            {node(x, y, z), ring[k], ring[(k + 1) % 6], node(x + 1, y + 1, z + 1)});
+        }
+      }
+    }
+  }
+  mesh.blocks = {{ElementType::tetrahedron, std::move(tetrahedra)}};
+  return mesh;
+}
+
+// The first job of each method pays for one-time loading and allocation; of a GPU, where memory is
+// mapped and kernels are loaded, more than on the host.
+void warm_up(Smoother& smoother) {
+  const Mesh mesh = warm_up_mesh(smoother.device_space().total_bytes > 0 ? 22 : 2);
+  const std::vector<NodeId> moved = {0};
+  const std::vector<Vec3d> there = {{-0.1, 0, 0}};
+  for_each_method([&](const Method& method) {
     SmoothOptions options;
     options.method = method;
     options.max_iterations = 2;
-    smoother.smooth(mesh, options);
-  }
+    if (std::holds_alternative<Move>(method)) options.prescribed = {moved, std::span(there)};
+    Mesh copy = mesh;
+    smoother.smooth(copy, options);
+  });
 }
 
 // Released blocks are kept for the next jobs, up to a limit: fresh pages cost a good part of an
 // upload. For GPUs they are page-locked as well.
 std::unique_ptr<StagingMemory> make_job_memory(std::string_view backend,
                                                std::size_t max_idle_bytes) {
-  if (auto staging = make_staging_memory(backend, max_idle_bytes, host_memory())) return staging;
+  constexpr std::size_t kReadyBytes = 64 << 20;  // a few jobs of a million nodes
+  if (auto staging = make_staging_memory(backend, max_idle_bytes, host_memory(), kReadyBytes)) {
+    return staging;
+  }
   return std::make_unique<StagingMemory>(
       StagingMemory::PageLock{[](void*, std::size_t) { return true; }, [](void*) {}},
       max_idle_bytes, host_memory());

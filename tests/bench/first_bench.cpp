@@ -31,7 +31,7 @@ struct Settings {
   bool warm_up = true;
 };
 
-constexpr int kWarmJobs = 9;
+constexpr std::size_t kWarmJobs = 8;
 
 double milliseconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
@@ -70,19 +70,35 @@ void run(const Settings& settings) {
   const double start_ms = milliseconds_since(begin);
   client::Client client("127.0.0.1:" + std::to_string(server.port()));
   if (!client.healthy()) throw std::runtime_error("the server does not serve");
-  const auto job = [&] {
+  Table stages({"ms", "receive", "queue", "upload", "neighbours", "boundary", "iterate", "evaluate",
+                "download", "send", "all"});
+  const auto job = [&](const std::string& name) {
     Mesh copy = mesh;
     const auto sent = std::chrono::steady_clock::now();
-    static_cast<void>(client.smooth(copy, options));
-    return milliseconds_since(sent);
+    const client::SmoothReport report = client.smooth(copy, options);
+    const double all = milliseconds_since(sent);
+    if (name.empty()) return all;
+    const StageTimes& times = report.summary.times;
+    std::vector<std::string> row = {name};
+    for (const double seconds :
+         {report.receive_seconds, report.queue_seconds, times.upload_seconds,
+          times.find_neighbours_seconds, times.find_boundary_seconds, times.iterate_seconds,
+          times.evaluate_seconds, times.download_seconds, report.send_seconds}) {
+      row.push_back(number(1e3 * seconds));
+    }
+    row.push_back(number(all));
+    stages.add(row);
+    return all;
   };
-  const double first = job();
-  std::vector<double> warm;
-  for (int n = 0; n < kWarmJobs; ++n) warm.push_back(job());
+  const double first = job("first");
+  std::vector<double> warm = {job("second")};
+  while (warm.size() < kWarmJobs) warm.push_back(job(""));
+  warm.push_back(job("tenth"));
   std::cout << settings.method << ", " << mesh.node_count() << " nodes, " << settings.backend
             << ": serving after " << number(start_ms) << " ms, first job " << number(first)
             << " ms, later ones " << number(median(warm)) << " ms, ratio "
             << number(first / median(warm)) << "\n";
+  stages.print(std::cout);
 }
 
 }  // namespace

@@ -160,6 +160,26 @@ TEST_F(StagingMemoryTest, DoesNotLockWhatItCouldNotKeep) {
   EXPECT_EQ(memory.idle_bytes(), 0U);
 }
 
+TEST_F(StagingMemoryTest, GivesWhatIsLockedFromTheStart) {
+  StagingMemory memory(counting_.pages(), 8 * kMiB, &counting_, 4 * kMiB);
+  const int locks = counting_.lock_count;
+  EXPECT_EQ(memory.idle_bytes(), 4 * kMiB);
+
+  void* const first = memory.allocate(kMiB);
+  void* const second = memory.allocate(2 * kMiB);
+  EXPECT_EQ(counting_.lock_count, locks);
+  EXPECT_EQ(memory.idle_bytes(), kMiB);
+  void* const third = memory.allocate(2 * kMiB);  // there is no room
+  EXPECT_EQ(counting_.lock_count, locks + 1);
+
+  for (const auto& [data, bytes] :
+       {std::pair(first, kMiB), {second, 2 * kMiB}, {third, 2 * kMiB}}) {
+    std::memset(data, 1, bytes);
+    memory.deallocate(data, bytes);
+  }
+  EXPECT_EQ(memory.idle_bytes(), 6 * kMiB);
+}
+
 TEST_F(StagingMemoryTest, ServesManyThreads) {
   StagingMemory memory(counting_.pages(), 4 * kMiB, &counting_);
   std::vector<std::thread> threads;
