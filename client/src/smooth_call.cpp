@@ -304,7 +304,7 @@ namespace {
 
 constexpr std::size_t kAlignment = 64;
 
-/// Puts arrays into memory one behind the other, around a part of it that is kept.
+/// Puts arrays into memory contiguously, around a part of it that is kept.
 class Placement {
  public:
   /// @param kept  from its first byte to behind its last.

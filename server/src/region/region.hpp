@@ -57,6 +57,9 @@ class Region {
   /// Since the last use ended; 0 while it is used.
   [[nodiscard]] Clock::duration idle_for(Clock::time_point now) const;
 
+  /// Whether the caller has been told that jobs may name it.
+  [[nodiscard]] bool announced() const { return announced_; }
+  void set_announced() { announced_ = true; }
   /// Whether the caller has been, or is to be, asked to return it.
   [[nodiscard]] bool wanted_back() const { return wanted_back_; }
   void want_back() { wanted_back_ = true; }
@@ -66,7 +69,7 @@ class Region {
   const Reservation reservation_;  // released last
   wire::Descriptor own_, foreign_;
   std::span<std::byte> bytes_;
-  std::atomic<bool> sealed_ = false, wanted_back_ = false;
+  std::atomic<bool> sealed_ = false, announced_ = false, wanted_back_ = false;
   std::atomic<int> use_count_ = 0;
   std::atomic<Clock::time_point> last_used_;
 };

@@ -63,6 +63,7 @@ void populate(CopyThreads& copies, const std::shared_ptr<wire::Descriptor>& sock
   const auto rest = region->bytes().subspan(offset);
   if (rest.empty()) {
     wire::send_message(socket->number(), wire::RegionMessage::ready);
+    region->set_announced();
     return;
   }
   const auto part = rest.first(std::min(rest.size(), kPiece));
@@ -177,7 +178,7 @@ bool RegionSocket::check(Connection& connection, Clock::time_point now) const {
   if (!connection.region || connection.told) return true;
   Region& region = *connection.region;
   if (region.idle_for(now) > idle_timeout_) region.want_back();
-  if (!region.wanted_back()) return true;
+  if (!region.wanted_back() || !region.announced()) return true;
   connection.told = true;
   connection.deadline = now + kReturnTime;
   return wire::send_message(connection.socket->number(), wire::RegionMessage::wanted_back);

@@ -66,7 +66,7 @@ def place(
     memory: NDArray[np.uint8] = _NOTHING,
     kept: tuple[int, int] = (0, 0),
 ) -> Placement:
-    """Returns where the arrays go, one behind the other.
+    """Returns where the arrays go, contiguously.
 
     Args:
         parts: of the arrays; those of one array follow without a gap.
