@@ -132,6 +132,7 @@ TEST_F(RegionJobTest, JoinsAJobThatCameInChunks) {
 }
 
 TEST_F(RegionJobTest, RefusesChunksBesides) {
+  server_.fake().hold();  // so that the chunk comes before the end
   mesh_.write(region_);
   SmoothCall call(stub_);
   call.send(spec());
