@@ -6,6 +6,7 @@
 #include <functional>
 #include <utility>
 
+#include "region/placement.hpp"
 #include "request_id.hpp"
 #include "retry.hpp"
 #include "service_error.hpp"
@@ -302,33 +303,6 @@ std::vector<SmoothCall::Part> SmoothCall::parts_to_send() const {
 
 namespace {
 
-constexpr std::size_t kAlignment = 64;
-
-/// Puts arrays into memory contiguously, around a part of it that is kept.
-class Placement {
- public:
-  /// @param kept  from its first byte to behind its last.
-  Placement(std::size_t kept_begin, std::size_t kept_end) : begin_(kept_begin), end_(kept_end) {}
-
-  /// @returns where an array of so many bytes begins.
-  std::size_t place(std::size_t bytes) {
-    std::size_t at = aligned(used_);
-    if (at < end_ && at + bytes > begin_) at = aligned(end_);
-    used_ = at + bytes;
-    return at;
-  }
-  /// The bytes up to the end of the last array.
-  [[nodiscard]] std::size_t used() const { return used_; }
-
- private:
-  static std::size_t aligned(std::size_t offset) {
-    return (offset + kAlignment - 1) / kAlignment * kAlignment;
-  }
-
-  const std::size_t begin_, end_;
-  std::size_t used_ = 0;
-};
-
 /// How far into memory other memory begins; behind its end: it does not lie there.
 std::size_t offset_in(std::span<const std::byte> memory, const std::byte* other) {
   const std::less<> before;
@@ -347,7 +321,7 @@ std::size_t SmoothCall::result_bytes() const {
 
 std::size_t SmoothCall::region_bytes() const {
   std::size_t bytes = result_bytes();
-  for (const Part& part : to_send_) bytes += part.rest.size() + kAlignment;
+  for (const Part& part : to_send_) bytes += part.rest.size() + Placement::kAlignment;
   return bytes;
 }
 

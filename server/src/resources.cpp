@@ -185,7 +185,7 @@ void warm_up(Smoother& smoother) {
 // upload. For GPUs they are page-locked as well.
 std::unique_ptr<StagingMemory> make_job_memory(std::string_view backend,
                                                std::size_t max_idle_bytes) {
-  constexpr std::size_t kReadyBytes = 64 << 20;  // a few jobs of a million nodes
+  constexpr std::size_t kReadyBytes = 64 << 20;  // a job of half a million nodes
   if (auto staging = make_staging_memory(backend, max_idle_bytes, host_memory(), kReadyBytes)) {
     return staging;
   }

@@ -183,7 +183,8 @@ class Session {
   /// that call, or the mesh's own; on errors, what lay there before. Valid until the next call.
   [[nodiscard]] PositionsView positions() const;
   /// Returns the same to be changed, for the next step. Over a Unix socket they lie in the memory
-  /// that is shared with the server, from the second or third call on: nothing is copied then.
+  /// that is shared with the server, from the second or third call on: nothing is copied then. The
+  /// server's memory budget counts that memory until the session ends.
   [[nodiscard]] PositionsSpan positions_span();
 
  private:

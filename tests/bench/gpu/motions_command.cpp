@@ -180,6 +180,15 @@ class Figures {
     rows_.push(std::move(row));
   }
 
+  /// A time that is no job's.
+  void add_time(const std::string& task, double milliseconds) {
+    table_.add({of_.name, short_count(of_.mesh.node_count()), task, number(milliseconds), "", "",
+                "", "", "", "", ""});
+    Json row;
+    row.set("case", of_.name).set("nodes", of_.mesh.node_count());
+    rows_.push(std::move(row.set("task", task).set("wall_ms", milliseconds)));
+  }
+
  private:
   const Case& of_;
   Table& table_;
@@ -217,31 +226,22 @@ double longest_cancel_ms(const std::function<void(const JobControl&)>& job) {
 }
 
 void measure(Smoother& smoother, const Case& of, int repeats, Table& table, Json& rows) {
+  Figures figures(of, table, rows);
   if (smoother.backend() != "cpu") {
-    const double ms = laplace_values_ms(of.mesh, repeats);
-    table.add({of.name, short_count(of.mesh.node_count()), "values of another reference",
-               number(ms), "", "", "", "", "", "", ""});
-    Json row;
-    row.set("case", of.name).set("nodes", of.mesh.node_count());
-    rows.push(std::move(row.set("task", "values of another reference").set("wall_ms", ms)));
+    figures.add_time("values of another reference", laplace_values_ms(of.mesh, repeats));
   }
   Motion motion(smoother.backend(), of, 1);
   const std::span<Vec3d> result = motion.result;
-  Figures figures(of, table, rows);
   figures.add("whole", repeats,
               [&] { return smoother.smooth(motion.topology(), result, motion.options(), {}); });
   const auto prepared = smoother.prepare(motion.topology(), {}, motion.given());
   const auto run = [&] { return smoother.smooth(*prepared, result, motion.options(), {}); };
   figures.add("first on a kept reference", 1, run);
   figures.add("kept", repeats, run);
-  const double cancel_ms = longest_cancel_ms([&](const JobControl& control) {
-    static_cast<void>(smoother.smooth(*prepared, result, motion.options(), control));
-  });
-  table.add({of.name, short_count(of.mesh.node_count()), "kept, cancelled: the longest wait",
-             number(cancel_ms), "", "", "", "", "", "", ""});
-  Json cancelled;
-  cancelled.set("case", of.name).set("nodes", of.mesh.node_count());
-  rows.push(std::move(cancelled.set("task", "cancelled").set("wall_ms", cancel_ms)));
+  figures.add_time(
+      "kept, cancelled: the longest wait", longest_cancel_ms([&](const JobControl& control) {
+        static_cast<void>(smoother.smooth(*prepared, result, motion.options(), control));
+      }));
   motion.place(of, of.step);
   figures.add("kept, small step", repeats, run);
   double share = 1;
