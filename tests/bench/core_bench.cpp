@@ -88,9 +88,9 @@ void uniform_jacobi_sweep(benchmark::State& state) {
     Vec3d* after = other.data();
     std::copy(before, before + prepared.ordered.size(), after);
     for (auto _ : state) {
-      benchmark::DoNotOptimize(sweep_jacobi(executor,
-                                            SweepContext<CpuExecutor, double>{prepared.around()},
-                                            UniformMean{}, 1.0, before, after));
+      benchmark::DoNotOptimize(
+          sweep_jacobi(executor, SweepContext<CpuExecutor, double>{prepared.around()},
+                       LaplacianStep<UniformMean, double>{{}, 1.0}, before, after));
       std::swap(before, after);
     }
   });

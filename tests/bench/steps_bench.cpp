@@ -271,7 +271,7 @@ void add_steps_command(CLI::App& app, Action& action) {
       ->check(CLI::Range(0, 100'000))
       ->capture_default_str();
   sub->add_flag("!--no-guard", settings->guard, "Plain averaging");
-  sub->add_flag("--full-quality_detail", settings->full_quality_detail,
+  sub->add_flag("--full-quality-detail", settings->full_quality_detail,
                 "All metrics before and after, in both");
   sub->add_option("--json", settings->json, "Write the figures to this file too");
   sub->callback([&action, settings] {

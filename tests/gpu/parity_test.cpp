@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "core/smoothing.hpp"
+#include "generate.hpp"
 #include "gpu/gpu_meshes.hpp"
 #include "support/cuda_device.hpp"
 #include "support/surfaces.hpp"
@@ -283,6 +284,24 @@ TEST_P(EveryWay, GivesTheSameBitsInEightThreadsAtOnce) {
     });
   }
   for (std::thread& lane : lanes) lane.join();
+}
+
+class GuardedSweeps : public test::CudaTest, public testing::WithParamInterface<Method> {};
+INSTANTIATE_TEST_SUITE_P(Cuda, GuardedSweeps, testing::Values(Laplacian{}, Taubin{}, HcLaplacian{}),
+                         [](const auto& test) { return std::string(method_name(test.param)); });
+
+TEST_P(GuardedSweeps, EqualTheCpuBackendWhereManyMovesAreCut) {
+  Comparison comparison(std::string(method_name(GetParam())) + ", many moves cut");
+  const Mesh start = formats::generate_cube(9'000, 1);  // slivers, which averaging would invert
+  for (const Mesh& mesh : {start, test::as_float32(start)}) {
+    for (const int count : {1, 2, 3, 20}) {
+      SmoothOptions how = test::sweeps(count, GetParam(), Form::jacobi);
+      how.guard = true;
+      comparison.run(std::to_string(count) + " sweeps", mesh, how);
+      const Job job = test::smooth(mesh, how);
+      EXPECT_GT(job.summary.convergence.held_node_count, job.summary.nodes.total / 16);
+    }
+  }
 }
 
 /// Smaller meshes give a ball more threads.

@@ -31,7 +31,9 @@ void sweep_by_steps(CudaExecutor& executor, const FlatMesh& mesh, Sweeper<Real>&
     auto original = executor.allocate<Vec3<Real>>(mesh.node_count());
     auto differences = executor.allocate<Vec3<Real>>(mesh.node_count());
     sweeper.copy(sweeper.current(), original.data());
-    while (!monitor.done(sweeper.step_hc(*hc, original.data(), differences.data()))) {
+    const detail::HcStep<Real> step{static_cast<Real>(hc->alpha), static_cast<Real>(hc->beta),
+                                    original.data(), differences.data()};
+    while (!monitor.done(sweeper.step(step))) {
     }
     return;
   }

@@ -87,6 +87,12 @@ class CpuBackend {
     run_sweeps_one_by_one(sweeper, mean, factor, monitor);
   }
 
+  template <class Real, class Steps>
+  void sweep_steps(Sweeper<CpuExecutor, Real>& sweeper, const Steps& steps,
+                   ConvergenceMonitor& monitor) {
+    run_steps_one_by_one(executor_, sweeper, steps, monitor);
+  }
+
   [[nodiscard]] CpuBuffer<NodeId> find_opposite_nodes(const Surroundings& around) {
     return detail::find_opposite_nodes(executor_, around);
   }

@@ -147,9 +147,10 @@ class CpuExecutor {
   static constexpr std::size_t kTeam = 1;
 
   template <class Visits, class Visit, class Settle, class Some>
-  void run_rounds(std::size_t count, const Visits& visits, const Visit& visit, const Settle& settle,
-                  const Some& some) {
-    for (std::size_t changes = count; changes > 0;) {
+  void run_rounds(std::size_t count, std::uint8_t* marks, const Visits& visits, const Visit& visit,
+                  const Settle& settle, const Some& some) {
+    auto list = allocate<NodeId>(count);
+    for (RoundChanges changes{count, list.data()}; changes.count > 0;) {
       for_each_range(visits(changes), [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; i += kVisitBatch) {
           const std::size_t few = std::min(kVisitBatch, end - i);
@@ -159,9 +160,23 @@ class CpuExecutor {
           }
         }
       });
-      changes = reduce(
-          count, std::size_t{0}, [&](std::size_t i) -> std::size_t { return settle(i) ? 1 : 0; },
-          Plus{});
+      std::atomic<std::size_t> listed = 0;
+      for_each_range(count, [&](std::size_t begin, std::size_t end) {
+        std::size_t own = 0;
+        for (std::size_t i = begin; i < end; ++i) {
+          if (marks[i] == 0) continue;
+          marks[i] = settle(i) ? 1 : 0;
+          own += marks[i];
+        }
+        if (own == 0) return;
+        NodeId* place = list.data() + listed.fetch_add(own, std::memory_order_relaxed);
+        for (std::size_t i = begin; own > 0; ++i) {
+          if (std::exchange(marks[i], std::uint8_t{0}) == 0) continue;
+          *place++ = static_cast<NodeId>(i);
+          --own;
+        }
+      });
+      changes.count = listed;
     }
   }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <concepts>
 #include <span>
 #include <tuple>
@@ -29,14 +30,16 @@ inline constexpr bool kSweepsWithEach<B, Real, std::tuple<Mean...>> = (SweepsWit
 
 /// The steps of a backend for one coordinate type; see `Backend`.
 template <class B, class Real>
-concept BackendOf = requires(B& backend, const TopologyView& topology,
-                             std::span<const Vec3<Real>> given, const SmoothOptions& options,
-                             const JobControl& control, StageTimes& times,
-                             JobMesh<typename B::Executor, Real>& job,
-                             OptimizeSweeper<typename B::Executor, Real>& sweeper,
-                             const OptimizePhase& phase, PhaseMonitor& monitor,
-                             const typename B::Orientation& orientation,
-                             std::span<Vec3<Real>> positions) {
+concept BackendOf = requires(
+    B& backend, const TopologyView& topology, std::span<const Vec3<Real>> given,
+    const SmoothOptions& options, const JobControl& control, StageTimes& times,
+    JobMesh<typename B::Executor, Real>& job, OptimizeSweeper<typename B::Executor, Real>& sweeper,
+    const OptimizePhase& phase, PhaseMonitor& monitor, const typename B::Orientation& orientation,
+    std::span<Vec3<Real>> positions, Sweeper<typename B::Executor, Real>& jacobi,
+    const std::array<LaplacianStep<UniformMean, Real>, 2>& two_steps,
+    const std::array<HcStep<Real>, 1>& one_step, ConvergenceMonitor& sweeps) {
+  { backend.sweep_steps(jacobi, two_steps, sweeps) } -> std::same_as<void>;
+  { backend.sweep_steps(jacobi, one_step, sweeps) } -> std::same_as<void>;
   {
     backend.prepare(topology, given, options, control, times)
     } -> std::same_as<JobMesh<typename B::Executor, Real>>;
@@ -67,6 +70,9 @@ concept BackendOf = requires(B& backend, const TopologyView& topology,
 ///   sweep(sweeper, mean, factor, monitor)
 ///                         sweeps of a Laplacian method until the monitor reports the end; the
 ///                         same bits as `run_sweeps_one_by_one`
+///   sweep_steps(sweeper, steps, monitor)
+///                         the same for sweeps of one or two steps of Jacobi form; the same bits
+///                         as `run_steps_one_by_one`
 ///   find_opposite_nodes(surroundings)
 ///                         `Surroundings::opposite` of a mesh of tetrahedra, empty for others
 ///   optimize_phase(sweeper, phase, monitor)

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "meshsmooth/annotations.hpp"
+#include "meshsmooth/mesh.hpp"
 
 namespace meshsmooth::detail {
 
@@ -31,8 +32,17 @@ struct ExampleRowFunctor {
 
 /// How many visits `Executor::run_rounds` makes at once.
 inline constexpr std::size_t kVisitBatch = 8;
-struct ExampleVisits {
-  unsigned int operator()(std::size_t, std::size_t, std::size_t) const { return 0; }
+
+/// What the last round of `Executor::run_rounds` changed; before the first round all nodes, which
+/// are not listed.
+struct RoundChanges {
+  std::size_t count;
+  const NodeId* nodes;  // in any order
+};
+struct ExampleRounds {
+  MESHSMOOTH_HD std::size_t operator()(const RoundChanges&) const { return 0; }
+  MESHSMOOTH_HD void operator()(std::size_t, const RoundChanges&) const {}
+  unsigned int operator()(std::size_t, std::size_t, const RoundChanges&) const { return 0; }
 };
 
 /// What a step that both backends share needs of a backend: one memory space and a few
@@ -52,12 +62,13 @@ struct ExampleVisits {
 ///   RingTeam, RowTeam     threads that share a ring, or a longer row: `SingleThread`, or alike
 ///   for_each_row<Team>(n, f)  f(i, team), called by each thread of a team with its own
 ///   reduce_rows_to<Team>(n, zero, f, op, to)  the same; of a team one thread's value counts
-///   run_rounds(n, visits, visit, settle, some)  rounds, c = n in the first: visit(i, c) for all i
-///                         below visits(c), then settle(i) for all i below n; c becomes the number
-///                         of those that return true, and the rounds end where it is 0. kTeam: how
-///                         many threads are to share a node's visit. Host code may visit by
-///                         some(i, count, c), for up to kVisitBatch at once: bit k of the result
-///                         means that visit(i + k, c) is done
+///   run_rounds(n, marks, visits, visit, settle, some)  rounds: visit(i, c) for all i below
+///                         visits(c), then settle(i) for all i below n whose mark a visit has set
+///                         to 1, which is cleared; c lists those that return true, and the rounds
+///                         end where there are none. kTeam: how many threads are to share a
+///                         node's visit. Host code may visit by some(i, count, c), for up to
+///                         kVisitBatch at once: bit k of the result means that visit(i + k, c) is
+///                         done
 ///   exclusive_scan(data, n)  in place over n entries; returns the sum
 ///   adder()               fetch_add for functors that share a slot
 ///   store, load           of slots that other functors access at the same time
@@ -72,7 +83,7 @@ struct ExampleVisits {
 template <class E>
 concept Executor = requires(E& e, double* data, const double* host, std::span<const double> span,
                             std::int64_t* sums, std::uint32_t& slot, std::size_t n,
-                            ExampleFunctor f, ExampleVisits some,
+                            ExampleFunctor f, ExampleRounds rounds, std::uint8_t* marks,
                             const typename E::template AsynchronousPositions<double>& x) {
   { e.template allocate<double>(n) } -> std::same_as<typename E::template Buffer<double>>;
   { e.template allocate<double>(n).data() } -> std::same_as<double*>;
@@ -89,7 +100,7 @@ concept Executor = requires(E& e, double* data, const double* host, std::span<co
     e.template reduce_rows_to<typename E::RingTeam>(
         n, std::int64_t{0}, ExampleRowFunctor<typename E::RingTeam>(), f, sums)
     } -> std::same_as<void>;
-  { e.run_rounds(n, f, f, f, some) } -> std::same_as<void>;
+  { e.run_rounds(n, marks, rounds, rounds, f, rounds) } -> std::same_as<void>;
   { E::kTeam } -> std::convertible_to<std::size_t>;
   { e.exclusive_scan(sums, n) } -> std::same_as<std::int64_t>;
   { e.adder()(slot, std::uint32_t{1}) } -> std::same_as<std::uint32_t>;

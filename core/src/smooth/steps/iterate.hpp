@@ -69,30 +69,39 @@ void iterate(B& backend, const Surroundings& around, Colouring<typename B::Execu
   }
   Sweeper<E, Real> sweeper(executor, context, resolve_form(options), positions);
 
+  // A history needs the mesh measured after each sweep, which batches do not allow.
+  const auto run_jacobi = [&](const auto& steps) {
+    if (options.history) {
+      run_steps_one_by_one(executor, sweeper, steps, monitor);
+    } else {
+      backend.sweep_steps(sweeper, steps, monitor);
+    }
+  };
   const auto run = [&](const auto& method) {
     using M = std::decay_t<decltype(method)>;
     if constexpr (std::is_same_v<M, Optimize> || std::is_same_v<M, WindowedSinc> ||
                   std::is_same_v<M, Move>) {
       return;  // above
     } else if constexpr (std::is_same_v<M, Taubin>) {
-      auto start = allocate();
-      SweepStats stats;
-      do {
-        sweeper.copy(sweeper.current(), start.data());
-        const std::int64_t held = sweeper.step(UniformMean{}, method.lambda).held +
-                                  sweeper.step(UniformMean{}, method.mu).held;
-        stats = measure_moves(executor, around.node_count, start.data(), sweeper.current());
-        stats.held = held;
-      } while (!sweeper.done(stats, monitor));
+      const double factors[] = {method.lambda, method.mu};
+      if (sweeper.form() == Form::jacobi) {
+        const auto step = [](double factor) {
+          return LaplacianStep<UniformMean, Real>{{}, static_cast<Real>(factor)};
+        };
+        run_jacobi(std::array{step(factors[0]), step(factors[1])});
+      } else {
+        const auto take = [&](std::size_t n) { return sweeper.step(UniformMean{}, factors[n]); };
+        run_steps_one_by_one(executor, sweeper, 2, take, monitor);
+      }
     } else if constexpr (std::is_same_v<M, HcLaplacian>) {
       auto original = allocate();
       auto differences = allocate();
       sweeper.copy(sweeper.current(), original.data());
-      while (!sweeper.done(sweeper.step_hc(method, original.data(), differences.data()), monitor)) {
-      }
+      run_jacobi(
+          std::array{HcStep<Real>{static_cast<Real>(method.alpha), static_cast<Real>(method.beta),
+                                  original.data(), differences.data()}});
     } else {
       with_mean_of(method, [&](const auto& mean) {
-        // A history needs the mesh measured after each sweep, which batches do not allow.
         if (options.history) {
           run_sweeps_one_by_one(sweeper, mean, method.relaxation, monitor);
         } else {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "mesh/tetrahedron_batch.hpp"
+#include "smooth/rules/partial_moves.hpp"
 #include "smooth/steps/positions.hpp"
 #include "smooth/steps/sweep_context.hpp"
 
@@ -8,7 +9,7 @@ namespace meshsmooth::detail {
 
 /// Bytes of `limit_moves` for n nodes.
 [[nodiscard]] constexpr std::int64_t limit_moves_bytes(std::int64_t n, bool smart) {
-  return n * (smart ? 3 + 8 : 3) + 3 * 4;
+  return n * (smart ? 2 + 4 + 8 : 2 + 4) + 3 * 4;
 }
 
 /// Those of the tetrahedra `id(0)`, … `id(count - 1)`, as bits, that are positive at `positions`.
@@ -31,122 +32,143 @@ template <class Real, class Id>
   });
 }
 
-/// `limit_moves` of a mesh that is known to have tetrahedra alone, or of any.
-template <bool kTetrahedra, Executor E, class Real>
-SweepStats limit_moves_of(E& executor, const SweepContext<E, Real>& context,
-                          const Vec3<Real>* before, Vec3<Real>* after) {
-  const Surroundings& around = context.around;
-  const Acceptance acceptance = context.acceptance;
-  const DisplacementLimit<Real> displacement_limit = context.displacement_limit;
-  const std::size_t node_count = around.node_count;
-  auto cut_buffer = executor.template allocate<std::uint8_t>(node_count);
-  auto mark_buffer = executor.template allocate<std::uint8_t>(node_count);
-  auto changed_buffer = executor.template allocate<std::uint8_t>(node_count);
-  auto floor_buffer = executor.template allocate<double>(acceptance.smart ? node_count : 0);
-  std::uint8_t* const cuts = cut_buffer.data();
-  std::uint8_t* const marks = mark_buffer.data();
-  std::uint8_t* const changed = changed_buffer.data();
-  double* const floor = floor_buffer.data();
-  const QuietPositions<Real> old_x{before};
-  const QuietPositions<Real> new_x{after};
+/// The rules of `limit_moves`, in executor memory; `E` tells how to store at the same time. For a
+/// mesh that is known to have tetrahedra alone, or for any; `kSmart` is that of the acceptance.
+template <class E, bool kTetrahedra, bool kSmart, class Real>
+struct MoveLimits {
+  static constexpr bool kOfTetrahedra = kTetrahedra;
 
-  executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) {
-    const bool moves = !(before[node] == after[node]);
+  Surroundings around;
+  Acceptance acceptance;
+  DisplacementLimit<Real> displacement_limit;
+  const Vec3<Real>* before;
+  Vec3<Real>* after;
+  std::uint8_t* cuts;   // how often each node's move was halved
+  std::uint8_t* marks;  // of the nodes that a visit found at fault
+  double* floor;        // smart: the worst quality of each ball before the sweep
+
+  MESHSMOOTH_HD void start(std::size_t node) const {
     cuts[node] = 0;
     marks[node] = 0;
-    changed[node] = moves ? 1 : 0;
-    if (acceptance.smart && moves)
-      floor[node] = worst_quality<kTetrahedra>(SingleThread{}, around, old_x, node);
-  });
-  const auto mark = [=] MESHSMOOTH_HD(NodeId node) { E::store(marks[node], std::uint8_t{1}); };
-  const auto visit_element = [=] MESHSMOOTH_HD(std::size_t e) {
-    const ElementView element = around.elements.template get<kTetrahedra>(e);
-    const bool signs = kTetrahedra && !acceptance.smart;  // where they suffice
-    const double quality = signs ? 0 : quality_of<kTetrahedra>(around, new_x, e);
-    const bool valid = signs ? is_positive<kTetrahedra>(around, new_x, e) : quality > 0;
-    const bool broken = acceptance.guard && !valid && is_positive<kTetrahedra>(around, old_x, e);
-    if (!broken && !acceptance.smart) return;
-    const int count = kTetrahedra ? 4 : element.shape->node_count;
-    for (int n = 0; n < count; ++n) {
-      const NodeId node = element.nodes[n];
-      if (broken || (!(before[node] == after[node]) && quality < floor[node])) mark(node);
+    if (kSmart && moves(node)) {
+      floor[node] =
+          worst_quality<kTetrahedra>(SingleThread{}, around, QuietPositions<Real>{before}, node);
     }
-  };
-  const SlidingConstraints sliding = around.sliding;
-  const std::size_t facet_count = acceptance.facets ? sliding.facet_count : 0;
-  const auto visit_facet = [=] MESHSMOOTH_HD(std::size_t f) {
-    if (!facet_turns(sliding, f, before, after)) return;
-    for (const NodeId n : sliding.facets[f].nodes) {
-      if (n >= 0) mark(n);
-    }
-  };
-  const std::size_t element_count =
-      acceptance.guard || acceptance.smart ? around.elements.count : 0;
-  const auto touched = [=] MESHSMOOTH_HD(std::size_t e) {
-    const ElementView element = around.elements.template get<kTetrahedra>(e);
-    const int count = kTetrahedra ? 4 : element.shape->node_count;
-    bool any = false;
-    for (int n = 0; n < count; ++n) any |= changed[element.nodes[n]] != 0;
-    return any;
-  };
-  // Below this share of changed nodes, visiting their balls costs less than all elements.
-  const std::size_t few = node_count / 16;
-  const auto visits = [=] MESHSMOOTH_HD(std::size_t changes) {
-    return facet_count + (changes < few ? node_count * E::kTeam : element_count);
-  };
-  const auto visit = [=] MESHSMOOTH_HD(std::size_t n, std::size_t changes) {
-    if (n < facet_count) return visit_facet(n);
-    n -= facet_count;
-    if (!(changes < few)) {
-      if (touched(n)) visit_element(n);
-      return;
-    }
-    const std::size_t node = n / E::kTeam;
-    if (changed[node] == 0) return;
+  }
+
+  /// Below this number of changed nodes, visiting their balls costs less than all elements, of
+  /// which a tenth of the nodes touches most.
+  [[nodiscard]] MESHSMOOTH_HD bool are_few(std::size_t changes) const {
+    return changes < around.node_count / 16;
+  }
+  [[nodiscard]] MESHSMOOTH_HD std::size_t facet_count() const {
+    return acceptance.facets ? around.sliding.facet_count : 0;
+  }
+  /// How many visits of `visit` a round takes.
+  [[nodiscard]] MESHSMOOTH_HD std::size_t visits(const RoundChanges& changes) const {
+    if (are_few(changes.count)) return facet_count() + changes.count * E::kTeam;
+    return facet_count() + (acceptance.guard || kSmart ? around.elements.count : 0);
+  }
+  MESHSMOOTH_HD void visit(std::size_t n, const RoundChanges& changes) const {
+    if (n < facet_count()) return visit_facet(n);
+    n -= facet_count();
+    if (!are_few(changes.count)) return visit_element(n);
+    const auto node = static_cast<std::size_t>(changes.nodes[n / E::kTeam]);
     const ElementId* const end = around.balls.end(node);
     for (const ElementId* e = around.balls.begin(node) + n % E::kTeam; e < end; e += E::kTeam) {
       visit_element(*e);
     }
-  };
-  const auto settle = [=] MESHSMOOTH_HD(std::size_t node) {
-    const bool bad = marks[node] != 0 && !(before[node] == after[node]);
-    marks[node] = 0;
-    changed[node] = bad ? 1 : 0;
-    if (bad) {
-      after[node] = ++cuts[node] < kMoveTrials ? part_of_way(around, displacement_limit, node,
-                                                             before[node], after[node], Real(0.5))
-                                               : before[node];
+  }
+  MESHSMOOTH_HD void visit_element(std::size_t e) const {
+    const QuietPositions<Real> old_x{before};
+    const QuietPositions<Real> new_x{after};
+    const ElementView element = around.elements.template get<kTetrahedra>(e);
+    const double quality = kSmart ? quality_of<kTetrahedra>(around, new_x, e) : 0;
+    const bool valid = kSmart ? quality > 0 : is_positive<kTetrahedra>(around, new_x, e);
+    const bool broken = acceptance.guard && !valid && is_positive<kTetrahedra>(around, old_x, e);
+    if (!broken && !kSmart) return;
+    const int count = kTetrahedra ? 4 : element.shape->node_count;
+    for (int n = 0; n < count; ++n) {
+      const NodeId node = element.nodes[n];
+      if (broken || (moves(node) && quality < floor[node])) mark(node);
     }
-    return bad;
-  };
+  }
+  /// Whether no round needs to visit a tetrahedron, for it stays positive whichever moves are cut,
+  /// along straight ways.
+  [[nodiscard]] MESHSMOOTH_HD bool stays_positive(std::size_t e) const {
+    const NodeId* const nodes = around.elements.template get<true>(e).nodes;
+    return is_positive_on_the_way<Real>([&](int n) { return before[nodes[n]]; },
+                                        [&](int n) { return after[nodes[n]]; });
+  }
+  MESHSMOOTH_HD void visit_facet(std::size_t f) const {
+    if (!facet_turns(around.sliding, f, before, after)) return;
+    for (const NodeId n : around.sliding.facets[f].nodes) {
+      if (n >= 0) mark(n);
+    }
+  }
+
+  /// Cuts the move of a node at fault. Whether it had one.
+  MESHSMOOTH_HD bool settle(std::size_t node) const {
+    if (!moves(node)) return false;
+    after[node] = ++cuts[node] < kMoveTrials ? part_of_way(around, displacement_limit, node,
+                                                           before[node], after[node], Real(0.5))
+                                             : before[node];
+    return true;
+  }
+
+  [[nodiscard]] MESHSMOOTH_HD SweepStats stats(std::size_t node) const {
+    return stats_of_move(before[node], after[node], cuts[node] != 0);
+  }
+
+ private:
+  [[nodiscard]] MESHSMOOTH_HD bool moves(std::size_t node) const {
+    return !(before[node] == after[node]);
+  }
+  MESHSMOOTH_HD void mark(NodeId node) const { E::store(marks[node], std::uint8_t{1}); }
+};
+
+template <bool kTetrahedra, bool kSmart, Executor E, class Real>
+SweepStats limit_moves_of(E& executor, const SweepContext<E, Real>& context,
+                          const Vec3<Real>* before, Vec3<Real>* after) {
+  const std::size_t node_count = context.around.node_count;
+  auto cuts = executor.template allocate<std::uint8_t>(node_count);
+  auto marks = executor.template allocate<std::uint8_t>(node_count);
+  auto floor = executor.template allocate<double>(kSmart ? node_count : 0);
+  const MoveLimits<E, kTetrahedra, kSmart, Real> limits{
+      context.around, context.acceptance, context.displacement_limit, before, after, cuts.data(),
+      marks.data(),   floor.data()};
+
+  executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) { limits.start(node); });
   // Of the host's tetrahedra most keep their sign, in batches.
-  const auto visit_some = [=](std::size_t first, std::size_t count, std::size_t changes) {
-    if (!kTetrahedra || acceptance.smart || first < facet_count) return 0U;
-    first -= facet_count;
-    if (!(changes < few)) {
+  const auto visit_some = [=](std::size_t first, std::size_t count, const RoundChanges& changes) {
+    if (!kTetrahedra || kSmart || first < limits.facet_count()) return 0U;
+    first -= limits.facet_count();
+    const Surroundings& around = limits.around;
+    if (!limits.are_few(changes.count)) {
       return positive_tetrahedra(
           around.elements, [=](std::size_t n) { return first + n; }, count, after);
     }
-    for (std::size_t node = first; node < first + count; ++node) {
-      if (changed[node] == 0) continue;
+    for (std::size_t n = first; n < first + count; ++n) {
+      const auto node = static_cast<std::size_t>(changes.nodes[n]);
       const ElementId* const end = around.balls.end(node);
       for (const ElementId* e = around.balls.begin(node); e < end; e += kVisitBatch) {
         const auto size = std::min(kVisitBatch, static_cast<std::size_t>(end - e));
         const unsigned int positive = positive_tetrahedra(
-            around.elements, [=](std::size_t n) { return std::size_t{e[n]}; }, size, after);
-        for (std::size_t n = 0; n < size; ++n) {
-          if ((positive >> n & 1U) == 0) visit_element(e[n]);
+            around.elements, [=](std::size_t k) { return std::size_t{e[k]}; }, size, after);
+        for (std::size_t k = 0; k < size; ++k) {
+          if ((positive >> k & 1U) == 0) limits.visit_element(e[k]);
         }
       }
     }
     return ~0U;
   };
-  executor.run_rounds(node_count, visits, visit, settle, visit_some);
+  executor.run_rounds(
+      node_count, marks.data(),
+      [=] MESHSMOOTH_HD(const RoundChanges& changes) { return limits.visits(changes); },
+      [=] MESHSMOOTH_HD(std::size_t n, const RoundChanges& changes) { limits.visit(n, changes); },
+      [=] MESHSMOOTH_HD(std::size_t node) { return limits.settle(node); }, visit_some);
   return executor.reduce(
-      node_count, SweepStats{},
-      [=] MESHSMOOTH_HD(std::size_t node) {
-        return stats_of_move(before[node], after[node], cuts[node] != 0);
-      },
+      node_count, SweepStats{}, [=] MESHSMOOTH_HD(std::size_t node) { return limits.stats(node); },
       Plus{});
 }
 
@@ -164,9 +186,12 @@ SweepStats limit_moves_of(E& executor, const SweepContext<E, Real>& context,
 template <Executor E, class Real>
 SweepStats limit_moves(E& executor, const SweepContext<E, Real>& context, const Vec3<Real>* before,
                        Vec3<Real>* after) {
-  return context.around.elements.tetrahedra
-             ? limit_moves_of<true>(executor, context, before, after)
-             : limit_moves_of<false>(executor, context, before, after);
+  const auto run = [&]<bool kTetrahedra>(std::bool_constant<kTetrahedra>) {
+    return context.acceptance.smart
+               ? limit_moves_of<kTetrahedra, true>(executor, context, before, after)
+               : limit_moves_of<kTetrahedra, false>(executor, context, before, after);
+  };
+  return context.around.elements.tetrahedra ? run(std::true_type()) : run(std::false_type());
 }
 
 }  // namespace meshsmooth::detail

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <utility>
 
 #include "smooth/steps/mesh_energy.hpp"
@@ -25,18 +26,14 @@ class Sweeper {
       if (acceptance().active()) need_spare();
       return sweep_asynchronous(executor_, context_, mean, f, spare_, current_);
     }
-    need_spare();
-    const SweepStats stats = sweep_jacobi(executor_, context_, mean, f, current_, spare_);
-    std::swap(current_, spare_);
-    return stats;
+    return step(LaplacianStep<Mean, Real>{mean, f});
   }
-
-  SweepStats step_hc(const HcLaplacian& hc, const Vec3<Real>* original, Vec3<Real>* differences) {
+  /// In Jacobi form, whatever the requested one.
+  template <class Step>
+  SweepStats step(const Step& jacobi_step) {
     need_spare();
-    const SweepStats stats =
-        sweep_hc(executor_, context_, static_cast<Real>(hc.alpha), static_cast<Real>(hc.beta),
-                 HcArrays<Real>{original, current_, spare_, differences});
-    std::swap(current_, spare_);
+    const SweepStats stats = sweep_jacobi(executor_, context_, jacobi_step, current_, spare_);
+    swap();
     return stats;
   }
 
@@ -52,6 +49,12 @@ class Sweeper {
   }
 
   [[nodiscard]] Vec3<Real>* current() { return current_; }
+  /// As `current()` on fixed nodes.
+  [[nodiscard]] Vec3<Real>* spare() {
+    need_spare();
+    return spare_;
+  }
+  void swap() { std::swap(current_, spare_); }
 
   [[nodiscard]] const Surroundings& around() const { return context_.around; }
   [[nodiscard]] const Colouring<E>& colouring() const { return *context_.colouring; }
@@ -84,6 +87,35 @@ void run_sweeps_one_by_one(Sweeper<E, Real>& sweeper, const Mean& mean, double f
                            ConvergenceMonitor& monitor) {
   while (!sweeper.done(sweeper.step(mean, factor), monitor)) {
   }
+}
+
+/// Single sweeps of several steps each, `take(n)` being the n-th, until the monitor reports the
+/// end.
+template <Executor E, class Real, class Take>
+void run_steps_one_by_one(E& executor, Sweeper<E, Real>& sweeper, std::size_t step_count,
+                          const Take& take, ConvergenceMonitor& monitor) {
+  if (step_count == 1) {
+    while (!sweeper.done(take(0), monitor)) {
+    }
+    return;
+  }
+  const std::size_t node_count = sweeper.around().node_count;
+  auto start = executor.template allocate<Vec3<Real>>(node_count);
+  SweepStats stats;
+  do {
+    sweeper.copy(sweeper.current(), start.data());
+    std::int64_t held = 0;
+    for (std::size_t n = 0; n < step_count; ++n) held += take(n).held;
+    stats = measure_moves(executor, node_count, start.data(), sweeper.current());
+    stats.held = held;
+  } while (!sweeper.done(stats, monitor));
+}
+/// The same for steps of Jacobi form.
+template <Executor E, class Real, class Step, std::size_t kSteps>
+void run_steps_one_by_one(E& executor, Sweeper<E, Real>& sweeper,
+                          const std::array<Step, kSteps>& steps, ConvergenceMonitor& monitor) {
+  run_steps_one_by_one(
+      executor, sweeper, kSteps, [&](std::size_t n) { return sweeper.step(steps[n]); }, monitor);
 }
 
 }  // namespace meshsmooth::detail

@@ -5,23 +5,76 @@
 
 namespace meshsmooth::detail {
 
-/// Jacobi: reads `before`, writes `after`; they agree on fixed nodes.
-/// cost   O(ring entries); when the acceptance is active also limit_moves
-template <Executor E, class Mean, class Real>
-SweepStats sweep_jacobi(E& executor, const SweepContext<E, Real>& context, const Mean& mean,
-                        Real factor, const Vec3<Real>* before, Vec3<Real>* after) {
-  const Surroundings& around = context.around;
-  const DisplacementLimit<Real> displacement_limit = context.displacement_limit;
-  const QuietPositions<Real> x{before};
+/// One step of Jacobi form for a node: towards the mean of its neighbours, or past it.
+template <class Mean, class Real>
+struct LaplacianStep {
+  static constexpr int kPhases = 1;
+  Mean mean;
+  Real factor;
+
+  /// Reads `in.before`, writes `in.after` of a free node.
+  template <class In>
+  MESHSMOOTH_HD void operator()(int, const In& in, std::size_t node) const {
+    const QuietPositions<Real> x{in.before};
+    in.after[node] = project(in.around, in.displacement_limit, node,
+                             step_towards(mean, in.around, x, node, factor));
+  }
+};
+
+/// One step of the HC algorithm, in two phases. Source: Vollmer et al. 1999, section 4:
+/// p = mean(q); b = p - (alpha o + (1 - alpha) q); p -= beta b + (1 - beta) mean(b).
+template <class Real>
+struct HcStep {
+  static constexpr int kPhases = 2;
+  Real alpha, beta;
+  const Vec3<Real>* original;  // the input positions
+  Vec3<Real>* differences;     // scratch, for each node
+
+  /// The first phase is for all nodes, the second for free ones.
+  template <class In>
+  MESHSMOOTH_HD void operator()(int phase, const In& in, std::size_t node) const {
+    const QuietPositions<Real> x{in.before};
+    if (phase == 0) {
+      const bool fixed = in.around.fixed[node] != 0;
+      const Vec3<Real> mean = fixed ? x[node] : UniformMean{}(in.around, x, node);
+      differences[node] = mean - (alpha * original[node] + (1 - alpha) * x[node]);
+      if (!fixed) in.after[node] = mean;
+      return;
+    }
+    const QuietPositions<Real> b{differences};
+    in.after[node] = project(in.around, in.displacement_limit, node,
+                             in.after[node] - (beta * differences[node] +
+                                               (1 - beta) * UniformMean{}(in.around, b, node)));
+  }
+};
+
+/// What a step reads and writes.
+template <class Real>
+struct StepPositions {
+  Surroundings around;
+  DisplacementLimit<Real> displacement_limit;
+  const Vec3<Real>* before;
+  Vec3<Real>* after;
+};
+
+/// A step of Jacobi form for all nodes: reads `before`, writes `after`; they agree on fixed nodes.
+/// cost   O(ring entries) a phase; when the acceptance is active also limit_moves
+template <Executor E, class Step, class Real>
+SweepStats sweep_jacobi(E& executor, const SweepContext<E, Real>& context, const Step& step,
+                        const Vec3<Real>* before, Vec3<Real>* after) {
+  const StepPositions<Real> in{context.around, context.displacement_limit, before, after};
+  for (int phase = 0; phase + 1 < Step::kPhases; ++phase) {
+    executor.for_each(in.around.node_count,
+                      [=] MESHSMOOTH_HD(std::size_t node) { step(phase, in, node); });
+  }
   const auto move = [=] MESHSMOOTH_HD(std::size_t node) {
-    if (around.fixed[node] != 0) return SweepStats{};
-    after[node] =
-        project(around, displacement_limit, node, step_towards(mean, around, x, node, factor));
-    return stats_of_move(before[node], after[node], false);
+    if (in.around.fixed[node] != 0) return SweepStats{};
+    step(Step::kPhases - 1, in, node);
+    return stats_of_move(in.before[node], in.after[node], false);
   };
   if (!context.acceptance.active())
-    return executor.reduce(around.node_count, SweepStats{}, move, Plus{});
-  executor.for_each(around.node_count, [=] MESHSMOOTH_HD(std::size_t node) { move(node); });
+    return executor.reduce(in.around.node_count, SweepStats{}, move, Plus{});
+  executor.for_each(in.around.node_count, [=] MESHSMOOTH_HD(std::size_t node) { move(node); });
   return limit_moves(executor, context, before, after);
 }
 
@@ -81,46 +134,6 @@ SweepStats sweep_asynchronous(E& executor, const SweepContext<E, Real>& context,
   if (!limited) return executor.reduce(around.node_count, SweepStats{}, move, Plus{});
   executor.for_each(around.node_count, [=] MESHSMOOTH_HD(std::size_t node) { move(node); });
   return limit_moves<E, Real>(executor, context, before, positions);
-}
-
-/// Arrays of an HC sweep, node_count each.
-template <class Real>
-struct HcArrays {
-  const Vec3<Real>* original;  // the input positions
-  const Vec3<Real>* before;
-  Vec3<Real>* after;
-  Vec3<Real>* differences;  // scratch
-};
-
-/// One sweep of the HC algorithm, Jacobi. Source: Vollmer et al. 1999, section 4: p = mean(q);
-/// b = p - (alpha o + (1 - alpha) q); p -= beta b + (1 - beta) mean(b).
-template <Executor E, class Real>
-SweepStats sweep_hc(E& executor, const SweepContext<E, Real>& context, Real alpha, Real beta,
-                    const HcArrays<Real>& arrays) {
-  const Surroundings& around = context.around;
-  const DisplacementLimit<Real> displacement_limit = context.displacement_limit;
-  const Vec3<Real>* const original = arrays.original;
-  const Vec3<Real>* const before = arrays.before;
-  Vec3<Real>* const after = arrays.after;
-  Vec3<Real>* const differences = arrays.differences;
-  const QuietPositions<Real> x{before};
-  executor.for_each(around.node_count, [=] MESHSMOOTH_HD(std::size_t node) {
-    const bool fixed = around.fixed[node] != 0;
-    const Vec3<Real> mean = fixed ? before[node] : UniformMean{}(around, x, node);
-    differences[node] = mean - (alpha * original[node] + (1 - alpha) * before[node]);
-    if (!fixed) after[node] = mean;
-  });
-  const QuietPositions<Real> b{differences};
-  executor.for_each(around.node_count, [=] MESHSMOOTH_HD(std::size_t node) {
-    if (around.fixed[node] != 0) return;
-    after[node] = project(
-        around, displacement_limit, node,
-        after[node] - (beta * differences[node] + (1 - beta) * UniformMean{}(around, b, node)));
-  });
-  if (!context.acceptance.active()) {
-    return measure_moves(executor, around.node_count, before, after);
-  }
-  return limit_moves(executor, context, before, after);
 }
 
 }  // namespace meshsmooth::detail

@@ -80,6 +80,12 @@ class CudaBackend {
     run_sweeps(executor_, sweeper, mean, factor, monitor);
   }
 
+  template <class Real, class Steps>
+  void sweep_steps(Sweeper<CudaExecutor, Real>& sweeper, const Steps& steps,
+                   ConvergenceMonitor& monitor) {
+    run_steps(executor_, sweeper, steps, monitor);
+  }
+
   [[nodiscard]] DeviceBuffer<NodeId> find_opposite_nodes(const Surroundings& around) {
     if (!is_only(executor_, around.elements, ElementType::tetrahedron)) return {};
     return detail::find_opposite_nodes(executor_, around);

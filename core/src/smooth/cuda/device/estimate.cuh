@@ -24,11 +24,18 @@ namespace meshsmooth::detail {
                                                     const std::optional<PatchSizes>& patch) {
   const MeanProperties mean = mean_properties(options.method);
   const Form form = resolve_form(options);
+  const Acceptance acceptance = acceptance_of(options);
   std::int64_t bytes = 0;
-  if (mean.averages && form == Form::jacobi && !acceptance_of(options).active()) {
+  if (mean.averages && form == Form::jacobi && !acceptance.active()) {
     // Two padded copies of the positions instead of the sweeper's second array.
     bytes += 2 * padded_bytes(mesh) - mesh.nodes * mesh.position_bytes;
     if (mean.uniform && !patch) bytes += SellRings::bytes(mesh);
+  }
+  const bool in_steps = std::holds_alternative<Taubin>(options.method) ||
+                        std::holds_alternative<HcLaplacian>(options.method);
+  if (form == Form::jacobi && (in_steps || acceptance.active())) {
+    if (!acceptance.active()) bytes += limit_moves_bytes(mesh.nodes, false);
+    if (mesh.only(4)) bytes += guarded_sweeps_bytes(mesh);
   }
   if (form == Form::gauss_seidel && !std::holds_alternative<Taubin>(options.method) &&
       !std::holds_alternative<Optimize>(options.method)) {

@@ -190,14 +190,17 @@ class CudaExecutor : public StreamMarks {
   static constexpr std::size_t kTeam = kRoundTeam;
 
   template <class Visits, class Visit, class Settle, class Some>
-  void run_rounds(std::size_t count, const Visits& visits, const Visit& visit, const Settle& settle,
-                  const Some&) {
+  void run_rounds(std::size_t count, std::uint8_t* marks, const Visits& visits, const Visit& visit,
+                  const Settle& settle, const Some&) {
     constexpr auto kKernel = &rounds_kernel<Visits, Visit, Settle>;
     const auto most = static_cast<std::size_t>(4 * lane().multiprocessor_count());
-    const unsigned int blocks = cooperative_blocks<kKernel>(lane(), block_count(count, most));
-    auto changes = allocate<unsigned int>(kRoundCounts);
-    clear(changes.data(), kRoundCounts);
-    launch_cooperative<kKernel>(stream(), {blocks}, count, visits, visit, settle, changes.data());
+    const std::size_t items = std::max(count, visits(RoundChanges{count, nullptr}));
+    const unsigned int blocks = cooperative_blocks<kKernel>(lane(), block_count(items, most));
+    auto counts = allocate<unsigned int>(kRoundCounts);
+    auto list = allocate<NodeId>(count);
+    clear(counts.data(), kRoundCounts);
+    launch_cooperative<kKernel>(stream(), {blocks}, count, visits, visit, settle,
+                                RoundMemory{marks, list.data(), counts.data()});
   }
 
   template <class T>

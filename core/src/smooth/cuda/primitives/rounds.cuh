@@ -11,30 +11,76 @@ namespace meshsmooth::detail {
 inline constexpr std::size_t kRoundTeam = 8;
 inline constexpr int kRoundCounts = 3;
 
+/// Device memory of rounds: the marks of `Executor::run_rounds`, a list of the changed nodes, and
+/// counts, the first of which is 0 before.
+struct RoundMemory {
+  std::uint8_t* marks;
+  NodeId* list;
+  unsigned int* counts;  // kRoundCounts
+};
+
+/// Rounds by all threads of a cooperative grid with blocks of kBlockSize: `visit(changes)`, and
+/// `settle(i)` for all i below `count`, see `Executor::run_rounds`. Each round adds to its count
+/// while the next one's is cleared; two synchronizations a round.
+template <class Grid, class Visit, class Settle>
+__device__ void run_rounds_in_grid(const Grid& grid, std::size_t count, const RoundMemory& memory,
+                                   const Visit& visit, const Settle& settle) {
+  const std::size_t threads = std::size_t{gridDim.x} * kBlockSize;
+  const std::size_t first = std::size_t{blockIdx.x} * kBlockSize + threadIdx.x;
+  constexpr std::size_t kAtOnce = 4;  // marks in flight
+  RoundChanges changes{count, nullptr};
+  for (int round = 0; changes.count > 0; ++round) {
+    visit(changes);
+    if (first == 0) memory.counts[(round + 1) % kRoundCounts] = 0;
+    grid.sync();
+    unsigned int own = 0;
+    for (std::size_t i = first; i < count; i += kAtOnce * threads) {
+      std::uint8_t marks[kAtOnce];
+      for (std::size_t k = 0; k < kAtOnce; ++k) {
+        const std::size_t node = i + k * threads;
+        marks[k] = node < count ? memory.marks[node] : 0;
+      }
+      for (std::size_t k = 0; k < kAtOnce; ++k) {
+        if (marks[k] == 0) continue;
+        const bool changed = settle(i + k * threads);
+        memory.marks[i + k * threads] = changed ? 1 : 0;
+        own += changed ? 1 : 0;
+      }
+    }
+    unsigned int& counted = memory.counts[round % kRoundCounts];
+    // One addition to the count by each warp, whose threads then list their nodes in turn.
+    const unsigned int up_to_own = inclusive_sum(own);
+    if (const unsigned int all = __shfl_sync(kAllLanes, up_to_own, kWarp - 1); all > 0) {
+      unsigned int place = 0;
+      if (threadIdx.x % kWarp == 0) place = atomicAdd(&counted, all);
+      place = __shfl_sync(kAllLanes, place, 0) + up_to_own - own;
+      for (std::size_t i = first; own > 0; i += threads) {
+        if (memory.marks[i] == 0) continue;
+        memory.marks[i] = 0;
+        memory.list[place++] = static_cast<NodeId>(i);
+        --own;
+      }
+    }
+    grid.sync();
+    changes = {static_cast<volatile unsigned int&>(counted), memory.list};
+  }
+}
+
 /// `Executor::run_rounds` without the host.
 /// grid   cooperative: blocks of kBlockSize that are all resident
-/// needs  `changes` 0: each round adds to the next one's count while the one after that is cleared
-/// cost   two synchronizations of the grid a round
 template <class Visits, class Visit, class Settle>
 __global__ void __launch_bounds__(kBlockSize)
     rounds_kernel(std::size_t count, Visits visits, Visit visit, Settle settle,
-                  unsigned int* changes) {
-  const auto grid = cooperative_groups::this_grid();
+                  RoundMemory memory) {
   const std::size_t threads = std::size_t{gridDim.x} * kBlockSize;
   const std::size_t first = std::size_t{blockIdx.x} * kBlockSize + threadIdx.x;
-  std::size_t changed = count;
-  for (int round = 0; changed > 0; ++round) {
-    const std::size_t visit_count = visits(changed);
-    for (std::size_t i = first; i < visit_count; i += threads) visit(i, changed);
-    if (first == 0) changes[(round + 1) % kRoundCounts] = 0;
-    grid.sync();
-    unsigned int own = 0;
-    for (std::size_t i = first; i < count; i += threads) own += settle(i) ? 1 : 0;
-    own = sum_of_warp(own);
-    if (threadIdx.x % kWarp == 0 && own > 0) atomicAdd(&changes[round % kRoundCounts], own);
-    grid.sync();
-    changed = static_cast<volatile unsigned int&>(changes[round % kRoundCounts]);
-  }
+  run_rounds_in_grid(
+      cooperative_groups::this_grid(), count, memory,
+      [&](const RoundChanges& changes) {
+        const std::size_t visit_count = visits(changes);
+        for (std::size_t i = first; i < visit_count; i += threads) visit(i, changes);
+      },
+      settle);
 }
 
 }  // namespace meshsmooth::detail

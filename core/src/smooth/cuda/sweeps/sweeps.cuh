@@ -1,5 +1,6 @@
 #pragma once
 
+#include "smooth/cuda/sweeps/guarded_sweeps.cuh"
 #include "smooth/cuda/sweeps/jacobi.cuh"
 #include "smooth/cuda/sweeps/resident_kernel.cuh"
 #include "smooth/cuda/sweeps/smart_move.cuh"
@@ -44,7 +45,19 @@ void run_sweeps(CudaExecutor& executor, Sweeper<CudaExecutor, Real>& sweeper, co
     run_jacobi_sweeps(executor, sweeper, mean, f, monitor);
     return;
   }
+  if (sweeper.form() == Form::jacobi && !sweeper.acceptance().smart) {
+    return run_guarded_sweeps(executor, sweeper, std::array{LaplacianStep<Mean, Real>{mean, f}},
+                              monitor);
+  }
   run_sweeps_one_by_one(sweeper, mean, factor, monitor);
+}
+
+/// The same for sweeps of steps of Jacobi form.
+template <class Real, class Step, std::size_t kSteps>
+void run_steps(CudaExecutor& executor, Sweeper<CudaExecutor, Real>& sweeper,
+               const std::array<Step, kSteps>& steps, ConvergenceMonitor& monitor) {
+  if (sweeper.limited()) return run_steps_one_by_one(executor, sweeper, steps, monitor);
+  run_guarded_sweeps(executor, sweeper, steps, monitor);
 }
 
 }  // namespace meshsmooth::detail
