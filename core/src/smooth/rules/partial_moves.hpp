@@ -8,7 +8,7 @@
 namespace meshsmooth::detail {
 
 /// Whether `tetrahedron_is_positive` is certain wherever each node is on its way from `before[n]`
-/// to `after[n]`, as positions of type Real. Evaluated in float; of no matter where it says no.
+/// to `after[n]`, as positions of type Real. Evaluated in float; false can mean undecided.
 ///
 /// The determinant is affine in the position of each node, so that it is least where all nodes are
 /// at an end of their ways. Relative to a node, with coordinates of at most l along an axis and
