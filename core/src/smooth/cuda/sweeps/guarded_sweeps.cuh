@@ -96,11 +96,13 @@ __global__ void __launch_bounds__(kBlockSize, 2)
         if (first == 0) sweeps.memory.counts[0] = 0;
         grid.sync();
       }
+      const bool many_cut_before = many_cut;
+      many_cut = false;
       bool sorted_out = false;
       const auto visit = [&](const RoundChanges& changes) {
+        many_cut |= changes.nodes != nullptr && !limits.are_few(changes.count);
         if (sorted_out) return suspects.visit(limits);
-        if (changes.nodes != nullptr) many_cut = !limits.are_few(changes.count);
-        if (Suspects<Limits>::kPossible && many_cut) {
+        if (Suspects<Limits>::kPossible && (many_cut_before || many_cut)) {
           sorted_out = true;
           return suspects.find(limits, first, threads);
         }
