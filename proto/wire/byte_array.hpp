@@ -1,19 +1,24 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <memory_resource>
 #include <span>
 #include <utility>
 
 namespace meshsmooth::wire {
 
-/// Bytes of an array, not initialized, aligned to 64. Moves, never copies.
+/// Bytes of an array, not initialized, aligned to 64; or bytes of somebody else. Moves, never
+/// copies.
 class ByteArray {
  public:
   ByteArray() = default;
   /// `memory` must outlive it. Throws std::bad_alloc.
   ByteArray(std::size_t size, std::pmr::memory_resource* memory)
       : size_(size), memory_(memory), data_(size == 0 ? nullptr : allocate()) {}
+  /// Bytes that are there as long as their owner.
+  ByteArray(std::span<std::byte> bytes, std::shared_ptr<void> owner)
+      : size_(bytes.size()), data_(bytes.data()), owner_(std::move(owner)) {}
   ByteArray(ByteArray&& other) noexcept { swap(other); }
   ByteArray& operator=(ByteArray&& other) noexcept {
     ByteArray moved(std::move(other));
@@ -21,7 +26,7 @@ class ByteArray {
     return *this;
   }
   ~ByteArray() {
-    if (data_ != nullptr) memory_->deallocate(data_, size_, kAlignment);
+    if (memory_ != nullptr && data_ != nullptr) memory_->deallocate(data_, size_, kAlignment);
   }
 
   [[nodiscard]] std::byte* data() { return data_; }
@@ -37,11 +42,13 @@ class ByteArray {
     std::swap(size_, other.size_);
     std::swap(memory_, other.memory_);
     std::swap(data_, other.data_);
+    std::swap(owner_, other.owner_);
   }
 
   std::size_t size_ = 0;
-  std::pmr::memory_resource* memory_ = nullptr;
+  std::pmr::memory_resource* memory_ = nullptr;  // null: they are its owner's
   std::byte* data_ = nullptr;
+  std::shared_ptr<void> owner_;
 };
 
 }  // namespace meshsmooth::wire

@@ -32,7 +32,7 @@ std::string describe(const ChunkView& chunk) {
          std::to_string(chunk.offset_bytes);
 }
 
-PositionsView positions_in(const ByteArray& bytes, bool float64) {
+PositionsView positions_in(std::span<const std::byte> bytes, bool float64) {
   const std::byte* const data = bytes.data();
   if (float64) {
     return std::span(reinterpret_cast<const Vec3d*>(data), bytes.size() / sizeof(Vec3d));
@@ -72,11 +72,12 @@ std::int64_t TopologyArrays::size_bytes() const {
 }
 
 PositionsView TopologyArrays::reference() const {
-  return positions_in(reference_, reference_float64_);
+  return positions_in(reference_.bytes(), reference_float64_);
 }
 
-MeshAssembler::MeshAssembler(MeshLayout layout, std::pmr::memory_resource* memory)
-    : MeshAssembler(layout, nullptr, memory) {
+MeshAssembler::MeshAssembler(MeshLayout layout, std::pmr::memory_resource* memory,
+                             const std::optional<SharedCoordinates>& shared)
+    : MeshAssembler(layout, nullptr, memory, shared) {
   const auto topology = std::make_shared<TopologyArrays>(layout_, memory);
   topology_ = topology;
   arrays_ = list_arrays(topology.get());
@@ -85,14 +86,19 @@ MeshAssembler::MeshAssembler(MeshLayout layout, std::pmr::memory_resource* memor
 }
 
 MeshAssembler::MeshAssembler(MeshLayout layout, std::shared_ptr<const TopologyArrays> topology,
-                             std::pmr::memory_resource* memory)
+                             std::pmr::memory_resource* memory,
+                             const std::optional<SharedCoordinates>& shared)
     : layout_(std::move(layout)),
       topology_(std::move(topology)),
-      coordinates_(size_of(layout_.coordinates_bytes), memory),
+      coordinates_(shared ? ByteArray(shared->result, shared->owner)
+                          : ByteArray(size_of(layout_.coordinates_bytes), memory)),
+      shares_coordinates_(shared.has_value()),
+      shared_(shared ? shared->given : std::span<const std::byte>()),
       reference_(size_of(layout_.reference_bytes), memory),
       prescribed_nodes_(size_of(layout_.prescribed_nodes_bytes()), memory),
       prescribed_coordinates_(size_of(layout_.prescribed_coordinates_bytes()), memory),
-      arrays_(list_arrays(nullptr)) {
+      arrays_(list_arrays(nullptr)),
+      received_bytes_(static_cast<std::int64_t>(shared_.size())) {
   skip_complete_arrays();
 }
 
@@ -108,8 +114,9 @@ std::array<MeshAssembler::Array, 8> MeshAssembler::list_arrays(TopologyArrays* t
           own(v1::ARRAY_ID_FIXED_MASK, &TopologyArrays::fixed_mask_),
           own(v1::ARRAY_ID_ELEMENT_REGIONS, &TopologyArrays::element_regions_),
           own(v1::ARRAY_ID_REFERENCE_COORDINATES, &TopologyArrays::reference_),
-          layout_.coordinates_follow ? array(v1::ARRAY_ID_COORDINATES, coordinates_)
-                                     : Array{v1::ARRAY_ID_COORDINATES, nullptr, 0},
+          layout_.coordinates_follow && !shares_coordinates_
+              ? array(v1::ARRAY_ID_COORDINATES, coordinates_)
+              : Array{v1::ARRAY_ID_COORDINATES, nullptr, 0},
           array(v1::ARRAY_ID_REFERENCE_COORDINATES, reference_),
           array(v1::ARRAY_ID_PRESCRIBED_NODES, prescribed_nodes_),
           array(v1::ARRAY_ID_PRESCRIBED_COORDINATES, prescribed_coordinates_)};
@@ -178,13 +185,18 @@ void MeshAssembler::finish() const {
 }
 
 PositionsView MeshAssembler::reference() const {
-  return reference_.size() > 0 ? positions_in(reference_, layout_.float64) : topology_->reference();
+  return reference_.size() > 0 ? positions_in(reference_.bytes(), layout_.float64)
+                               : topology_->reference();
 }
 
 PrescribedNodes MeshAssembler::prescribed() const {
   return {{reinterpret_cast<const NodeId*>(prescribed_nodes_.data()),
            static_cast<std::size_t>(layout_.prescribed_count)},
-          positions_in(prescribed_coordinates_, layout_.float64)};
+          positions_in(prescribed_coordinates_.bytes(), layout_.float64)};
+}
+
+PositionsView MeshAssembler::given_positions() const {
+  return positions_in(shares_coordinates_ ? shared_ : coordinates_.bytes(), layout_.float64);
 }
 
 PositionsSpan MeshAssembler::positions() {

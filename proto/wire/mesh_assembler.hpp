@@ -39,6 +39,14 @@ class TopologyArrays {
   std::vector<ElementBlockView> blocks_;
 };
 
+/// Coordinates that nobody copies: they lie in memory of `owner`, where others may write at any
+/// time, and the result goes there too.
+struct SharedCoordinates {
+  std::shared_ptr<void> owner;
+  std::span<const std::byte> given;  // empty: there are none
+  std::span<std::byte> result;
+};
+
 /// Turns the chunks of one mesh into arrays at their final place: one copy, no
 /// zero fill. Not thread-safe.
 ///
@@ -53,11 +61,13 @@ class MeshAssembler {
   /// Allocates all arrays, each aligned to 64 bytes, from `memory`, which must
   /// outlive the assembler. Throws std::bad_alloc.
   explicit MeshAssembler(MeshLayout layout,
-                         std::pmr::memory_resource* memory = std::pmr::new_delete_resource());
+                         std::pmr::memory_resource* memory = std::pmr::new_delete_resource(),
+                         const std::optional<SharedCoordinates>& shared = std::nullopt);
   /// Only coordinates come, and those of a reference, for a topology that is there; the layout
   /// announces bytes of them alone.
   MeshAssembler(MeshLayout layout, std::shared_ptr<const TopologyArrays> topology,
-                std::pmr::memory_resource* memory);
+                std::pmr::memory_resource* memory,
+                const std::optional<SharedCoordinates>& shared = std::nullopt);
   MeshAssembler(const MeshAssembler&) = delete;
   MeshAssembler& operator=(const MeshAssembler&) = delete;
 
@@ -82,6 +92,9 @@ class MeshAssembler {
   /// Views of the arrays; need a complete mesh and live as long as this.
   [[nodiscard]] TopologyView topology() const { return topology_->view(); }
   [[nodiscard]] PositionsSpan positions();
+  /// Where they are read: there too, unless they are shared.
+  [[nodiscard]] PositionsView given_positions() const;
+  [[nodiscard]] bool shares_coordinates() const { return shares_coordinates_; }
   /// That of the job, or else the one that is kept with the topology; may be empty.
   [[nodiscard]] PositionsView reference() const;
   /// Empty unless the layout announces prescribed nodes.
@@ -108,6 +121,8 @@ class MeshAssembler {
   MeshLayout layout_;
   std::shared_ptr<const TopologyArrays> topology_;
   ByteArray coordinates_;
+  bool shares_coordinates_ = false;
+  std::span<const std::byte> shared_;  // that are given
   ByteArray reference_;
   ByteArray prescribed_nodes_, prescribed_coordinates_;
   std::array<Array, 8> arrays_;  // in the order of the stream; absent ones have no bytes

@@ -42,6 +42,11 @@ class Admission {
   /// the stream. Throws OutOfMemory (MESH_TOO_LARGE) when it could never fit.
   [[nodiscard]] MemoryEstimate estimate(const JobRequest& request) const;
 
+  /// See Smoother.
+  [[nodiscard]] bool reads_positions_once(const MeshSize& size) const {
+    return smoother_.reads_positions_once(size);
+  }
+
   /// A new job, or the caller's existing one with the same request id. Throws OutOfMemory
   /// (MESH_TOO_LARGE, HOST_MEMORY_BUSY, DEVICE_MEMORY_BUSY, QUEUE_FULL, QUOTA_EXCEEDED) or Error
   /// (REQUEST_ID_REUSED: the spec of that job differs).

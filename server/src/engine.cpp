@@ -27,7 +27,7 @@ Engine::Engine(Resources resources, const std::function<void()>& on_lane_broken)
       staging_(std::move(resources.staging)),
       resident_at_start_bytes_(resources.resident_bytes),
       budget_(std::move(resources.limits)),
-      regions_(RegionService::make(config_, budget_)),
+      regions_(RegionService::make(config_, budget_, page_lock(resources.devices.front().backend))),
       topologies_(budget_, config_.max_topology_bytes),
       queue_(config_.max_queued_jobs, config_.max_queued_bytes, config_.priority_ageing),
       store_(static_cast<std::size_t>(config_.max_kept_jobs),

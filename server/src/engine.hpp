@@ -55,6 +55,9 @@ class Engine {
   [[nodiscard]] MemoryEstimate estimate(const JobRequest& request) const {
     return admission_.estimate(request);
   }
+  [[nodiscard]] bool reads_positions_once(const MeshSize& size) const {
+    return admission_.reads_positions_once(size);
+  }
   /// See Admission; also throws Error (DRAINING).
   [[nodiscard]] Subscription admit(const JobRequest& request, const Job::Observer& observer);
   /// See Admission.

@@ -17,10 +17,11 @@ bool is_cancelled(const std::exception_ptr& error) {
   }
 }
 
-// The request is retained as long as the job is listed, the topology only until its end.
-JobRequest without_topology(const JobRequest& request) {
+// The request is retained as long as the job is listed, its memory only until its end.
+JobRequest without_memory(const JobRequest& request) {
   JobRequest copy = request;
   copy.topology = nullptr;
+  copy.shared_coordinates.reset();
   return copy;
 }
 
@@ -42,7 +43,7 @@ Job::Job(std::string name, std::int64_t sequence, JobRequest request, Reservatio
          EndObserver end_observer)
     : name_(std::move(name)),
       sequence_(sequence),
-      request_(without_topology(request)),
+      request_(without_memory(request)),
       reserved_bytes_(reservation.bytes()),
       device_(reservation.device()),
       result_bytes_(result_bytes),
@@ -51,8 +52,9 @@ Job::Job(std::string name, std::int64_t sequence, JobRequest request, Reservatio
       topology_(std::move(request.topology)),
       upload_(std::move(upload)),
       mesh_(topology_ ? std::make_unique<wire::MeshAssembler>(request_.layout, topology_->arrays(),
-                                                              memory)
-                      : std::make_unique<wire::MeshAssembler>(request_.layout, memory)) {
+                                                              memory, request.shared_coordinates)
+                      : std::make_unique<wire::MeshAssembler>(request_.layout, memory,
+                                                              request.shared_coordinates)) {
   if (topology_) now_.topology_name = topology_->name();
   if (request_.topology_kept) mesh_->name_topology();
   now_.times.created = std::chrono::system_clock::now();

@@ -42,8 +42,10 @@ struct JobRequest {
   SmoothOptions options;
   Priority priority = Priority::normal;
   wire::MeshLayout layout;
-  std::shared_ptr<CachedTopology> topology;   // set: only coordinates are uploaded
-  bool topology_kept = false;                 // add the uploaded topology to the cache
+  std::shared_ptr<CachedTopology> topology;  // set: only coordinates are uploaded
+  bool topology_kept = false;                // add the uploaded topology to the cache
+  /// Set: the smoother reads and writes them by itself.
+  std::optional<wire::SharedCoordinates> shared_coordinates;
   std::optional<Clock::time_point> deadline;  // of the call
   std::optional<Clock::duration> queue_timeout;
   /// Set: the job outlives its calls, and its result is kept for this time.

@@ -97,11 +97,12 @@ SmoothSummary Lane::smooth(Job& job, const JobControl& control) {
     options.prescribed = mesh.prescribed();
     options.reference = mesh.reference();
   }
+  const JobPositions positions(mesh.given_positions(), mesh.positions());
   const auto topology = job.topology();
-  if (!topology) return smoother_->smooth(mesh.topology(), mesh.positions(), options, control);
+  if (!topology) return smoother_->smooth(mesh.topology(), positions, options, control);
   const PreparedForJob prepared = topologies_.prepare(*topology, *smoother_, device_, control);
   if (prepared.reused) job.note_topology_reused();
-  return smoother_->smooth(*prepared.topology, mesh.positions(), options, control);
+  return smoother_->smooth(*prepared.topology, positions, options, control);
 }
 
 }  // namespace meshsmooth::server

@@ -80,8 +80,10 @@ SmoothOptions options_of(const Settings& settings) {
 
 /// Where the time of a step goes, as the server says.
 using Stage = std::pair<const char*, double (*)(const client::SmoothReport&)>;
-constexpr std::array<Stage, 7> kStages = {{
+constexpr std::array<Stage, 9> kStages = {{
     {"receive", [](const client::SmoothReport& r) { return r.receive_seconds; }},
+    {"queue", [](const client::SmoothReport& r) { return r.queue_seconds; }},
+    {"upload", [](const client::SmoothReport& r) { return r.summary.times.upload_seconds; }},
     {"neighbours",
      [](const client::SmoothReport& r) { return r.summary.times.find_neighbours_seconds; }},
     {"boundary",

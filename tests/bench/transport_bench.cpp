@@ -49,7 +49,7 @@ class IdleSmoother final : public Smoother {
     return {};
   }
   using Smoother::smooth;
-  SmoothSummary smooth(const TopologyView& topology, PositionsSpan, const SmoothOptions&,
+  SmoothSummary smooth(const TopologyView& topology, const JobPositions&, const SmoothOptions&,
                        const JobControl&) override {
     SmoothSummary summary;
     summary.backend = "cpu";

@@ -54,6 +54,13 @@ TEST(Prepared, PositionsAreThoseOfAJobThatPreparesForItself) {
   }
 }
 
+TEST(Prepared, WritesTheResultWhereItIsTold) {
+  const auto smoother = make_smoother("cpu", 2);
+  for (const Mesh& mesh : meshes()) {
+    test::reads_one_array_and_writes_another(*smoother, mesh);
+  }
+}
+
 // Whatever was prepared first, by whichever thread count: no bit of the answer changes.
 TEST(Prepared, JobsHaveTheSameBitsWhenPreparedAnew) {
   for (const Mesh& mesh : meshes()) {

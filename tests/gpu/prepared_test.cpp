@@ -61,6 +61,14 @@ TEST_F(CudaPrepared, PositionsAreThoseOfAJobThatPreparesForItself) {
   }
 }
 
+TEST_F(CudaPrepared, WritesTheResultWhereItIsTold) {
+  const auto smoother = make_smoother("cuda:0");
+  for (const auto& [name, mesh] : meshes()) {
+    SCOPED_TRACE(name);
+    test::reads_one_array_and_writes_another(*smoother, mesh);
+  }
+}
+
 // Whatever was prepared first, by whichever lane: no bit of the answer changes.
 TEST_F(CudaPrepared, JobsHaveTheSameBitsWhenPreparedAnewByAnotherLane) {
   const auto one = make_smoother("cuda:0"), other = make_smoother("cuda:0");

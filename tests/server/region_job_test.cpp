@@ -230,6 +230,156 @@ TEST_F(RegionJobTest, ReleasesARegionWhoseCallerCancels) {
   conservation.check(region_.lease().size_bytes());
 }
 
+/// On a device that reads and writes the region by itself.
+class DeviceRegionJobTest : public RegionJobTest {
+ protected:
+  DeviceRegionJobTest() { server_.fake().read_positions_once(); }
+};
+
+TEST_F(DeviceRegionJobTest, GivesItsInputsBackWithTheResult) {
+  server_.fake().report_progress(1);
+  server_.fake().hold();
+  mesh_.write(region_);
+  v1::JobSpec with_progress = spec();
+  with_progress.mutable_progress_interval()->set_nanos(1);
+  SmoothCall call(stub_);
+  call.send(with_progress);
+  call.half_close();
+  call.read_accepted();
+  const auto progress = call.read();
+  ASSERT_TRUE(progress && progress->has_progress());
+  // The job has not read them yet.
+  std::vector<double> other = mesh_.mesh.coordinates;
+  for (double& x : other) x *= 2;
+  region_.write(InRegion::kCoordinates, bytes_of(other));
+  server_.fake().release();
+  std::optional<v1::SmoothResponse> next = call.read();
+  while (next && next->has_progress()) next = call.read();
+  ASSERT_TRUE(next && next->has_result());
+  EXPECT_TRUE(next->result().in_region());
+  EXPECT_TRUE(call.finish().ok()) << call.finish().error_message();
+  EXPECT_EQ(call.chunk_count(), 0);
+  TwoTetrahedra moved;
+  moved.coordinates = other;
+  EXPECT_EQ(mesh_.result(region_), moved.moved());
+  EXPECT_EQ(region_.read(InRegion::kCoordinates, 120), bytes_of(other));
+}
+
+TEST_F(DeviceRegionJobTest, MayWriteItsResultOverItsInputs) {
+  mesh_.write(region_);
+  v1::JobSpec in_place = spec();
+  in_place.mutable_region()->set_result_offset_bytes(InRegion::kCoordinates);
+  SmoothCall call(stub_);
+  call.send(in_place);
+  call.half_close();
+  EXPECT_TRUE(call.finish().ok()) << call.finish().error_message();
+  EXPECT_EQ(region_.read(InRegion::kCoordinates, 120), mesh_.mesh.moved());
+}
+
+TEST_F(DeviceRegionJobTest, CopiesWhatNoDeviceCanReach) {
+  server_.fake().hold();
+  v1::JobSpec odd = spec();  // no address of a number
+  odd.mutable_region()->mutable_inputs(2)->set_offset_bytes(InRegion::kCoordinates + 1);
+  mesh_.write(region_);
+  region_.write(InRegion::kCoordinates + 1, bytes_of(mesh_.mesh.coordinates));
+  SmoothCall call(stub_);
+  call.send(odd);
+  call.half_close();
+  call.read_accepted();
+  const auto taken = call.read();
+  ASSERT_TRUE(taken && taken->has_input_taken());
+  server_.fake().release();
+  EXPECT_TRUE(call.finish().ok()) << call.finish().error_message();
+  EXPECT_EQ(mesh_.result(region_), mesh_.mesh.moved());
+}
+
+TEST_F(DeviceRegionJobTest, WritesTheQualityBehindThePositions) {
+  mesh_.write(region_);
+  v1::JobSpec asks = spec();
+  asks.add_element_quality_metrics(v1::QUALITY_METRIC_MEAN_RATIO);
+  SmoothCall call(stub_);
+  call.send(asks);
+  call.half_close();
+  EXPECT_TRUE(call.finish().ok()) << call.finish().error_message();
+  EXPECT_EQ(mesh_.result(region_), mesh_.mesh.moved());
+  const std::vector<float> quality = {FakeSmoother::element_quality(QualityMetric::mean_ratio, 0),
+                                      FakeSmoother::element_quality(QualityMetric::mean_ratio, 1)};
+  EXPECT_EQ(region_.read(InRegion::kResult + 120, 8), bytes_of(quality));
+}
+
+TEST_F(DeviceRegionJobTest, SendsItsResultToACallThatJoins) {
+  server_.fake().hold();
+  mesh_.write(region_);
+  v1::JobSpec named = spec();
+  named.set_request_id(kId);
+  SmoothCall first(stub_);
+  first.send(named);
+  first.half_close();
+  const std::string name = first.read_accepted();
+
+  v1::JobSpec same = TwoTetrahedra::spec();
+  same.set_request_id(kId);
+  SmoothCall second(stub_);
+  second.send(same);
+  EXPECT_EQ(second.read_accepted(), name);
+  server_.fake().release();
+  EXPECT_TRUE(first.finish().ok()) << first.finish().error_message();
+  EXPECT_TRUE(second.finish().ok()) << second.finish().error_message();
+  EXPECT_EQ(second.result(), mesh_.mesh.moved());
+  EXPECT_EQ(mesh_.result(region_), mesh_.mesh.moved());
+}
+
+TEST_F(DeviceRegionJobTest, KeepsNoRegionForAKeptResult) {
+  server_.keeps_something();
+  server_.fake().hold();
+  mesh_.write(region_);
+  v1::JobSpec kept = spec();
+  kept.set_request_id(kId);
+  kept.mutable_result_ttl()->set_seconds(60);
+  SmoothCall call(stub_);
+  call.send(kept);
+  call.half_close();
+  call.read_accepted();
+  const auto taken = call.read();
+  ASSERT_TRUE(taken && taken->has_input_taken());
+  server_.fake().release();
+  EXPECT_TRUE(call.finish().ok()) << call.finish().error_message();
+  EXPECT_EQ(mesh_.result(region_), mesh_.mesh.moved());
+}
+
+TEST_F(DeviceRegionJobTest, FinishesAJobWhoseLeaseEndedMeanwhile) {
+  server_.fake().hold();
+  RegionCaller other = RegionCaller::ready(stub_, InRegion::kBytes);
+  mesh_.write(other);
+  SmoothCall call(stub_);
+  call.send(InRegion::spec(other.lease().region_name()));
+  call.half_close();
+  call.read_accepted();
+  other.close_socket();
+  other.close_file();
+  server_.fake().release();
+  EXPECT_TRUE(call.finish().ok()) << call.finish().error_message();
+  EXPECT_EQ(mesh_.result(other), mesh_.mesh.moved());
+}
+
+TEST_F(DeviceRegionJobTest, ReleasesARegionWhoseCallerIsGone) {
+  Conservation conservation(stub_);
+  server_.fake().hold_deaf();  // the job does not hear of it, and writes its result
+  {
+    RegionCaller other = RegionCaller::ready(stub_, InRegion::kBytes);
+    mesh_.write(other);
+    SmoothCall call(stub_);
+    call.send(InRegion::spec(other.lease().region_name()));
+    call.half_close();
+    call.read_accepted();
+    server_.fake().wait_started(1);
+    call.cancel();
+    call.finish();
+  }
+  server_.fake().release();
+  conservation.check(region_.lease().size_bytes());
+}
+
 /// A job too large to be copied on a thread of gRPC.
 class LargeRegionJobTest : public RegionJobTest {
  protected:

@@ -69,12 +69,12 @@ class SoakedSmoother final : public Smoother {
   [[nodiscard]] MemoryEstimate estimate_prepared(const MeshSize& size) const override {
     return real_->estimate_prepared(size);
   }
-  SmoothSummary smooth(const TopologyView& topology, PositionsSpan positions,
+  SmoothSummary smooth(const TopologyView& topology, const JobPositions& positions,
                        const SmoothOptions& options, const JobControl& control) override {
     leak();
     return real_->smooth(topology, positions, options, control);
   }
-  SmoothSummary smooth(const PreparedTopology& prepared, PositionsSpan positions,
+  SmoothSummary smooth(const PreparedTopology& prepared, const JobPositions& positions,
                        const SmoothOptions& options, const JobControl& control) override {
     leak();
     return real_->smooth(prepared, positions, options, control);

@@ -64,6 +64,8 @@ class FakeControl {
   }
   /// Progress that a job reports at its start, iterations 1..count.
   void report_progress(int count) { progress_count_ = count; }
+  /// As a device does, at the end of a job.
+  void read_positions_once() { reads_positions_once_ = true; }
   void set_estimate(MemoryEstimate estimate) {
     const std::lock_guard lock(mutex_);
     estimate_ = estimate;
@@ -116,6 +118,7 @@ class FakeControl {
   MemoryEstimate estimate_;
   DeviceSpace device_space_;
   std::atomic<int> progress_count_ = 0;
+  std::atomic<bool> reads_positions_once_ = false;
 };
 
 struct FakePreparedTopology final : PreparedTopology {
@@ -133,6 +136,10 @@ class FakeSmoother final : public Smoother {
   [[nodiscard]] DeviceSpace device_space() const override {
     const std::lock_guard lock(control_->mutex_);
     return control_->device_space_;
+  }
+
+  [[nodiscard]] bool reads_positions_once(const MeshSize&) const override {
+    return control_->reads_positions_once_;
   }
 
   [[nodiscard]] MemoryEstimate estimate(const MeshSize& size,
@@ -170,10 +177,11 @@ class FakeSmoother final : public Smoother {
   }
 
   using Smoother::smooth;
-  SmoothSummary smooth(const TopologyView& topology, PositionsSpan positions,
+  SmoothSummary smooth(const TopologyView& topology, const JobPositions& positions,
                        const SmoothOptions& options, const JobControl& job) override {
     start();
-    if (std::holds_alternative<Move>(options.method)) begin_at(options.reference, positions);
+    const bool at_reference =
+        std::holds_alternative<Move>(options.method) && position_count(options.reference) > 0;
     for (int i = 1; i <= control_->progress_count_; ++i) {
       job.on_progress({.stage = Stage::iterate,
                        .iteration = i,
@@ -181,6 +189,8 @@ class FakeSmoother final : public Smoother {
                        .rms_displacement = 0.5 / i});
     }
     const bool early = wait(job);
+    const PositionsSpan& result = positions.result;
+    begin_at(at_reference ? options.reference : positions.given, result);
     std::function<void()> thrower;
     {
       const std::lock_guard lock(control_->mutex_);
@@ -200,7 +210,7 @@ class FakeSmoother final : public Smoother {
           [&](auto span) {
             for (const auto& p : span) control_->motion_.second.push_back(vec3_cast<double>(p));
           },
-          positions);
+          result);
     }
     if (thrower) thrower();
 
@@ -209,7 +219,7 @@ class FakeSmoother final : public Smoother {
     summary.backend = "cpu";
     summary.device_name = "fake";
     summary.nodes.total = static_cast<std::int64_t>(topology.node_count);
-    if (!early) summary.nodes.moved = move(topology, positions);
+    if (!early) summary.nodes.moved = move(topology, result);
     summary.element_quality.metrics = options.element_quality_metrics;
     for (const QualityMetric metric : options.element_quality_metrics) {
       for (std::size_t e = 0; e < topology.element_count(); ++e) {
@@ -225,15 +235,13 @@ class FakeSmoother final : public Smoother {
   }
 
  private:
-  /// As a motion does; without a reference the nodes lie where the caller has them.
-  static void begin_at(const PositionsView& reference, const PositionsSpan& positions) {
-    if (position_count(reference) == 0) return;
+  static void begin_at(const PositionsView& from, const PositionsSpan& to) {
     std::visit(
-        []<class Real>(const auto& from, std::span<Vec3<Real>> to) {
-          std::ranges::transform(from, to.begin(),
+        []<class Real>(const auto& given, std::span<Vec3<Real>> positions) {
+          std::ranges::transform(given, positions.begin(),
                                  [](const auto& p) { return vec3_cast<Real>(p); });
         },
-        reference, positions);
+        from, to);
   }
 
   void start() {

@@ -3,6 +3,7 @@
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <concepts>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -10,6 +11,7 @@
 #include <stop_token>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "meshsmooth/mesh.hpp"
@@ -40,6 +42,18 @@ struct JobControl {
   std::optional<std::chrono::steady_clock::time_point> deadline;
   /// Called on the job's thread, at most once per sweep; must not block.
   std::function<void(const Progress&)> on_progress;
+};
+
+/// The positions of a job: where they are read, and where the result is written.
+struct JobPositions {
+  /// In place.
+  template <std::convertible_to<PositionsSpan> Array>
+  JobPositions(Array&& both) : result(std::forward<Array>(both)), given(as_view(result)) {}
+  /// Both of one type and size; they do not overlap, or are the same array.
+  JobPositions(PositionsView from, PositionsSpan to) : result(to), given(from) {}
+
+  PositionsSpan result;
+  PositionsView given;
 };
 
 /// The sizes of a mesh: enough to estimate the memory of its job.
@@ -100,16 +114,22 @@ class Smoother {
   [[nodiscard]] virtual MemoryEstimate estimate(const MeshSize& size,
                                                 const SmoothOptions& options) const = 0;
 
-  /// Smooths a mesh in place. O(elements + sweeps * edges).
+  /// @returns whether jobs on a mesh of these element types read the positions that they are given
+  /// once, into memory of a device: another process may then write them at the same time, which
+  /// spoils the result and nothing else
+  [[nodiscard]] virtual bool reads_positions_once(const MeshSize&) const { return false; }
+
+  /// Smooths a mesh. O(elements + sweeps * edges).
   ///
   /// The same input gives the same bits on every call and with every number of threads,
   /// `Form::asynchronous` excepted. Fixed and isolated nodes keep their bits.
   ///
-  /// @param positions  [topology.node_count], in the mesh's unit; written once, at the end
+  /// @param positions  [topology.node_count], in the mesh's unit; the result is written once, at
+  ///                   the end
   /// @throws InvalidMesh, InvalidOption, NotSupported, OutOfMemory, DeviceError, Cancelled,
   ///         DeadlineExceeded; positions are then unchanged (undefined only if a device is lost
   ///         while it writes them: a fatal DeviceError)
-  virtual SmoothSummary smooth(const TopologyView& topology, PositionsSpan positions,
+  virtual SmoothSummary smooth(const TopologyView& topology, const JobPositions& positions,
                                const SmoothOptions& options, const JobControl& control) = 0;
 
   /// Finds once what many jobs on one topology need: rings, balls, boundary. Independent of
@@ -133,7 +153,7 @@ class Smoother {
 
   /// Smooths `prepared.topology`. O(nodes + sweeps * edges), and O(elements) to evaluate.
   /// `Move` with a `SmoothOptions::reference` does not read `positions`.
-  virtual SmoothSummary smooth(const PreparedTopology& prepared, PositionsSpan positions,
+  virtual SmoothSummary smooth(const PreparedTopology& prepared, const JobPositions& positions,
                                const SmoothOptions& options, const JobControl& control);
 
   /// Smooths a mesh with its own positions.

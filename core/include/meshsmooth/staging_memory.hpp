@@ -69,6 +69,10 @@ class StagingMemory final : public std::pmr::memory_resource {
   std::unique_ptr<Ready> ready_;              // null: nothing is locked from the start
 };
 
+/// @returns how the pages are locked that a backend copies from and to by itself; no functions for
+/// one that works in host memory
+[[nodiscard]] StagingMemory::PageLock page_lock(std::string_view backend);
+
 /// Creates memory for the meshes of jobs of one backend.
 ///
 /// @param backend  "cpu", "cuda:0" …

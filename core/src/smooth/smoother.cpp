@@ -39,7 +39,7 @@ std::shared_ptr<const PreparedTopology> Smoother::prepare(const TopologyView& to
 
 MemoryEstimate Smoother::estimate_prepared(const MeshSize&) const { return {}; }
 
-SmoothSummary Smoother::smooth(const PreparedTopology& prepared, PositionsSpan positions,
+SmoothSummary Smoother::smooth(const PreparedTopology& prepared, const JobPositions& positions,
                                const SmoothOptions& options, const JobControl& control) {
   return smooth(prepared.topology, positions, options, control);
 }

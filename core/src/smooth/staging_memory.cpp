@@ -138,11 +138,15 @@ void StagingMemory::release(const Block& block) {
   upstream_->deallocate(block.data, block.bytes, kPageBytes);
 }
 
+StagingMemory::PageLock page_lock(std::string_view backend) {
+  return detail::cuda_page_lock(backend);
+}
+
 std::unique_ptr<StagingMemory> make_staging_memory(std::string_view backend,
                                                    std::size_t max_idle_bytes,
                                                    std::pmr::memory_resource* upstream,
                                                    std::size_t ready_bytes) {
-  StagingMemory::PageLock pages = detail::cuda_page_lock(backend);
+  StagingMemory::PageLock pages = page_lock(backend);
   if (!pages.lock) return nullptr;
   return std::make_unique<StagingMemory>(std::move(pages), max_idle_bytes, upstream, ready_bytes);
 }

@@ -7,8 +7,6 @@ namespace {
 
 // Two, so that a large mesh does not hold up a small one; more would only share the memory's rate.
 constexpr int kThreadCount = 2;
-// A gRPC thread copies as much of any message that it receives.
-constexpr std::int64_t kAtOnceBytes = 4 << 20;
 
 }  // namespace
 

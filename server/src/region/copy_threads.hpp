@@ -15,6 +15,8 @@ namespace meshsmooth::server {
 class CopyThreads {
  public:
   using Task = std::function<void()>;
+  /// A gRPC thread copies as much of any message that it receives.
+  static constexpr std::int64_t kAtOnceBytes = 4 << 20;
 
   CopyThreads();
   /// Finishes what runs; what waits is dropped.
@@ -23,7 +25,7 @@ class CopyThreads {
   CopyThreads& operator=(const CopyThreads&) = delete;
 
   /// Has a thread run the task, or runs it now where it moves so few bytes that handing it over
-  /// would take longer than the copy.
+  /// would take longer than the copy: up to `kAtOnceBytes`.
   void run(std::int64_t bytes, Task task);
   void post(Task task);
 

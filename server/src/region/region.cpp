@@ -57,6 +57,7 @@ Region::Region(std::string name, std::string caller, std::int64_t size_bytes,
 }
 
 Region::~Region() {
+  if (unlock_) unlock_(bytes_.data());
   if (!bytes_.empty()) munmap(bytes_.data(), bytes_.size());
 }
 
@@ -86,6 +87,14 @@ void Region::seal() {
 
 void Region::populate(std::span<std::byte> part) const {
   madvise(part.data(), part.size(), MADV_POPULATE_WRITE);  // else at their first use
+}
+
+void Region::open_to_devices(const StagingMemory::PageLock& pages) {
+  if (pages.lock) {
+    if (!pages.lock(bytes_.data(), bytes_.size())) return;
+    unlock_ = pages.unlock;
+  }
+  open_to_devices_ = true;
 }
 
 bool Region::in_foreign_use() const {

@@ -4,11 +4,13 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
 
 #include "memory_budget.hpp"
+#include "meshsmooth/staging_memory.hpp"
 #include "wire/descriptor.hpp"
 
 namespace meshsmooth::server {
@@ -46,6 +48,10 @@ class Region {
   [[nodiscard]] bool sealed() const { return sealed_; }
   /// Has the pages of a part here already when they are first used.
   void populate(std::span<std::byte> part) const;
+  /// Lets devices read and write it by themselves, where its pages can be locked; `pages` has no
+  /// functions where they need not be.
+  void open_to_devices(const StagingMemory::PageLock& pages);
+  [[nodiscard]] bool open_to_devices() const { return open_to_devices_; }
   /// Whether another process still has it open or mapped, descriptors under way included.
   [[nodiscard]] bool in_foreign_use() const;
 
@@ -69,7 +75,9 @@ class Region {
   const Reservation reservation_;  // released last
   wire::Descriptor own_, foreign_;
   std::span<std::byte> bytes_;
+  std::function<void(void*)> unlock_;
   std::atomic<bool> sealed_ = false, announced_ = false, wanted_back_ = false;
+  std::atomic<bool> open_to_devices_ = false;
   std::atomic<int> use_count_ = 0;
   std::atomic<Clock::time_point> last_used_;
 };

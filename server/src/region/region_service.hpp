@@ -16,12 +16,13 @@ namespace meshsmooth::server {
 /// Thread-safe.
 class RegionService {
  public:
-  /// The budget must outlive it. Throws InvalidOption (OPTION_OUT_OF_RANGE).
-  RegionService(const ServerConfig& config, MemoryBudget& budget);
+  /// The budget must outlive it. `pages`: see Region. Throws InvalidOption (OPTION_OUT_OF_RANGE).
+  RegionService(const ServerConfig& config, MemoryBudget& budget, StagingMemory::PageLock pages);
 
   /// Nothing where the configuration or the kernel has no shared memory.
   [[nodiscard]] static std::unique_ptr<RegionService> make(const ServerConfig& config,
-                                                           MemoryBudget& budget);
+                                                           MemoryBudget& budget,
+                                                           StagingMemory::PageLock pages);
 
   /// See RegionLeases.
   [[nodiscard]] RegionLeases::Lease lease(const std::string& caller, std::int64_t size_bytes);
@@ -45,6 +46,7 @@ class RegionService {
   std::optional<SocketFolder> folder_;
   const std::string path_;
   const std::int64_t max_bytes_;
+  const StagingMemory::PageLock pages_;
   RegionLeases leases_;
   CopyThreads copies_;
   RegionSocket socket_;

@@ -57,29 +57,33 @@ bool is_own_user(int socket) {
 }
 
 // Piece by piece, so that copies of jobs come between.
-void populate(CopyThreads& copies, const std::shared_ptr<wire::Descriptor>& socket,
+void populate(CopyThreads& copies, const StagingMemory::PageLock& pages,
+              const std::shared_ptr<wire::Descriptor>& socket,
               const std::shared_ptr<Region>& region, std::size_t offset) {
   constexpr std::size_t kPiece = 32 << 20;
   const auto rest = region->bytes().subspan(offset);
   if (rest.empty()) {
+    region->open_to_devices(pages);
     wire::send_message(socket->number(), wire::RegionMessage::ready);
     region->set_announced();
     return;
   }
   const auto part = rest.first(std::min(rest.size(), kPiece));
   region->populate(part);
-  copies.post([&copies, socket, region, next = offset + part.size()] {
-    populate(copies, socket, region, next);
+  copies.post([&copies, &pages, socket, region, next = offset + part.size()] {
+    populate(copies, pages, socket, region, next);
   });
 }
 
 }  // namespace
 
 RegionSocket::RegionSocket(const std::string& path, RegionLeases& leases, CopyThreads& copies,
+                           const StagingMemory::PageLock& pages,
                            std::chrono::nanoseconds idle_timeout)
     : path_(path),
       leases_(leases),
       copies_(copies),
+      pages_(pages),
       idle_timeout_(idle_timeout),
       listener_(listen_on(path)),
       wake_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
@@ -167,9 +171,8 @@ bool RegionSocket::take_mapped(Connection& connection) {
     return false;
   }
   connection.deadline = Clock::time_point::max();
-  copies_.post([&copies = copies_, socket = connection.socket, region = connection.region] {
-    populate(copies, socket, region, 0);
-  });
+  copies_.post([&copies = copies_, &pages = pages_, socket = connection.socket,
+                region = connection.region] { populate(copies, pages, socket, region, 0); });
   return true;
 }
 

@@ -19,10 +19,10 @@ namespace meshsmooth::server {
 class RegionSocket {
  public:
   /// Listens on a path, where nothing but a socket may be. All must outlive it. Throws
-  /// InvalidOption (OPTION_OUT_OF_RANGE). `idle_timeout`: after which an unused region is wanted
-  /// back.
+  /// InvalidOption (OPTION_OUT_OF_RANGE). `pages`: see Region; `idle_timeout`: after which an
+  /// unused region is wanted back.
   RegionSocket(const std::string& path, RegionLeases& leases, CopyThreads& copies,
-               std::chrono::nanoseconds idle_timeout);
+               const StagingMemory::PageLock& pages, std::chrono::nanoseconds idle_timeout);
   ~RegionSocket() { close(); }
   RegionSocket(const RegionSocket&) = delete;
   RegionSocket& operator=(const RegionSocket&) = delete;
@@ -55,6 +55,7 @@ class RegionSocket {
   const std::string path_;
   RegionLeases& leases_;
   CopyThreads& copies_;
+  const StagingMemory::PageLock& pages_;
   const std::chrono::nanoseconds idle_timeout_;
   wire::Descriptor listener_, wake_;
   std::list<Connection> connections_;

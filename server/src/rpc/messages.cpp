@@ -232,6 +232,11 @@ DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& caller, Engi
   if (spec.has_region()) {
     decoded.call.region =
         std::make_shared<const RegionUse>(spec.region(), engine.regions(), decoded.job);
+    // A kept result would hold the region as long.
+    if (!decoded.job.kept() && engine.reads_positions_once(layout.size())) {
+      decoded.job.shared_coordinates = decoded.call.region->shared_coordinates();
+      decoded.call.coordinates_are_shared = decoded.job.shared_coordinates.has_value();
+    }
   }
   return decoded;
 }

@@ -18,6 +18,7 @@ struct CallOptions {
   int result_chunk_bytes = 0;
   bool validate_only = false;
   std::shared_ptr<const RegionUse> region;  // null: the arrays travel in chunks
+  bool coordinates_are_shared = false;      // the job reads them there itself
 };
 
 struct DecodedSpec {

@@ -51,13 +51,34 @@ RegionUse::RegionUse(const v1::RegionUse& message, const RegionService* service,
     const auto& [id, size_bytes] = arrays[static_cast<std::size_t>(i)];
     inputs_.push_back(
         {id, part_of(*region_, name_of(id), message.inputs(i).offset_bytes(), size_bytes)});
-    input_bytes_ += size_bytes;
   }
   result_ = part_of(*region_, "result", message.result_offset_bytes(), job.result_bytes());
+  coordinates_bytes_ = static_cast<std::size_t>(job.layout.coordinates_bytes);
+}
+
+std::optional<wire::SharedCoordinates> RegionUse::shared_coordinates() const {
+  wire::SharedCoordinates shared{region_, {}, result_.first(coordinates_bytes_)};
+  const auto given = std::ranges::find(inputs_, v1::ARRAY_ID_COORDINATES, &Input::array_id);
+  if (given != inputs_.end()) shared.given = given->bytes;
+  const auto is_aligned = [](const std::byte* data) {
+    return reinterpret_cast<std::uintptr_t>(data) % alignof(double) == 0;
+  };
+  const bool possible = region_->open_to_devices() && is_aligned(shared.given.data()) &&
+                        is_aligned(shared.result.data());
+  return possible ? std::optional(shared) : std::nullopt;
+}
+
+std::int64_t RegionUse::input_bytes(const wire::MeshAssembler& mesh) const {
+  std::size_t bytes = 0;
+  for (const Input& input : inputs_) {
+    if (is_copied(input, mesh)) bytes += input.bytes.size();
+  }
+  return static_cast<std::int64_t>(bytes);
 }
 
 void RegionUse::take_inputs(wire::MeshAssembler& mesh, const std::stop_token& stop) const {
   for (const Input& input : inputs_) {
+    if (!is_copied(input, mesh)) continue;
     for (std::size_t at = 0; at < input.bytes.size() && !stop.stop_requested();) {
       const auto piece = input.bytes.subspan(at, std::min(kPieceBytes, input.bytes.size() - at));
       wire::ChunkView chunk;
@@ -71,10 +92,17 @@ void RegionUse::take_inputs(wire::MeshAssembler& mesh, const std::stop_token& st
   }
 }
 
+std::int64_t RegionUse::result_bytes_to_copy(const JobResult& result) const {
+  const bool there = result.coordinates.data() == result_.data();
+  return result_bytes() - (there ? static_cast<std::int64_t>(coordinates_bytes_) : 0);
+}
+
 void RegionUse::write_result(const JobResult& result) const {
   for (std::size_t at = 0; at < result_.size();) {
     const auto bytes = result.part_at(static_cast<std::int64_t>(at)).bytes;
-    std::memcpy(result_.data() + at, bytes.data(), bytes.size());
+    if (bytes.data() != result_.data() + at) {
+      std::memcpy(result_.data() + at, bytes.data(), bytes.size());
+    }
     at += bytes.size();
   }
 }

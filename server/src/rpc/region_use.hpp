@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <stop_token>
 #include <string>
@@ -22,15 +23,22 @@ class RegionUse {
   /// the arrays of the job in their order). `service`: null where there are no regions.
   RegionUse(const v1::RegionUse& message, const RegionService* service, const JobRequest& job);
 
-  [[nodiscard]] std::int64_t input_bytes() const { return input_bytes_; }
+  /// The coordinates, where a device reads and writes them by itself.
+  [[nodiscard]] std::optional<wire::SharedCoordinates> shared_coordinates() const;
+
+  /// That `take_inputs` copies.
+  [[nodiscard]] std::int64_t input_bytes(const wire::MeshAssembler& mesh) const;
   [[nodiscard]] std::int64_t result_bytes() const {
     return static_cast<std::int64_t>(result_.size());
   }
 
-  /// Copies the inputs into the arrays of the job; afterwards nothing of the region is read again.
-  /// Ends early, leaving the mesh incomplete, when a stop is requested. Throws what
-  /// MeshAssembler::add throws.
+  /// Copies the inputs into the arrays of the job, but for those that it shares; afterwards the
+  /// server reads nothing else of the region. Ends early, leaving the mesh incomplete, when a stop
+  /// is requested. Throws what MeshAssembler::add throws.
   void take_inputs(wire::MeshAssembler& mesh, const std::stop_token& stop) const;
+  /// That `write_result` copies.
+  [[nodiscard]] std::int64_t result_bytes_to_copy(const JobResult& result) const;
+  /// Copies what the job has not written there itself.
   void write_result(const JobResult& result) const;
 
  private:
@@ -40,9 +48,13 @@ class RegionUse {
   };
 
   std::shared_ptr<Region> region_;
+  [[nodiscard]] static bool is_copied(const Input& input, const wire::MeshAssembler& mesh) {
+    return input.array_id != v1::ARRAY_ID_COORDINATES || !mesh.shares_coordinates();
+  }
+
   std::vector<Input> inputs_;
-  std::int64_t input_bytes_ = 0;
   std::span<std::byte> result_;
+  std::size_t coordinates_bytes_;  // of the result
 };
 
 }  // namespace meshsmooth::server

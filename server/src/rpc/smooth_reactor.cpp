@@ -70,8 +70,9 @@ void SmoothReactor::OnReadDone(bool ok) {
     }
     if (!error_ && inputs_due()) {
       lock.unlock();
-      pump();  // a large mesh takes a while
-      return engine_.regions()->copies().run(call_.region->input_bytes(),
+      const std::int64_t bytes = call_.region->input_bytes(job_->mesh());
+      if (bytes > CopyThreads::kAtOnceBytes) pump();  // the job's admission need not wait for them
+      return engine_.regions()->copies().run(bytes,
                                              [self = shared_from_this()] { self->take_inputs(); });
     }
     input_ = Input::idle;
@@ -271,9 +272,9 @@ SmoothReactor::Action SmoothReactor::next_answer(const JobSnapshot& job, Clock::
     case Answer::none:
       return {};
     case Answer::accepted:
-      answer_ = subscription_.joined ? Answer::stop_sending
-                : call_.region       ? Answer::input_taken
-                                     : Answer::result;
+      answer_ = subscription_.joined                            ? Answer::stop_sending
+                : call_.region && !call_.coordinates_are_shared ? Answer::input_taken
+                                                                : Answer::result;
       return write(wire::encode(accepted_message()), now);
     case Answer::input_taken:
       if (uploading()) return {};
@@ -294,7 +295,7 @@ SmoothReactor::Action SmoothReactor::next_of_result(const JobSnapshot& job, Cloc
   output_ = Output::copying;
   return [this, result = job.result] {
     engine_.regions()->copies().run(
-        call_.region->result_bytes(),
+        call_.region->result_bytes_to_copy(*result),
         [self = shared_from_this(), result] { self->write_result(*result); });
   };
 }

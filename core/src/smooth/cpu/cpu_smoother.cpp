@@ -38,7 +38,7 @@ class CpuSmoother final : public Smoother {
   }
 
   using Smoother::smooth;
-  SmoothSummary smooth(const TopologyView& topology, PositionsSpan positions,
+  SmoothSummary smooth(const TopologyView& topology, const JobPositions& positions,
                        const SmoothOptions& options, const JobControl& control) override {
     validate(options);
     run_in(arena_, [&] {
@@ -67,7 +67,7 @@ class CpuSmoother final : public Smoother {
     return prepare_topology(executor, topology, control, reference);
   }
 
-  SmoothSummary smooth(const PreparedTopology& prepared, PositionsSpan positions,
+  SmoothSummary smooth(const PreparedTopology& prepared, const JobPositions& positions,
                        const SmoothOptions& options, const JobControl& control) override {
     validate(options);
     const auto& own = dynamic_cast<const CpuPreparedTopology&>(prepared);
@@ -79,7 +79,7 @@ class CpuSmoother final : public Smoother {
   }
 
  private:
-  SmoothSummary run(const TopologyView& topology, PositionsSpan positions,
+  SmoothSummary run(const TopologyView& topology, const JobPositions& positions,
                     const SmoothOptions& options, const JobControl& control,
                     const CpuPreparedTopology* prepared) {
     return std::visit(
@@ -87,7 +87,7 @@ class CpuSmoother final : public Smoother {
           const Interrupt interrupt(control);
           CpuExecutor executor(arena_, interrupt);
           executor.check();
-          const auto given = given_positions(options, span);
+          const auto given = given_positions(options, positions, span);
           KeptReference<CpuExecutor>* const kept =
               prepared != nullptr && is_same_array(prepared->reference, given)
                   ? prepared->kept.get()
@@ -101,7 +101,7 @@ class CpuSmoother final : public Smoother {
           summary.host_peak_bytes = static_cast<std::int64_t>(executor.bytes().peak());
           return summary;
         },
-        positions);
+        positions.result);
   }
 
   int thread_count_;

@@ -4,7 +4,9 @@
 #include <utility>
 #include <vector>
 
+#include "meshsmooth/error.hpp"
 #include "meshsmooth/options.hpp"
+#include "meshsmooth/smoother.hpp"
 #include "smooth/steps/job_mesh.hpp"
 #include "smooth/steps/mesh_counts.hpp"
 #include "smooth/steps/positions.hpp"
@@ -30,20 +32,21 @@ namespace meshsmooth::detail {
   return std::holds_alternative<Move>(options.method) && position_count(options.reference) > 0;
 }
 
-/// Where the nodes of a job lie at first. A reference of the other type is copied to `positions`.
+/// Where the nodes of a job lie at first. A reference of the other type is copied to `result`.
 template <class Real>
 [[nodiscard]] std::span<const Vec3<Real>> given_positions(const SmoothOptions& options,
-                                                          std::span<Vec3<Real>> positions) {
-  if (!begins_at_reference(options)) return positions;
+                                                          const JobPositions& positions,
+                                                          std::span<Vec3<Real>> result) {
   using Same = std::span<const Vec3<Real>>;
+  if (!begins_at_reference(options)) return std::get<Same>(positions.given);
   if (const auto* same = std::get_if<Same>(&options.reference)) return *same;
   std::visit(
       [&](const auto& reference) {
-        std::ranges::transform(reference, positions.begin(),
+        std::ranges::transform(reference, result.begin(),
                                [](const auto& p) { return vec3_cast<Real>(p); });
       },
       options.reference);
-  return positions;
+  return result;
 }
 
 template <class Real>
@@ -55,14 +58,24 @@ template <class Real>
   return std::visit([&](const auto& positions) { return is_same_array(known, positions); }, given);
 }
 
-/// Checks the caller's positions, which a reference makes no more than the place of the result.
-inline void validate_given(const TopologyView& topology, const PositionsSpan& positions,
+/// Checks the sizes of the caller's arrays. With a reference only that of the result counts.
+inline void validate_sizes(const TopologyView& topology, const JobPositions& positions,
                            const SmoothOptions& options) {
-  if (begins_at_reference(options)) {
-    validate_sizes(topology, as_view(positions));
-  } else {
-    validate_positions(topology, as_view(positions));
+  validate_sizes(topology, as_view(positions.result));
+  if (begins_at_reference(options)) return;
+  if (positions.given.index() != positions.result.index()) {
+    throw InvalidOption("OPTION_OUT_OF_RANGE",
+                        "positions: the result is of another type than what is given",
+                        {{"field", "positions"}});
   }
+  validate_sizes(topology, positions.given);
+}
+
+/// The same, and what the positions are.
+inline void validate_given(const TopologyView& topology, const JobPositions& positions,
+                           const SmoothOptions& options) {
+  validate_sizes(topology, positions, options);
+  if (!begins_at_reference(options)) validate_positions(topology, positions.given);
 }
 
 /// Checks the arrays that come with the options. `known`: a reference that has been checked.

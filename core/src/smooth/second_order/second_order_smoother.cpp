@@ -56,6 +56,10 @@ class SecondOrderSmoother final : public Smoother {
     return sum;
   }
 
+  [[nodiscard]] bool reads_positions_once(const MeshSize& size) const override {
+    return !is_second_order(size) && linear_->reads_positions_once(size);
+  }
+
   [[nodiscard]] std::shared_ptr<const PreparedTopology> prepare(
       const TopologyView& topology, const JobControl& control,
       const PositionsView& reference) override {
@@ -68,7 +72,7 @@ class SecondOrderSmoother final : public Smoother {
   }
 
   using Smoother::smooth;
-  SmoothSummary smooth(const TopologyView& topology, PositionsSpan positions,
+  SmoothSummary smooth(const TopologyView& topology, const JobPositions& positions,
                        const SmoothOptions& options, const JobControl& control) override {
     if (!is_second_order(topology)) return linear_->smooth(topology, positions, options, control);
     validate(options);
@@ -81,7 +85,7 @@ class SecondOrderSmoother final : public Smoother {
     return run(topology, corners, nullptr, positions, options, control);
   }
 
-  SmoothSummary smooth(const PreparedTopology& prepared, PositionsSpan positions,
+  SmoothSummary smooth(const PreparedTopology& prepared, const JobPositions& positions,
                        const SmoothOptions& options, const JobControl& control) override {
     const auto* own = dynamic_cast<const PreparedSecondOrder*>(&prepared);
     if (own == nullptr) return linear_->smooth(prepared, positions, options, control);
@@ -116,7 +120,7 @@ class SecondOrderSmoother final : public Smoother {
   }
 
   SmoothSummary run(const TopologyView& topology, const CornerMesh& mesh,
-                    const PreparedTopology* prepared, PositionsSpan positions,
+                    const PreparedTopology* prepared, const JobPositions& positions,
                     const SmoothOptions& options, const JobControl& control) {
     return std::visit(
         [&]<class Real>(std::span<Vec3<Real>> span) {
@@ -139,12 +143,12 @@ class SecondOrderSmoother final : public Smoother {
             });
           };
           SmoothSummary summary =
-              smooth_second_order(arena_, topology, mesh, given_positions(options, span), span,
-                                  options, control, smooth_corners);
+              smooth_second_order(arena_, topology, mesh, given_positions(options, positions, span),
+                                  span, options, control, smooth_corners);
           summary.host_peak_bytes += mesh.bytes() + job_bytes(detail::size_of(topology));
           return summary;
         },
-        positions);
+        positions.result);
   }
 
   std::unique_ptr<Smoother> linear_;

@@ -105,6 +105,13 @@ class CudaExecutor : public StreamMarks {
     return array;
   }
 
+  template <class T>
+  [[nodiscard]] std::vector<T> to_host(const HostArray<T>& array) {
+    std::vector<T> host(array.size());
+    download(array.data(), host.size(), host.data());
+    return host;
+  }
+
   /// `host` must stay until the next `synchronize`, if it is page-locked.
   template <class T>
   void upload(const T* host, std::size_t size, T* to) {

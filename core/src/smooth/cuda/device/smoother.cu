@@ -1,5 +1,6 @@
 #include "smooth/cuda/device/smoother.hpp"
 
+#include <algorithm>
 #include <string>
 
 #include "meshsmooth/error.hpp"
@@ -41,8 +42,16 @@ class CudaSmoother final : public Smoother {
             estimate_device_bytes(size, options, lane_.limits())};
   }
 
+  /// The sides of a surface are told apart on the host.
+  [[nodiscard]] bool reads_positions_once(const MeshSize& size) const override {
+    return std::ranges::none_of(kLinearTypes, [&](ElementType type) {
+      return element_shape(type).dimension == 2 &&
+             size.element_counts[static_cast<std::size_t>(type)] > 0;
+    });
+  }
+
   using Smoother::smooth;
-  SmoothSummary smooth(const TopologyView& topology, PositionsSpan positions,
+  SmoothSummary smooth(const TopologyView& topology, const JobPositions& positions,
                        const SmoothOptions& options, const JobControl& control) override {
     return run(topology, positions, options, control, nullptr);
   }
@@ -64,18 +73,18 @@ class CudaSmoother final : public Smoother {
     return prepare_topology(executor, topology, control, reference);
   }
 
-  SmoothSummary smooth(const PreparedTopology& prepared, PositionsSpan positions,
+  SmoothSummary smooth(const PreparedTopology& prepared, const JobPositions& positions,
                        const SmoothOptions& options, const JobControl& control) override {
     return run(prepared.topology, positions, options, control,
                &dynamic_cast<const CudaPreparedTopology&>(prepared));
   }
 
  private:
-  SmoothSummary run(const TopologyView& topology, PositionsSpan positions,
+  SmoothSummary run(const TopologyView& topology, const JobPositions& positions,
                     const SmoothOptions& options, const JobControl& control,
                     const CudaPreparedTopology* prepared) {
     validate(options);
-    validate_sizes(topology, as_view(positions));
+    validate_sizes(topology, positions, options);
     validate_arrays(topology, options, prepared != nullptr ? prepared->reference : PositionsView{});
     const JobTopology of_job(topology, options);
     use_device(lane_.device());
@@ -84,7 +93,7 @@ class CudaSmoother final : public Smoother {
           const Interrupt interrupt(control);
           CudaExecutor executor(lane_, interrupt);
           executor.check();
-          const auto given = given_positions(options, span);
+          const auto given = given_positions(options, positions, span);
           const bool kept = prepared != nullptr && is_same_array(prepared->reference, given);
           CudaBackend steps(executor, of_job.view(), given, options.quality_detail, prepared, kept);
           SmoothSummary summary = run_pipeline(steps, of_job.view(), given, span, options, control);
@@ -93,7 +102,7 @@ class CudaSmoother final : public Smoother {
           summary.device_peak_bytes = static_cast<std::int64_t>(executor.bytes().peak());
           return summary;
         },
-        positions);
+        positions.result);
   }
 
   std::string name_;

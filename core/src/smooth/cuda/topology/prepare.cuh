@@ -149,8 +149,10 @@ JobMesh<CudaExecutor, Real> prepare_job(CudaExecutor& executor, const TopologyVi
   order_job(executor, job, preparation);
   const std::size_t rings_end =
       find_topology(executor, topology, BallPlan::of(size_of(topology), options),
-                    options.boundary != BoundaryPolicy::free, control, job, preparation,
-                    [&] { validate(topology, positions); });
+                    options.boundary != BoundaryPolicy::free, control, job, preparation, [&] {
+                      // What the device has seen: the caller may change its array meanwhile.
+                      validate(topology, std::span<const Vec3<Real>>(executor.to_host(job.given)));
+                    });
   const PrepareState& found = preparation.found(executor);
   executor.add_interval(preparation.uploads_end, rings_end, times.find_neighbours_seconds);
   executor.add_interval(rings_end, executor.mark(executor.lane().stream),

@@ -260,7 +260,7 @@ JobMesh<CudaExecutor, Real> prepare_job(CudaExecutor& executor,
       },
       Plus{});
   if (found.not_finite > 0) {
-    validate_positions(topology, positions);
+    validate_positions(topology, std::span<const Vec3<Real>>(executor.to_host(job.given)));
     throw DeviceError("DEVICE_LOST", "the device rejects a mesh that the host finds valid", true);
   }
   job.box = {found.lower, found.upper};
