@@ -119,6 +119,7 @@ SmoothReport SmoothCall::run() {
                                     .answered = !job_name_.empty()});
   }
   if (!summary_) throw broken_answer("the server ended the call without a summary");
+  if (announced_in_region_) find_result_in_region();
   SmoothReport report = decode_report(std::move(*summary_), job_name_, request_.request_id);
   if (in_region_.empty()) memory_ = result_.take();
   report.summary.element_quality = result_.take_element_quality();
@@ -243,8 +244,13 @@ void SmoothCall::accept(const v1::Accepted& accepted) {
 void SmoothCall::begin_result(const v1::ResultHeader& header) {
   result_.begin(header, std::exchange(memory_, {}));
   check_metrics();
-  if (!header.in_region()) return;
-  if (region_ == nullptr) throw broken_answer("the server announced a result in a region");
+  announced_in_region_ = header.in_region();
+  if (announced_in_region_ && region_ == nullptr) {
+    throw broken_answer("the server announced a result in a region");
+  }
+}
+
+void SmoothCall::find_result_in_region() {
   const auto all = region_->bytes().subspan(
       static_cast<std::size_t>(region_use_.result_offset_bytes()), result_bytes());
   result_.add_behind_positions(all);

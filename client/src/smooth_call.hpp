@@ -101,6 +101,7 @@ class SmoothCall {
   void handle(const v1::SmoothResponse& response);
   void accept(const v1::Accepted& accepted);
   void begin_result(const v1::ResultHeader& header);
+  void find_result_in_region();
   /// Throws `ServiceError` unless the result has the metrics that were asked for: an older server
   /// ignores them.
   void check_metrics() const;
@@ -130,6 +131,7 @@ class SmoothCall {
   std::size_t early_bytes_;    // that may still be sent before the server has answered
   LeasedRegion* region_ = nullptr;
   v1::RegionUse region_use_;
+  bool announced_in_region_ = false;
   std::span<std::byte> in_region_;
   std::string job_name_;
   ResultAssembler result_;

@@ -79,7 +79,25 @@ TEST_F(ResultStreamTest, SendsHeaderChunksAndSummaryInThisOrder) {
   EXPECT_EQ(next_action(stream), Action::complete_job);
   become(JobState::succeeded);
   EXPECT_EQ(next_action(stream), Action::send_summary);
-  EXPECT_EQ(next_action(stream), Action::finish);
+  EXPECT_EQ(next_action(stream), Action::wait);
+  EXPECT_EQ(error_, "");
+}
+
+TEST_F(ResultStreamTest, AnnouncesAResultInARegionAsSoonAsTheJobIsQueued) {
+  ResultStream::Options shared = options();
+  shared.in_region = true;
+  ResultStream stream(shared);
+  EXPECT_EQ(next_action(stream), Action::wait);
+  become(JobState::queued);
+  const ResultStream::Step header = next(stream);
+  EXPECT_EQ(header.action, Action::send_header);
+  EXPECT_TRUE(header.in_region);
+  EXPECT_EQ(next_action(stream), Action::send_progress);
+  EXPECT_EQ(next_action(stream), Action::wait);
+  become(JobState::sending);
+  EXPECT_EQ(next_action(stream), Action::complete_job);
+  become(JobState::succeeded);
+  EXPECT_EQ(next_action(stream), Action::send_summary);
   EXPECT_EQ(next_action(stream), Action::wait);
   EXPECT_EQ(error_, "");
 }

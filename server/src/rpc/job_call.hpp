@@ -109,8 +109,8 @@ class JobCall : public CallLoop<Reactor> {
         return {};
       case ResultStream::Action::complete_job:
         return [this] { engine_.complete(*job_); };
-      case ResultStream::Action::finish:
-        return finish();
+      case ResultStream::Action::send_summary:
+        return write_and_finish(encode_step<Response>(step, *job_, job, position));
       default:
         written_positions_ = static_cast<std::int64_t>(step.data.size());
         return write(encode_step<Response>(step, *job_, job, position), now,
@@ -127,6 +127,18 @@ class JobCall : public CallLoop<Reactor> {
     wrote_ = true;
     this->write_begins(now);
     return [this] { reactor().StartWrite(&response_, write_options_); };
+  }
+
+  /// With the status OK. Nobody notices a client that does not take them, so the call leaves its
+  /// job first.
+  Action write_and_finish(grpc::ByteBuffer message) {
+    response_ = std::move(message);
+    ending_ = Ending::finished;
+    return [this] {
+      this->cancel_alarm();
+      engine_.leave(subscription_, nullptr);
+      reactor().StartWriteAndFinish(&response_, grpc::WriteOptions(), grpc::Status::OK);
+    };
   }
 
   Action finish() {

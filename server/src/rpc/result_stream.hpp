@@ -13,7 +13,8 @@
 namespace meshsmooth::server {
 
 /// What a call is sent of its job: progress, then the result's header, its chunks and the
-/// summary. A pure state machine: `notice` and then `next` get a snapshot of the job and the time,
+/// summary; in a region the header first of all, so that nothing but the summary is left to send at
+/// the end. A pure state machine: `notice` and then `next` get a snapshot of the job and the time,
 /// and `next` returns what to send, or when to ask again. Knows neither gRPC nor the engine. Not
 /// thread-safe.
 class ResultStream {
@@ -25,7 +26,7 @@ class ResultStream {
     int chunk_bytes = 0;
     std::int64_t result_bytes = 0;
     std::int64_t offset = 0;  // of the first byte to send
-    bool in_region = false;   // the arrays lie in a region when the header is sent: no chunks
+    bool in_region = false;   // the arrays lie in a region when the summary is sent: no chunks
     /// The call has joined the job of another call, which uploads the mesh.
     bool upload_by_another_call = false;
     /// The call may end a job that is asked to stop while it receives its mesh.
@@ -38,8 +39,7 @@ class ResultStream {
     send_header,
     send_chunk,    // `data` at `offset`
     complete_job,  // the result is sent: the job has succeeded
-    send_summary,  // of the snapshot
-    finish,        // everything is sent
+    send_summary,  // of the snapshot: the last message
   };
 
   struct Step {
@@ -70,7 +70,12 @@ class ResultStream {
   void release() { result_.reset(); }
 
  private:
-  enum class Part { progress, chunks, summary, done };
+  enum class Part { progress, chunks, done };
+
+  [[nodiscard]] Step header() {
+    header_sent_ = true;
+    return {.action = Action::send_header, .in_region = options_.in_region};
+  }
 
   [[nodiscard]] Step next_progress(const JobSnapshot& job, int queue_position,
                                    Clock::time_point now);
@@ -79,6 +84,7 @@ class ResultStream {
   const Options options_;
   std::shared_ptr<const JobResult> result_;
   Part part_ = Part::progress;
+  bool header_sent_ = false;
   std::int64_t sent_bytes_;
 
   // Of the job as the client knows it.

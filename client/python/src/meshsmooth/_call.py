@@ -41,7 +41,7 @@ class Result:
         """
         self._request = request
         self._positions = memory
-        self.in_region = False  # the positions lie in a region
+        self.in_region = False  # the positions lie in a region, or will when the summary comes
         self._quality = np.empty((0, 0), np.float32)
         self._metrics: list[int] = []
         self._arrays: list[tuple[int, memoryview]] = []  # of the result, in order
@@ -69,7 +69,8 @@ class Result:
                 reason="OPTION_NOT_SUPPORTED",
                 details={"field": "element_quality_metrics"},
             )
-        if self._positions is None and not header.in_region:
+        self.in_region = header.in_region
+        if self._positions is None and not self.in_region:
             self._positions = np.empty(points.shape, points.dtype)
         shape = (len(self._metrics), self._request.topology.element_count)
         self._quality = np.empty(shape, np.dtype("<f4"))
@@ -109,7 +110,6 @@ class Result:
         """Takes all arrays, which lie one after the other; the positions stay there."""
         points = self._request.points
         self._positions = memory[: points.nbytes].view(points.dtype).reshape(points.shape)
-        self.in_region = True
         quality = memory[points.nbytes : self.size_bytes]
         self._quality[...] = quality.view(self._quality.dtype).reshape(self._quality.shape)
         self.received_bytes = self.size_bytes
@@ -201,11 +201,11 @@ class SmoothCall:
             return decode_progress(response.progress)
         elif kind == "result":
             self.result.begin(response.result)
-            if response.result.in_region:
-                if self.region is None:
-                    raise broken_answer("the server announced a result in a region")
-                self.result.find(self.region.memory[self.placement.result_offset :])
+            if self.result.in_region and self.region is None:
+                raise broken_answer("the server announced a result in a region")
         elif kind == "summary":
+            if self.result.in_region and self.region is not None:
+                self.result.find(self.region.memory[self.placement.result_offset :])
             self.result.summary = response.summary
         return None  # also of what a newer server adds
 
