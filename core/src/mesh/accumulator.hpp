@@ -88,12 +88,50 @@ struct ChunkSums {
   double enclosed_volume = 0;  // of V, volume elements only
 };
 
-/// Counts of one thread. Independent of the order of elements.
-struct QualityAccumulator {
-  std::array<std::array<std::int64_t, kBinCount>, kMetricCount> bins{};
-  std::array<double, kMetricCount> min, max;
+/// What a brief evaluation counts, of one thread. Independent of the order of elements.
+struct BriefAccumulator {
   std::int64_t inverted = 0, degenerate = 0;
   std::vector<ElementQuality> worst;  // a heap, the least bad on top
+
+  /// An element of which the cube of the mean ratio is above this, whatever its rounding, is not
+  /// among the worst.
+  [[nodiscard]] double cube_below_which_kept() const {
+    if (worst.size() < kWorstCount) return std::numeric_limits<double>::infinity();
+    const double bar = worst.front().mean_ratio;
+    return bar * bar * bar + 1e-9;
+  }
+
+  void add_briefly(const ElementMeasure& measure, ElementType type, std::int64_t element,
+                   ChunkSums& sums) {
+    inverted += measure.inverted ? 1 : 0;
+    degenerate += measure.degenerate ? 1 : 0;
+    sums.volume += std::abs(measure.volume);
+    if (element_shape(type).dimension == 3) sums.enclosed_volume += measure.volume;
+    keep_if_worst({element, type, finite_measure(measure.mean_ratio),
+                   finite_measure(measure.scaled_jacobian)});
+  }
+
+  void keep_if_worst(const ElementQuality& quality) {
+    if (worst.size() == kWorstCount) {
+      if (!worse(quality, worst.front())) return;
+      std::pop_heap(worst.begin(), worst.end(), worse);
+      worst.pop_back();
+    }
+    worst.push_back(quality);
+    std::push_heap(worst.begin(), worst.end(), worse);
+  }
+
+  void merge(const BriefAccumulator& other) {
+    inverted += other.inverted;
+    degenerate += other.degenerate;
+    for (const ElementQuality& quality : other.worst) keep_if_worst(quality);
+  }
+};
+
+/// The same, and the metrics.
+struct QualityAccumulator : BriefAccumulator {
+  std::array<std::array<std::int64_t, kBinCount>, kMetricCount> bins{};
+  std::array<double, kMetricCount> min, max;
 
   QualityAccumulator() {
     min.fill(std::numeric_limits<double>::infinity());
@@ -115,43 +153,13 @@ struct QualityAccumulator {
     add_briefly(measure, type, element, sums);
   }
 
-  /// An element of which the cube of the mean ratio is above this, whatever its rounding, is not
-  /// among the worst.
-  [[nodiscard]] double cube_below_which_kept() const {
-    if (worst.size() < kWorstCount) return std::numeric_limits<double>::infinity();
-    const double bar = worst.front().mean_ratio;
-    return bar * bar * bar + 1e-9;
-  }
-  /// The part that a brief evaluation reports.
-  void add_briefly(const ElementMeasure& measure, ElementType type, std::int64_t element,
-                   ChunkSums& sums) {
-    inverted += measure.inverted ? 1 : 0;
-    degenerate += measure.degenerate ? 1 : 0;
-    sums.volume += std::abs(measure.volume);
-    if (element_shape(type).dimension == 3) sums.enclosed_volume += measure.volume;
-    keep_if_worst({element, type, finite_measure(measure.mean_ratio),
-                   finite_measure(measure.scaled_jacobian)});
-  }
-
-  void keep_if_worst(const ElementQuality& quality) {
-    if (worst.size() == kWorstCount) {
-      if (!worse(quality, worst.front())) return;
-      std::pop_heap(worst.begin(), worst.end(), worse);
-      worst.pop_back();
-    }
-    worst.push_back(quality);
-    std::push_heap(worst.begin(), worst.end(), worse);
-  }
-
   void merge(const QualityAccumulator& other) {
     for (std::size_t m = 0; m < kMetricCount; ++m) {
       for (std::size_t b = 0; b < kBinCount; ++b) bins[m][b] += other.bins[m][b];
       min[m] = std::min(min[m], other.min[m]);
       max[m] = std::max(max[m], other.max[m]);
     }
-    inverted += other.inverted;
-    degenerate += other.degenerate;
-    for (const ElementQuality& quality : other.worst) keep_if_worst(quality);
+    BriefAccumulator::merge(other);
   }
 };
 
@@ -179,8 +187,8 @@ inline MetricStats summarize(std::size_t m, const QualityAccumulator& accumulate
   return stats;
 }
 
-/// The statistics from all counts and sums.
-inline QualityStats summarize(const QualityAccumulator& accumulate, const ChunkSums& sums,
+/// The statistics from all counts and sums, without metrics.
+inline QualityStats summarize(const BriefAccumulator& accumulate, const ChunkSums& sums,
                               std::int64_t element_count) {
   QualityStats stats;
   stats.element_count = element_count;
@@ -188,13 +196,21 @@ inline QualityStats summarize(const QualityAccumulator& accumulate, const ChunkS
   stats.degenerate_count = accumulate.degenerate;
   stats.sum_absolute_volume = sums.volume;
   stats.enclosed_volume = sums.enclosed_volume;
+  stats.worst = accumulate.worst;
+  std::sort(stats.worst.begin(), stats.worst.end(), worse);
+  return stats;
+}
+
+/// The same with the metrics.
+inline QualityStats summarize(const QualityAccumulator& accumulate, const ChunkSums& sums,
+                              std::int64_t element_count) {
+  const BriefAccumulator& brief = accumulate;
+  QualityStats stats = summarize(brief, sums, element_count);
   for (std::size_t m = 0; m < kMetricCount; ++m) {
     std::int64_t count = 0;
     for (const std::int64_t in_bin : accumulate.bins[m]) count += in_bin;
     if (count > 0) stats.metrics.push_back(summarize(m, accumulate, count, sums.values[m]));
   }
-  stats.worst = accumulate.worst;
-  std::sort(stats.worst.begin(), stats.worst.end(), worse);
   return stats;
 }
 

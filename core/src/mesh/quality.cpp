@@ -91,8 +91,8 @@ void accumulate_run(const ElementRun<Real>& run, const SurfaceOrientation& orien
 }
 
 template <class Real>
-void accumulate_briefly(const ElementRun<Real>& run, const SurfaceOrientation& orientation,
-                        QualityAccumulator& accumulate, ChunkSums& sums) {
+void accumulate_run(const ElementRun<Real>& run, const SurfaceOrientation& orientation,
+                    BriefAccumulator& accumulate, ChunkSums& sums) {
   const auto add = [&](std::size_t e) {
     accumulate.add_briefly(measure_in(run, e, orientation), run.type, run.id_of(e), sums);
   };
@@ -132,20 +132,18 @@ std::vector<ElementRun<Real>> cut_into_runs(const TopologyView& topology,
   return runs;
 }
 
-template <class Real>
+template <class Accumulator, class Real>
 QualityStats measure_runs(const std::vector<ElementRun<Real>>& runs,
-                          const SurfaceOrientation& orientation, QualityDetail quality_detail) {
+                          const SurfaceOrientation& orientation) {
   std::vector<ChunkSums> chunk_sums(runs.size());
-  tbb::enumerable_thread_specific<QualityAccumulator> accumulators;
+  tbb::enumerable_thread_specific<Accumulator> accumulators;
   parallel_for(runs.size(), [&](std::size_t index) {
     const std::size_t r = spread(index, runs.size());
-    const auto accumulate =
-        quality_detail == QualityDetail::brief ? accumulate_briefly<Real> : accumulate_run<Real>;
-    accumulate(runs[r], orientation, accumulators.local(), chunk_sums[r]);
+    accumulate_run(runs[r], orientation, accumulators.local(), chunk_sums[r]);
   });
 
-  QualityAccumulator total;
-  for (const QualityAccumulator& accumulate : accumulators) total.merge(accumulate);
+  Accumulator total;
+  for (const Accumulator& accumulate : accumulators) total.merge(accumulate);
   ChunkSums sums;
   for (const ChunkSums& chunk : chunk_sums) {
     for (std::size_t m = 0; m < kMetricCount; ++m) sums.values[m] += chunk.values[m];
@@ -187,8 +185,10 @@ QualityStats measure_quality(const TopologyView& topology, const PositionsView& 
                              QualityDetail quality_detail) {
   return std::visit(
       [&](auto span) {
-        return measure_runs(cut_into_runs(topology, span, element_ids), orientation,
-                            quality_detail);
+        const auto runs = cut_into_runs(topology, span, element_ids);
+        return quality_detail == QualityDetail::brief
+                   ? measure_runs<BriefAccumulator>(runs, orientation)
+                   : measure_runs<QualityAccumulator>(runs, orientation);
       },
       positions);
 }

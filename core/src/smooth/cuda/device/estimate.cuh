@@ -1,5 +1,6 @@
 #pragma once
 
+#include "smooth/cuda/quality/evaluator.cuh"
 #include "smooth/cuda/sweeps/sweeps.cuh"
 #include "smooth/cuda/topology/colouring.cuh"
 #include "smooth/cuda/topology/prepare.cuh"
@@ -78,9 +79,10 @@ namespace meshsmooth::detail {
   const std::int64_t iterating =
       found + (moves ? motion_bytes(mesh, given_options, size.reference, sweeping) : sweeping) +
       (colours ? n * 4 : 0);
-  const std::int64_t evaluating = found + element_quality_bytes(mesh, options);
 
   const std::int64_t held = (plan.kept ? balls : 0) + rings + look_back;  // after `prepare`
+  const std::int64_t evaluating =
+      std::max(found, held + normals) + CudaEvaluator::device_bytes(mesh, options);
   const std::int64_t regions =
       size.regions && (surface || options.boundary != BoundaryPolicy::free) ? mesh.elements * 4 : 0;
   const std::int64_t given = has_reference(options) ? padded_bytes(mesh) : 0;  // the reference

@@ -56,6 +56,12 @@ class CudaEvaluator {
     return kAccumulators + normals + element_quality_bytes(mesh, options);
   }
 
+  /// Bytes of the device besides the counts.
+  static std::int64_t device_bytes(const MeshCounts& mesh, const SmoothOptions& options) {
+    const std::int64_t bins = mesh.elements * std::int64_t{sizeof(std::uint16_t)};
+    return std::max(bins, element_quality_bytes(mesh, options));
+  }
+
   CudaEvaluator(CudaExecutor& executor, const TopologyView& topology, PositionsView positions,
                 QualityDetail quality_detail)
       : executor_(executor),
@@ -84,7 +90,9 @@ class CudaEvaluator {
     Evaluation found = brief ? launch_kernels<QualityDetail::brief>(job, orientation)
                              : launch_kernels<QualityDetail::full>(job, orientation);
     unsigned char* const copy = executor_.lane().staging(found.buffer.size());
-    executor_.download_later(found.buffer.data(), copy, found.buffer.size());
+    const std::size_t skipped = brief ? sizeof(DeviceAccumulator::bins) : 0;  // they come first
+    executor_.download_later(found.buffer.data() + skipped, copy + skipped,
+                             found.buffer.size() - skipped);
     const std::size_t answered = executor_.mark(executor_.lane().stream);
     meanwhile();
     executor_.wait_for(answered);
@@ -122,6 +130,7 @@ class CudaEvaluator {
   struct Evaluation {
     DeviceBuffer<unsigned char> buffer;  // a DeviceAccumulator and a BlockAccumulator per block
     std::size_t block_count = 0;
+    DeviceBuffer<std::uint16_t> mean_ratio_bins;  // by element
     std::vector<EvaluateTask> tasks;
   };
 
@@ -154,6 +163,7 @@ class CudaEvaluator {
         sizeof(DeviceAccumulator) + evaluation.block_count * sizeof(BlockAccumulator);
     evaluation.buffer = executor_.allocate<unsigned char>(bytes);
     executor_.clear(evaluation.buffer.data(), bytes);
+    evaluation.mean_ratio_bins = executor_.allocate<std::uint16_t>(job.elements.view.count);
     auto* const accumulator = reinterpret_cast<DeviceAccumulator*>(evaluation.buffer.data());
     auto* blocks = reinterpret_cast<BlockAccumulator*>(accumulator + 1);
     for_each_run(executor_, job.elements, [&]<int>(const Elements::Run& run, std::size_t count) {
@@ -161,6 +171,7 @@ class CudaEvaluator {
       EvaluateTask& task = evaluation.tasks.emplace_back(make_task(job, orientation, run, count));
       task.accumulator = accumulator;
       task.blocks = blocks;
+      task.mean_ratio_bins = evaluation.mean_ratio_bins.data() + run.first;
       const auto launch_kernel = [&]<bool kTetrahedra>() {
         constexpr auto kKernel = &evaluate_kernel<Real, kDetail, kTetrahedra>;
         constexpr std::size_t kBytes = kHistogramBytes<kDetail>;
@@ -188,16 +199,6 @@ class CudaEvaluator {
                                         std::span<const BlockAccumulator> blocks,
                                         const std::vector<RankedElement>& worst,
                                         const Elements& elements) const {
-    auto total = std::make_unique<QualityAccumulator>();
-    // Of a brief evaluation there are only those by which the worst elements were found.
-    const std::size_t metric_count = quality_detail_ == QualityDetail::brief ? 0 : kMetricCount;
-    for (std::size_t m = 0; m < metric_count; ++m) {
-      std::copy(std::begin(counted.bins[m]), std::end(counted.bins[m]), total->bins[m].begin());
-      total->min[m] = from_ordered_bits(~counted.min[m]);
-      total->max[m] = from_ordered_bits(counted.max[m]);
-    }
-    total->inverted = static_cast<std::int64_t>(counted.inverted);
-    total->degenerate = static_cast<std::int64_t>(counted.degenerate);
     LockedStats locked{.element_count = static_cast<std::int64_t>(counted.locked),
                        .inverted_count = static_cast<std::int64_t>(counted.locked_inverted),
                        .worst = std::nullopt};
@@ -214,8 +215,23 @@ class CudaEvaluator {
       if (e.element == RankedElement::kNoElement) continue;
       if (!locked.worst || worse(quality_of(e), *locked.worst)) locked.worst = quality_of(e);
     }
-    for (const RankedElement& e : worst) total->keep_if_worst(quality_of(e));
-    return {summarize(*total, sums, static_cast<std::int64_t>(elements.count)), locked};
+    const auto summary = [&](auto& total) {
+      total.inverted = static_cast<std::int64_t>(counted.inverted);
+      total.degenerate = static_cast<std::int64_t>(counted.degenerate);
+      for (const RankedElement& e : worst) total.keep_if_worst(quality_of(e));
+      return summarize(total, sums, static_cast<std::int64_t>(elements.count));
+    };
+    if (quality_detail_ == QualityDetail::brief) {
+      BriefAccumulator total;
+      return {summary(total), locked};
+    }
+    const auto total = std::make_unique<QualityAccumulator>();
+    for (std::size_t m = 0; m < kMetricCount; ++m) {
+      std::copy(std::begin(counted.bins[m]), std::end(counted.bins[m]), total->bins[m].begin());
+      total->min[m] = from_ordered_bits(~counted.min[m]);
+      total->max[m] = from_ordered_bits(counted.max[m]);
+    }
+    return {summary(*total), locked};
   }
 
   /// Of one of the caller's elements.

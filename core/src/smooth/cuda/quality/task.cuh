@@ -25,7 +25,7 @@ struct RankedElement {
 
 /// Counts of all blocks, whose order does not matter.
 struct DeviceAccumulator {
-  unsigned int bins[kMetricCount][kBinCount];
+  unsigned int bins[kMetricCount][kBinCount];  // which the host reads of a full evaluation only
   // ordered_bits; minima complemented, so that atomicMax serves both and both start at 0
   unsigned long long min[kMetricCount], max[kMetricCount];
   unsigned long long inverted, degenerate, locked, locked_inverted;
@@ -51,6 +51,7 @@ struct EvaluateTask {
   const std::uint8_t* fixed;
   DeviceAccumulator* accumulator = nullptr;
   BlockAccumulator* blocks = nullptr;
+  std::uint16_t* mean_ratio_bins = nullptr;  // of the task's elements
 
   [[nodiscard]] __device__ NodeId node(const ElementShape& type, std::size_t e, int n) const {
     return nodes[e * static_cast<std::size_t>(type.node_count) + n];
