@@ -128,7 +128,7 @@ Subscription Admission::admit(const JobRequest& request, const Job::Observer& ob
         std::move(reservation),
         block_bytes(request.layout.coordinates_bytes) + request.element_quality_bytes(),
         std::move(upload), memory_, end_observer_);
-    subscription.observer_id = subscription.job->observe(observer).value();
+    subscription.observer_id = subscription.job->observe(observer, request.progress_wanted).value();
     if (store_.add(subscription.job)) return subscription;
   }
 }

@@ -1,5 +1,7 @@
 #include "job.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "meshsmooth/error.hpp"
@@ -70,10 +72,10 @@ bool Job::joinable() const {
   return joinable_now();
 }
 
-std::optional<int> Job::observe(Observer observer) {
+std::optional<int> Job::observe(Observer observer, bool of_progress) {
   const std::lock_guard lock(mutex_);
   if (!joinable_now()) return std::nullopt;
-  observers_.push_back({next_observer_id_, std::move(observer)});
+  observers_.push_back({next_observer_id_, std::move(observer), of_progress});
   return next_observer_id_++;
 }
 
@@ -94,11 +96,12 @@ bool Job::leave(int observer_id, const std::exception_ptr& cause) {
   return true;
 }
 
-void Job::notify() const {
+void Job::notify(bool of_progress) const {
   std::vector<Registration> observers;
   {
     const std::lock_guard lock(mutex_);
-    observers = observers_;
+    std::ranges::copy_if(observers_, std::back_inserter(observers),
+                         [&](const Registration& r) { return !of_progress || r.of_progress; });
   }
   for (const Registration& registration : observers) registration.observer();
 }
@@ -270,7 +273,7 @@ void Job::report(const Progress& progress) {
     now_.progress = progress;
     ++now_.progress_count;
   }
-  notify();
+  notify(true);
 }
 
 JobState Job::state() const {

@@ -46,6 +46,7 @@ struct JobRequest {
   bool topology_kept = false;                // add the uploaded topology to the cache
   /// Set: the smoother reads and writes them by itself.
   std::optional<wire::SharedCoordinates> shared_coordinates;
+  bool progress_wanted = true;                // by the call
   std::optional<Clock::time_point> deadline;  // of the call
   std::optional<Clock::duration> queue_timeout;
   /// Set: the job outlives its calls, and its result is kept for this time.
@@ -154,7 +155,8 @@ class Job {
 
   /// From now on the observer is called; pass the returned id to `leave`. Nothing when there is
   /// nothing to wait for: the job was asked to stop, or has ended without a kept result.
-  [[nodiscard]] std::optional<int> observe(Observer observer);
+  /// `of_progress`: of it too.
+  [[nodiscard]] std::optional<int> observe(Observer observer, bool of_progress = true);
   [[nodiscard]] bool joinable() const;
   /// Returns true when no observer is left, so that the job is asked to stop, with
   /// `cause` unless it was already.
@@ -219,8 +221,9 @@ class Job {
   struct Registration {
     int id;
     Observer observer;
+    bool of_progress;
   };
-  void notify() const;
+  void notify(bool of_progress = false) const;
   [[nodiscard]] bool joinable_now() const;  // with the lock
 
   const std::string name_;

@@ -97,7 +97,8 @@ SmoothSummary Lane::smooth(Job& job, const JobControl& control) {
     options.prescribed = mesh.prescribed();
     options.reference = mesh.reference();
   }
-  const JobPositions positions(mesh.given_positions(), mesh.positions());
+  JobPositions positions(mesh.given_positions(), mesh.positions());
+  positions.kept_on_error = false;  // a job that fails has no result
   const auto topology = job.topology();
   if (!topology) return smoother_->smooth(mesh.topology(), positions, options, control);
   const PreparedForJob prepared = topologies_.prepare(*topology, *smoother_, device_, control);

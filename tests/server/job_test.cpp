@@ -112,6 +112,18 @@ TEST_F(JobTest, TellsItsObserverOfEveryChange) {
   EXPECT_EQ(job_->snapshot().progress.iteration, 3);
 }
 
+TEST_F(JobTest, TellsOfItsProgressOnlyWhoWantsToHear) {
+  int changes = 0;
+  (void)job_->observe([&] { ++changes; }, false);
+  job_->queue(queue_.take_place(24));
+  job_->start();
+  job_->report({});
+  job_->report({});
+  job_->finish({});
+  EXPECT_EQ(change_count_ - changes, 2);
+  EXPECT_EQ(job_->snapshot().progress_count, 2);
+}
+
 TEST_F(JobTest, MeasuresTheStepsUpToItsEnd) {
   job_->queue(queue_.take_place(24));
   job_->end(cancelled());

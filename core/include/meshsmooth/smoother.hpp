@@ -54,6 +54,9 @@ struct JobPositions {
 
   PositionsSpan result;
   PositionsView given;
+  /// Whether `result` stays as it is when the job fails; else anything may be there then, and some
+  /// jobs are faster.
+  bool kept_on_error = true;
 };
 
 /// The sizes of a mesh: enough to estimate the memory of its job.

@@ -208,6 +208,7 @@ DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& caller, Engi
     throw_not_supported("prescribed_node_count", "only move takes prescribed nodes");
   }
 
+  decoded.job.progress_wanted = spec.has_progress_interval();
   if (spec.has_progress_interval()) {
     decoded.call.progress_interval =
         wire::decode_duration(spec.progress_interval(), "progress_interval");
