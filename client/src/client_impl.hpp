@@ -119,9 +119,10 @@ struct Client::Impl {
         }
         // The server itself rejected it: a proxy may choose another.
         if (!error.reason().empty()) topology.route.clear();
-        // Cut off with much data in flight, which may hide a proxy's answer: try with less.
-        const bool unheard =
-            std::exchange(early_bytes, kFewEarlyBytes) == kManyEarlyBytes && !call.answered();
+        // Cut off with much data in flight, which may hide a proxy's answer: try with less. Not at
+        // the deadline, which gRPC may find a moment before it is here.
+        const bool unheard = std::exchange(early_bytes, kFewEarlyBytes) == kManyEarlyBytes &&
+                             !call.answered() && error.code() != StatusCode::deadline_exceeded;
         if (!unheard || !error.reason().empty() || retry.left().count() <= 0) retry.wait(error);
       }
     }

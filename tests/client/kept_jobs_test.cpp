@@ -72,6 +72,24 @@ TEST_F(Retries, ComeAtOnceWithLittleDataWhenMuchWasCutOffUnanswered) {
   EXPECT_EQ(call_count, 3) << "nothing was accepted before: it sent little";
 }
 
+TEST_F(Retries, EndWithTheDeadlineHoweverMuchWasInFlight) {
+  refuse(0, grpc::StatusCode::OK, {});
+  client_.smooth(mesh_, {});
+  int call_count = 0;
+  server_.service.on_smooth = [&](grpc::ServerContext&, ServerStream&) {
+    ++call_count;
+    // As gRPC says it itself.
+    return grpc::Status(grpc::StatusCode::DEADLINE_EXCEEDED, "Deadline Exceeded");
+  };
+  try {
+    client_.smooth(mesh_, {});
+    ADD_FAILURE();
+  } catch (const ServiceError& error) {
+    EXPECT_EQ(error.code(), StatusCode::deadline_exceeded);
+  }
+  EXPECT_EQ(call_count, 1);
+}
+
 TEST_F(Retries, EndAfterSoManyAttempts) {
   refuse(100, grpc::StatusCode::UNAVAILABLE, 0ms);
   RequestOptions request;

@@ -360,6 +360,19 @@ def test_deadline(mock: MockServer, smooth: Smooth) -> None:
         smooth(MESH, timeout="200ms")
 
 
+def test_deadline_ends_however_much_was_in_flight(mock: MockServer) -> None:
+    def late(call: Call) -> None:
+        call.read_spec()
+        call.refuse(Code.DEADLINE_EXCEEDED, "", "Deadline Exceeded")  # as gRPC says it itself
+
+    mock.scripts = [succeed, late]
+    with ms.Client(mock.address) as client:
+        client.smooth(MESH)  # accepted: the next may send much
+        with pytest.raises(ms.DeadlineExceeded):
+            client.smooth(MESH)
+    assert len(mock.calls) == 2
+
+
 def test_attach_continues_where_it_broke(mock: MockServer) -> None:
     def first(call: Call) -> None:
         call.send(progress={"state": 3})

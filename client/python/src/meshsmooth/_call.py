@@ -11,7 +11,7 @@ from google.protobuf.message import DecodeError
 from numpy.typing import NDArray
 
 from . import _wire
-from ._errors import Error, InvalidOption
+from ._errors import DeadlineExceeded, Error, InvalidOption
 from ._progress import Progress, decode_progress
 from ._region import Held, Region, RegionPool, place
 from ._request import Request, TopologyUse
@@ -353,9 +353,11 @@ class Attempts:
         # The server itself refused: a proxy may choose another.
         if error.reason:
             self._use = self._use._replace(routed=False)
-        # Cut off with much data in flight, which may hide a proxy's answer: try with less.
+        # Cut off with much data in flight, which may hide a proxy's answer: try with less. Not at
+        # the deadline, which gRPC may find a moment before it is here.
         many = self._early_bytes == MANY_EARLY_BYTES
         self._early_bytes = FEW_EARLY_BYTES
-        if many and not call.answered and not error.reason and self.retry.left() > 0:
+        unheard = many and not call.answered and not isinstance(error, DeadlineExceeded)
+        if unheard and not error.reason and self.retry.left() > 0:
             return 0.0
         return self.retry.delay_after(error)
