@@ -7,7 +7,7 @@
 
 namespace meshsmooth::detail {
 
-/// The worst element of each block's share.
+/// The worst element of each block's share, by the bins of `evaluate_kernel`.
 /// grid   any number of blocks of kBlockSize, a value in `worst` for each
 /// shared a value per thread
 /// order  deterministic
@@ -20,6 +20,7 @@ __global__ void __launch_bounds__(kBlockSize)
   const std::size_t step = std::size_t{gridDim.x} * kBlockSize;
   for (std::size_t e = std::size_t{blockIdx.x} * kBlockSize + threadIdx.x; e < task.count;
        e += step) {
+    if (!task.may_be_worst(e)) continue;
     const RankedElement other = ranked(task, e, measure_in<false>(task, shape, positions, e));
     if (other.worse_than(own)) own = other;
   }
@@ -34,6 +35,7 @@ template <class Real>
 void list_up_to(CudaExecutor& executor, const EvaluateTask& task, const Vec3<Real>* positions,
                 RankedElement bound) {
   executor.for_each(task.count, [=] __device__(std::size_t e) {
+    if (!task.may_be_worst(e)) return;
     const RankedElement own = ranked(task, e, measure_in<false>(task, *task.shape, positions, e));
     if (bound.worse_than(own)) return;
     const unsigned int at = atomicAdd(&task.accumulator->listed_count, 1U);
@@ -48,6 +50,7 @@ RankedElement find_next_worst(CudaExecutor& executor, const EvaluateTask& task,
   return executor.reduce(
       task.count, RankedElement{0, 0, RankedElement::kNoElement},
       [=] __device__(std::size_t e) -> RankedElement {
+        if (!task.may_be_worst(e)) return {0, 0, RankedElement::kNoElement};
         const RankedElement own =
             ranked(task, e, measure_in<false>(task, *task.shape, positions, e));
         const bool later = after.element == RankedElement::kNoElement || after.worse_than(own);
@@ -86,9 +89,9 @@ template <class Real>
 /// The worst elements and perhaps others, unordered.
 ///
 /// takes  what the kernels counted, in host memory
-/// cost   nothing more where their list is not full; else two passes over the elements, as in
-///        regular meshes, where many share the lowest bins; a pass for each where very many are
-///        equal
+/// cost   nothing more where their list is not full; else two passes over the elements of the
+///        lowest bins, as in regular meshes, where many share them; a pass for each where very many
+///        are equal
 template <class Real>
 [[nodiscard]] std::vector<RankedElement> find_worst(CudaExecutor& executor,
                                                     const DeviceAccumulator& counted,

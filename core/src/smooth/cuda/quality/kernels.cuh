@@ -171,7 +171,8 @@ __global__ void __launch_bounds__(kBlockSize)
     shared_bin = bin;
   }
   __syncthreads();
-  const std::size_t highest = shared_bin;
+  const unsigned int highest = shared_bin;
+  if (blockIdx.x == 0 && threadIdx.x == 0) task.accumulator->highest_bin = highest;
   const ElementShape& shape = *task.shape;
   const std::size_t step = std::size_t{gridDim.x} * kBlockSize;
   for (std::size_t e = std::size_t{blockIdx.x} * kBlockSize + threadIdx.x; e < task.count;

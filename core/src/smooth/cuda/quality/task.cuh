@@ -29,6 +29,7 @@ struct DeviceAccumulator {
   // ordered_bits; minima complemented, so that atomicMax serves both and both start at 0
   unsigned long long min[kMetricCount], max[kMetricCount];
   unsigned long long inverted, degenerate, locked, locked_inverted;
+  unsigned int highest_bin;  // of the mean ratio, in which a worst element may be
   unsigned int listed_count;
   static constexpr unsigned int kMostListed = 256;
   RankedElement listed[kMostListed];  // include the worst
@@ -55,6 +56,10 @@ struct EvaluateTask {
 
   [[nodiscard]] __device__ NodeId node(const ElementShape& type, std::size_t e, int n) const {
     return nodes[e * static_cast<std::size_t>(type.node_count) + n];
+  }
+  /// Of an evaluated element.
+  [[nodiscard]] __device__ bool may_be_worst(std::size_t e) const {
+    return mean_ratio_bins[e] <= accumulator->highest_bin;
   }
   [[nodiscard]] __device__ ElementId caller_id(std::size_t e) const {
     return caller_ids == nullptr ? static_cast<ElementId>(first + e) : caller_ids[first + e];
