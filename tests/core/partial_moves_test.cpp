@@ -1,10 +1,13 @@
-// Which tetrahedra stay positive whichever part of their nodes' moves is taken.
+// Which tetrahedra stay positive whichever part of their nodes' moves is taken, or wherever in
+// balls their nodes are.
 
 #include "smooth/rules/partial_moves.hpp"
 
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
+#include <limits>
 #include <random>
 
 #include "smooth/rules/element_quality.hpp"
@@ -114,6 +117,85 @@ TYPED_TEST(PartialMoves, AreNotCertainOfWhatIsNoNumberOrTooSmallForAFloat) {
     for (auto& p : far) p = scale * p;
     EXPECT_FALSE((Ways<TypeParam>{far, far}.certain())) << scale;
   }
+}
+
+/// Nodes anywhere within balls.
+struct Balls {
+  Vec3f centre[4];
+  float radius[4];
+
+  [[nodiscard]] bool certain() const { return detail::is_positive_within(centre, radius); }
+  /// Where each node has moved along `way(n)`, in double, to the border of its ball.
+  template <class Way>
+  [[nodiscard]] bool positive_at(const Way& way) const {
+    Vec3d p[4];
+    for (int n = 0; n < 4; ++n) {
+      const Vec3d d = way(n);
+      p[n] = vec3_cast<double>(centre[n]) + (double{radius[n]} / std::sqrt(dot(d, d))) * d;
+    }
+    return detail::tetrahedron_is_positive(p[0], p[1], p[2], p[3]);
+  }
+  /// Towards the opposite face: where a node does most harm alone.
+  [[nodiscard]] Vec3d inwards(int n) const {
+    const auto other = [&](int k) { return vec3_cast<double>(centre[(n + k) % 4]); };
+    const Vec3d normal = cross(other(2) - other(1), other(3) - other(1));
+    const bool towards = dot(other(1) - vec3_cast<double>(centre[n]), normal) > 0;
+    return towards ? normal : -1.0 * normal;
+  }
+};
+
+TEST(PartialMovesInBalls, AreCertainOnlyWherePositive) {
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const auto direction = [&] { return Vec3d{unit(random), unit(random), unit(random)}; };
+  int certain = 0, flat = 0;
+  for (const double place : {0.0, 1.0, 100.0, 1e4}) {
+    for (const double reach : {0.0, 1e-3, 0.05, 0.2}) {
+      for (const double flatness : {1.0, 1e-2, 1e-4, 1e-6}) {
+        for (int n = 0; n < 300; ++n) {
+          Balls balls{};
+          for (int k = 0; k < 4; ++k) {
+            const Vec3d p = direction() + Vec3d{place, 0, 0};
+            balls.centre[k] = vec3_cast<float>(Vec3d{p.x, p.y, flatness * p.z});
+            balls.radius[k] = static_cast<float>(reach * flatness * std::abs(unit(random)));
+          }
+          if (!balls.certain()) continue;
+          ++certain;
+          flat += flatness < 1 ? 1 : 0;
+          ASSERT_TRUE(balls.positive_at([&](int k) { return balls.inwards(k); }));
+          for (int k = 0; k < 50; ++k) {
+            ASSERT_TRUE(balls.positive_at([&](int) { return direction(); }))
+                << place << " " << reach << " " << flatness;
+          }
+        }
+      }
+    }
+  }
+  EXPECT_GT(certain, 2000);
+  EXPECT_GT(flat, 1000);
+}
+
+TEST(PartialMovesInBalls, AreCertainWhileABallReachesASixthOfTheHeight) {
+  const Vec3f at[] = {{0, 0, 0}, {1, 0, 0}, {0.5F, 0.866F, 0}, {0.5F, 0.289F, 0.816F}};
+  Balls balls{{at[0], at[1], at[2], at[3]}, {}};
+  const auto certain = [&](float radius) {
+    for (float& r : balls.radius) r = radius;
+    return balls.certain();
+  };
+  EXPECT_TRUE(certain(0.816F / 6));
+  EXPECT_FALSE(certain(0.816F / 3));
+}
+
+TEST(PartialMovesInBalls, AreNotCertainOfWhatIsNoNumberOrTooSmallForAFloat) {
+  Balls balls{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {}};
+  ASSERT_TRUE(balls.certain());
+  for (const float scale : {1e-20F, 1e30F}) {
+    Balls far = balls;
+    for (Vec3f& p : far.centre) p = scale * p;
+    EXPECT_FALSE(far.certain()) << scale;
+  }
+  balls.radius[1] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_FALSE(balls.certain());
 }
 
 }  // namespace

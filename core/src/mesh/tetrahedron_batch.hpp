@@ -8,6 +8,20 @@
 
 namespace meshsmooth::detail {
 
+/// Writes the positions of four nodes, by coordinate, from column `t` on.
+template <class Positions, class Node, int kSize>
+[[gnu::always_inline]] inline void set_four(double (&columns)[3][kSize], int t,
+                                            const Positions& positions, Node a, Node b, Node c,
+                                            Node d) {
+  const auto at = [&](Node node) {
+    return vec3_cast<double>(positions[static_cast<std::size_t>(node)]);
+  };
+  const Vec3d p = at(a), q = at(b), r = at(c), s = at(d);
+  store_four(&columns[0][t], p.x, q.x, r.x, s.x);
+  store_four(&columns[1][t], p.y, q.y, r.y, s.y);
+  store_four(&columns[2][t], p.z, q.z, r.z, s.z);
+}
+
 /// The corners of several tetrahedra, laid out for vectors: a formula of one tetrahedron evaluates
 /// all at once, with the same bits.
 class TetrahedronBatch {
@@ -17,6 +31,19 @@ class TetrahedronBatch {
   template <std::size_t kCount>
   using Results = std::array<std::array<double, kSize>, kCount>;
 
+  /// `nodes_of(t)` are the four of tetrahedron `t`.
+  template <class Positions, class NodesOf>
+  [[gnu::always_inline]] inline void set_all(const Positions& positions, const NodesOf& nodes_of) {
+    for (int t = 0; t < kSize; t += 4) {
+      const auto* const a = nodes_of(t);
+      const auto* const b = nodes_of(t + 1);
+      const auto* const c = nodes_of(t + 2);
+      const auto* const d = nodes_of(t + 3);
+      for (int n = 0; n < 4; ++n) {
+        set_four(corners_[n], t, positions, a[n], b[n], c[n], d[n]);
+      }
+    }
+  }
   /// `nodes` are the four of tetrahedron `t`.
   template <class Positions, class Node>
   void set(int t, const Positions& positions, const Node* nodes) {
@@ -36,9 +63,16 @@ class TetrahedronBatch {
   /// that a compiler cannot replace by selections.
   template <std::size_t kCount, class Formula>
   [[nodiscard, gnu::always_inline]] inline Results<kCount> evaluate(const Formula& formula) const {
+    return evaluate_lanes<kCount>(
+        [&](int, Vec3d p0, Vec3d p1, Vec3d p2, Vec3d p3) { return formula(p0, p1, p2, p3); });
+  }
+  /// The same, of `formula(t, p0, p1, p2, p3)`.
+  template <std::size_t kCount, class Formula>
+  [[nodiscard, gnu::always_inline]] inline Results<kCount> evaluate_lanes(
+      const Formula& formula) const {
     Results<kCount> results;
     for (int t = 0; t < kSize; ++t) {
-      const std::array<double, kCount> values = formula(at(0, t), at(1, t), at(2, t), at(3, t));
+      const std::array<double, kCount> values = formula(t, at(0, t), at(1, t), at(2, t), at(3, t));
       for (std::size_t n = 0; n < kCount; ++n) results[n][t] = values[n];
     }
     return results;

@@ -3,6 +3,7 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstring>
@@ -15,6 +16,7 @@
 #include "meshsmooth/vec3.hpp"
 #include "smooth/cpu/cpu_buffer.hpp"
 #include "smooth/cpu/held_ball.hpp"
+#include "smooth/cpu/suspects.hpp"
 #include "smooth/rules/surroundings.hpp"
 #include "smooth/steps/executor.hpp"
 #include "smooth/steps/interrupt.hpp"
@@ -145,6 +147,7 @@ class CpuExecutor {
   }
 
   static constexpr std::size_t kTeam = 1;
+  using Suspects = CpuSuspects;
 
   template <class Visits, class Visit, class Settle, class Some>
   void run_rounds(std::size_t count, std::uint8_t* marks, const Visits& visits, const Visit& visit,
@@ -162,19 +165,16 @@ class CpuExecutor {
       });
       std::atomic<std::size_t> listed = 0;
       for_each_range(count, [&](std::size_t begin, std::size_t end) {
-        std::size_t own = 0;
-        for (std::size_t i = begin; i < end; ++i) {
-          if (marks[i] == 0) continue;
-          marks[i] = settle(i) ? 1 : 0;
-          own += marks[i];
+        std::array<NodeId, kChunk> own;
+        const std::size_t marked = take_marked(marks, begin, end, own.data());
+        std::size_t moved = 0;
+        for (std::size_t n = 0; n < marked; ++n) {
+          own[moved] = own[n];
+          moved += settle(static_cast<std::size_t>(own[n])) ? 1 : 0;
         }
-        if (own == 0) return;
-        NodeId* place = list.data() + listed.fetch_add(own, std::memory_order_relaxed);
-        for (std::size_t i = begin; own > 0; ++i) {
-          if (std::exchange(marks[i], std::uint8_t{0}) == 0) continue;
-          *place++ = static_cast<NodeId>(i);
-          --own;
-        }
+        if (moved == 0) return;
+        NodeId* const place = list.data() + listed.fetch_add(moved, std::memory_order_relaxed);
+        std::copy_n(own.data(), moved, place);
       });
       changes.count = listed;
     }
@@ -250,6 +250,25 @@ class CpuExecutor {
 
  private:
   static constexpr std::size_t kChunk = 2048;
+
+  /// Lists those of [begin, end) whose mark is set, and clears it: without branches that depend on
+  /// single marks, as marks of slivers are set at random. Returns how many.
+  static std::size_t take_marked(std::uint8_t* marks, std::size_t begin, std::size_t end,
+                                 NodeId* list) {
+    std::size_t count = 0;
+    const auto take = [&](std::size_t i) {
+      list[count] = static_cast<NodeId>(i);
+      count += std::exchange(marks[i], std::uint8_t{0});
+    };
+    std::size_t i = begin;
+    for (std::uint64_t eight = 0; i + sizeof eight <= end; i += sizeof eight) {
+      std::memcpy(&eight, marks + i, sizeof eight);
+      if (eight == 0) continue;
+      for (std::size_t n = 0; n < sizeof eight; ++n) take(i + n);
+    }
+    while (i < end) take(i++);
+    return count;
+  }
 
   tbb::task_arena& arena_;
   const Interrupt& interrupt_;

@@ -29,8 +29,9 @@ class HeldBall {
       batches_[t / kSize].set(t % kSize, x, element.nodes);
       // No branches: a mispredicted one would wait for the nodes to come from memory.
       const auto own = static_cast<NodeId>(node);
-      own_[t] = (element.nodes[1] == own ? 1 : 0) + (element.nodes[2] == own ? 2 : 0) +
-                (element.nodes[3] == own ? 3 : 0);
+      own_[t / kSize][t % kSize] = (element.nodes[1] == own ? 1 : 0) +
+                                   (element.nodes[2] == own ? 2 : 0) +
+                                   (element.nodes[3] == own ? 3 : 0);
     }
     for (int b = 0; b < batch_count_; ++b) {
       before_[b] = qualities(b);
@@ -48,10 +49,7 @@ class HeldBall {
     // What forbade one trial is likely to forbid the next; at first the worst element.
     for (int n = 0; n < batch_count_; ++n) {
       const int b = (suspect_ + n) % batch_count_;
-      for (int t = 0; t < kSize; ++t) {
-        batches_[b].set_corner(t, own_[b * kSize + t], position);
-      }
-      if (allowed(qualities(b), before_[b])) continue;
+      if (allowed(qualities_at(b, vec3_cast<double>(position)), before_[b])) continue;
       suspect_ = b;
       return false;
     }
@@ -69,6 +67,17 @@ class HeldBall {
       return std::array{tetrahedron_quality(p0, p1, p2, p3)};
     })[0];
   }
+  /// Where the node is at a position.
+  [[nodiscard]] Qualities qualities_at(int batch, Vec3d position) const {
+    const std::int64_t* const own = own_[batch];
+    return batches_[batch].evaluate_lanes<1>([=](int t, Vec3d p0, Vec3d p1, Vec3d p2, Vec3d p3) {
+      const auto at = [&](int n, Vec3d p) {
+        const bool moved = own[t] == n;
+        return Vec3d{moved ? position.x : p.x, moved ? position.y : p.y, moved ? position.z : p.z};
+      };
+      return std::array{tetrahedron_quality(at(0, p0), at(1, p1), at(2, p2), at(3, p3))};
+    })[0];
+  }
   [[nodiscard]] bool allowed(const Qualities& qualities, const Qualities& before) const {
     bool all = true;
     for (int t = 0; t < kSize; ++t) {
@@ -83,7 +92,7 @@ class HeldBall {
   double worst_ = 2.0;
   TetrahedronBatch batches_[kMostBatches];
   Qualities before_[kMostBatches];
-  int own_[kCapacity];  // the local number of the node
+  std::int64_t own_[kMostBatches][kSize];  // the local number of the node, as wide as a coordinate
 };
 
 /// The thread of a CPU that moves a node.

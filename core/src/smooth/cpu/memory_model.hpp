@@ -20,6 +20,17 @@ namespace meshsmooth::detail {
   return bytes + bytes / 50 + (size.reference ? kept_system_bytes(mesh) : 0);
 }
 
+/// Bytes of `CpuSuspects`, where a job finds them.
+[[nodiscard]] inline std::int64_t suspects_bytes(const MeshCounts& mesh,
+                                                 const SmoothOptions& options) {
+  const bool sweeps = !std::holds_alternative<Optimize>(options.method) &&
+                      !std::holds_alternative<Move>(options.method) &&
+                      !std::holds_alternative<WindowedSinc>(options.method);
+  const bool finds = sweeps && mesh.only(4) && options.guard && !acceptance_of(options).smart &&
+                     resolve_form(options) != Form::gauss_seidel;
+  return finds ? mesh.nodes * 16 + mesh.elements * std::int64_t{sizeof(ElementId)} : 0;
+}
+
 /// Upper bound of the bytes of a job on the CPU backend, from its sizes alone: the highest of its
 /// stages.
 [[nodiscard]] inline std::int64_t estimate_bytes(const MeshSize& size, const SmoothOptions& given,
@@ -37,7 +48,7 @@ namespace meshsmooth::detail {
   const std::int64_t normals =
       mesh.dimension == 2 ? mesh.elements * std::int64_t{sizeof(PackedDirection)} : 0;
   const std::int64_t found = n + normals + (needs_balls(options) ? rows : rings);
-  const std::int64_t sweeping = iterate_bytes(mesh, options);
+  const std::int64_t sweeping = iterate_bytes(mesh, options) + suspects_bytes(mesh, options);
   const bool moves = std::holds_alternative<Move>(given.method);
   const std::int64_t iterating =
       found + (moves ? motion_bytes(mesh, given, size.reference, sweeping) : sweeping) +

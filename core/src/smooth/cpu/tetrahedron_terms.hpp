@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "mesh/wide.hpp"
+#include "mesh/tetrahedron_batch.hpp"
 #include "smooth/rules/ball_energy.hpp"
 
 namespace meshsmooth::detail {
@@ -57,14 +57,14 @@ class TetrahedronTerms {
     const NodeId* const others = around_.opposite + 3 * around_.balls.offsets[node_];
     for (int b = 0; b < batch_count(); ++b) {
       double corners[3][3][kBatch];
-      for (int t = 0; t < kBatch; ++t) {
-        // The last batch is filled up by an element that is there anyway.
-        const int e = b * kBatch + t < count_ ? b * kBatch + t : 0;
+      // The last batch is filled up by an element that is there anyway.
+      const auto other = [&](int t, int m) {
+        return others[3 * (b * kBatch + t < count_ ? b * kBatch + t : 0) + m];
+      };
+      for (int t = 0; t < kBatch; t += 4) {
         for (int m = 0; m < 3; ++m) {
-          const Vec3<Real> p = x_[static_cast<std::size_t>(others[3 * e + m])];
-          corners[m][0][t] = static_cast<double>(p.x);
-          corners[m][1][t] = static_cast<double>(p.y);
-          corners[m][2][t] = static_cast<double>(p.z);
+          set_four(corners[m], t, x_, other(t, m), other(t + 1, m), other(t + 2, m),
+                   other(t + 3, m));
         }
       }
       Lanes& lanes = lanes_[b];

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <limits>
 
 #include "meshsmooth/annotations.hpp"
@@ -46,6 +47,35 @@ MESHSMOOTH_HD bool is_positive_on_the_way(const Before& before, const After& aft
     }
   }
   return positive;
+}
+
+/// Whether `tetrahedron_is_positive` is certain wherever each node is within `radius[n]` of
+/// `centre[n]`: a coarser test than that above, of a third of the work.
+///
+/// The determinant is affine in the position of each node: with moves d_n it changes by the sums of
+/// d_n N_n, N_n the normal of the opposite face, of (d_m x d_n) e, e the opposite edge, and of
+/// (d_k x d_m) d_n. With edges of at most l, s the sum of the radii and u = 2^-24, rounding adds
+/// less than 10ul^3 to the determinant, 25ul^2s to the first sum and a share of 16u to the others.
+MESHSMOOTH_HD inline bool is_positive_within(const Vec3f (&centre)[4], const float (&radius)[4]) {
+  constexpr float kUnit = 0x1p-24F;
+  constexpr float kSmallest = 1e-30F;
+  const Vec3f a = centre[1] - centre[0], b = centre[2] - centre[0], c = centre[3] - centre[0];
+  const Vec3f edges[] = {a, b, c, b - a, c - b, a - c};
+  const Vec3f normal[] = {cross(edges[3], edges[4]), cross(b, c), cross(c, a), cross(a, b)};
+  const float(&r)[4] = radius;
+  float longest = 0, first = 0;
+  for (const Vec3f& edge : edges) {
+    const float square = dot(edge, edge);
+    longest = square > longest ? square : longest;
+  }
+  for (int n = 0; n < 4; ++n) first += r[n] * std::sqrt(dot(normal[n], normal[n]));
+  const float l = std::sqrt(longest);
+  const float r01 = r[0] + r[1], r23 = r[2] + r[3];
+  const float second = r[0] * r[1] + r[2] * r[3] + r01 * r23;
+  const float third = r[0] * r[1] * r23 + r[2] * r[3] * r01;
+  const float size = l + r01 + r23;
+  return dot(a, normal[1]) >
+         first + second * l + third + 64 * kUnit * size * size * size + kSmallest;
 }
 
 }  // namespace meshsmooth::detail

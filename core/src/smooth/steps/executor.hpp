@@ -45,6 +45,11 @@ struct ExampleRounds {
   unsigned int operator()(std::size_t, std::size_t, const RoundChanges&) const { return 0; }
 };
 
+/// `Executor::Suspects` where rounds visit all elements.
+struct NoSuspects {
+  static constexpr bool kPossible = false;
+};
+
 /// What a step that both backends share needs of a backend: one memory space and a few
 /// operations on it. Functors are called with every index below `count` in any order, by any
 /// number of threads, and access only memory of this executor.
@@ -69,6 +74,9 @@ struct ExampleRounds {
 ///                         node's visit. Host code may visit by some(i, count, c), for up to
 ///                         kVisitBatch at once: bit k of the result means that visit(i + k, c) is
 ///                         done
+///   Suspects              kPossible: whether tetrahedra that moves along straight ways might
+///                         break can be told from all others, which rounds need not visit; then
+///                         find(e, elements, n, before, after) lists them, of those positive before
 ///   exclusive_scan(data, n)  in place over n entries; returns the sum
 ///   adder()               fetch_add for functors that share a slot
 ///   store, load           of slots that other functors access at the same time
@@ -102,6 +110,7 @@ concept Executor = requires(E& e, double* data, const double* host, std::span<co
     } -> std::same_as<void>;
   { e.run_rounds(n, marks, rounds, rounds, f, rounds) } -> std::same_as<void>;
   { E::kTeam } -> std::convertible_to<std::size_t>;
+  { E::Suspects::kPossible } -> std::convertible_to<bool>;
   { e.exclusive_scan(sums, n) } -> std::same_as<std::int64_t>;
   { e.adder()(slot, std::uint32_t{1}) } -> std::same_as<std::uint32_t>;
   { E::store(slot, std::uint32_t{1}) } -> std::same_as<void>;

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "mesh/tetrahedron_batch.hpp"
 #include "smooth/rules/partial_moves.hpp"
 #include "smooth/steps/positions.hpp"
+#include "smooth/steps/positive_tetrahedra.hpp"
 #include "smooth/steps/sweep_context.hpp"
 
 namespace meshsmooth::detail {
@@ -10,26 +10,6 @@ namespace meshsmooth::detail {
 /// Bytes of `limit_moves` for n nodes.
 [[nodiscard]] constexpr std::int64_t limit_moves_bytes(std::int64_t n, bool smart) {
   return n * (smart ? 2 + 4 + 8 : 2 + 4) + 3 * 4;
-}
-
-/// Those of the tetrahedra `id(0)`, … `id(count - 1)`, as bits, that are positive at `positions`.
-template <class Real, class Id>
-[[nodiscard]] unsigned int positive_tetrahedra(const Elements& elements, const Id& id,
-                                               std::size_t count, const Vec3<Real>* positions) {
-  static_assert(kVisitBatch == TetrahedronBatch::kSize);
-  return run_wide([&] {
-    TetrahedronBatch batch;
-    for (std::size_t t = 0; t < kVisitBatch; ++t) {
-      const std::size_t e = id(t < count ? t : 0);
-      batch.set(static_cast<int>(t), positions, elements.get<true>(e).nodes);
-    }
-    const auto positive = batch.evaluate<1>([](Vec3d p0, Vec3d p1, Vec3d p2, Vec3d p3) {
-      return std::array{tetrahedron_is_positive(p0, p1, p2, p3) ? 1.0 : 0.0};
-    })[0];
-    unsigned int bits = 0;
-    for (unsigned int t = 0; t < kVisitBatch; ++t) bits |= positive[t] != 0 ? 1U << t : 0U;
-    return bits;
-  });
 }
 
 /// The rules of `limit_moves`, in executor memory; `E` tells how to store at the same time. For a
@@ -43,9 +23,11 @@ struct MoveLimits {
   DisplacementLimit<Real> displacement_limit;
   const Vec3<Real>* before;
   Vec3<Real>* after;
-  std::uint8_t* cuts;   // how often each node's move was halved
-  std::uint8_t* marks;  // of the nodes that a visit found at fault
-  double* floor;        // smart: the worst quality of each ball before the sweep
+  std::uint8_t* cuts;                   // how often each node's move was halved
+  std::uint8_t* marks;                  // of the nodes that a visit found at fault
+  double* floor;                        // smart: the worst quality of each ball before the sweep
+  const ElementId* suspects = nullptr;  // where they are known: the elements to visit
+  std::size_t suspect_count = 0;
 
   MESHSMOOTH_HD void start(std::size_t node) const {
     cuts[node] = 0;
@@ -56,10 +38,13 @@ struct MoveLimits {
     }
   }
 
+  [[nodiscard]] MESHSMOOTH_HD bool suspects_known() const {
+    return E::Suspects::kPossible && suspects != nullptr;
+  }
   /// Below this number of changed nodes, visiting their balls costs less than all elements, of
-  /// which a tenth of the nodes touches most.
+  /// which a tenth of the nodes touches most, or than all suspects, which are visited in batches.
   [[nodiscard]] MESHSMOOTH_HD bool are_few(std::size_t changes) const {
-    return changes < around.node_count / 16;
+    return changes < (suspects_known() ? suspect_count / 64 : around.node_count / 16);
   }
   [[nodiscard]] MESHSMOOTH_HD std::size_t facet_count() const {
     return acceptance.facets ? around.sliding.facet_count : 0;
@@ -67,12 +52,17 @@ struct MoveLimits {
   /// How many visits of `visit` a round takes.
   [[nodiscard]] MESHSMOOTH_HD std::size_t visits(const RoundChanges& changes) const {
     if (are_few(changes.count)) return facet_count() + changes.count * E::kTeam;
+    if (suspects_known()) return facet_count() + suspect_count;
     return facet_count() + (acceptance.guard || kSmart ? around.elements.count : 0);
+  }
+  /// The element that a visit of many is for.
+  [[nodiscard]] MESHSMOOTH_HD std::size_t nth_of_many(std::size_t n) const {
+    return suspects_known() ? static_cast<std::size_t>(suspects[n]) : n;
   }
   MESHSMOOTH_HD void visit(std::size_t n, const RoundChanges& changes) const {
     if (n < facet_count()) return visit_facet(n);
     n -= facet_count();
-    if (!are_few(changes.count)) return visit_element(n);
+    if (!are_few(changes.count)) return visit_element(nth_of_many(n));
     const auto node = static_cast<std::size_t>(changes.nodes[n / E::kTeam]);
     const ElementId* const end = around.balls.end(node);
     for (const ElementId* e = around.balls.begin(node) + n % E::kTeam; e < end; e += E::kTeam) {
@@ -92,6 +82,11 @@ struct MoveLimits {
       const NodeId node = element.nodes[n];
       if (broken || (moves(node) && quality < floor[node])) mark(node);
     }
+  }
+  /// `visit_element` of a tetrahedron that moves broke.
+  void visit_broken(std::size_t e) const {
+    const NodeId* const nodes = around.elements.template get<true>(e).nodes;
+    for (int n = 0; n < 4; ++n) mark(nodes[n]);
   }
   /// Whether no round needs to visit a tetrahedron, for it stays positive whichever moves are cut,
   /// along straight ways.
@@ -127,6 +122,40 @@ struct MoveLimits {
   MESHSMOOTH_HD void mark(NodeId node) const { E::store(marks[node], std::uint8_t{1}); }
 };
 
+/// Some visits of a round, where most tetrahedra keep their sign: of a host's executor, in batches.
+/// Which are done, as bits.
+template <class Limits>
+unsigned int visit_tetrahedra(const Limits& limits, std::size_t first, std::size_t count,
+                              const RoundChanges& changes) {
+  if (first < limits.facet_count()) return 0;
+  first -= limits.facet_count();
+  const Surroundings& around = limits.around;
+  const auto visit = [&](const auto& id, std::size_t size) {
+    const unsigned int positive = positive_tetrahedra(around.elements, id, size, limits.after);
+    for (std::size_t n = 0; n < size; ++n) {
+      if ((positive >> n & 1U) != 0) continue;
+      if (limits.suspects_known() && !limits.are_few(changes.count)) {
+        limits.visit_broken(id(n));
+      } else {
+        limits.visit_element(id(n));
+      }
+    }
+  };
+  if (!limits.are_few(changes.count)) {
+    visit([&](std::size_t n) { return limits.nth_of_many(first + n); }, count);
+    return ~0U;
+  }
+  for (std::size_t n = first; n < first + count; ++n) {
+    const auto node = static_cast<std::size_t>(changes.nodes[n]);
+    const ElementId* const end = around.balls.end(node);
+    for (const ElementId* e = around.balls.begin(node); e < end; e += kVisitBatch) {
+      visit([&](std::size_t k) { return static_cast<std::size_t>(e[k]); },
+            std::min(kVisitBatch, static_cast<std::size_t>(end - e)));
+    }
+  }
+  return ~0U;
+}
+
 template <bool kTetrahedra, bool kSmart, Executor E, class Real>
 SweepStats limit_moves_of(E& executor, const SweepContext<E, Real>& context,
                           const Vec3<Real>* before, Vec3<Real>* after) {
@@ -134,33 +163,20 @@ SweepStats limit_moves_of(E& executor, const SweepContext<E, Real>& context,
   auto cuts = executor.template allocate<std::uint8_t>(node_count);
   auto marks = executor.template allocate<std::uint8_t>(node_count);
   auto floor = executor.template allocate<double>(kSmart ? node_count : 0);
-  const MoveLimits<E, kTetrahedra, kSmart, Real> limits{
+  MoveLimits<E, kTetrahedra, kSmart, Real> limits{
       context.around, context.acceptance, context.displacement_limit, before, after, cuts.data(),
       marks.data(),   floor.data()};
-
   executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) { limits.start(node); });
-  // Of the host's tetrahedra most keep their sign, in batches.
+  if constexpr (E::Suspects::kPossible && kTetrahedra && !kSmart) {
+    const bool straight = !context.around.sliding.curved;
+    if (context.suspects != nullptr && context.acceptance.guard && straight) {
+      context.suspects->find(executor, context.around.elements, node_count, before, after);
+      limits.suspects = context.suspects->data();
+      limits.suspect_count = context.suspects->count();
+    }
+  }
   const auto visit_some = [=](std::size_t first, std::size_t count, const RoundChanges& changes) {
-    if (!kTetrahedra || kSmart || first < limits.facet_count()) return 0U;
-    first -= limits.facet_count();
-    const Surroundings& around = limits.around;
-    if (!limits.are_few(changes.count)) {
-      return positive_tetrahedra(
-          around.elements, [=](std::size_t n) { return first + n; }, count, after);
-    }
-    for (std::size_t n = first; n < first + count; ++n) {
-      const auto node = static_cast<std::size_t>(changes.nodes[n]);
-      const ElementId* const end = around.balls.end(node);
-      for (const ElementId* e = around.balls.begin(node); e < end; e += kVisitBatch) {
-        const auto size = std::min(kVisitBatch, static_cast<std::size_t>(end - e));
-        const unsigned int positive = positive_tetrahedra(
-            around.elements, [=](std::size_t k) { return std::size_t{e[k]}; }, size, after);
-        for (std::size_t k = 0; k < size; ++k) {
-          if ((positive >> k & 1U) == 0) limits.visit_element(e[k]);
-        }
-      }
-    }
-    return ~0U;
+    return kTetrahedra && !kSmart ? visit_tetrahedra(limits, first, count, changes) : 0U;
   };
   executor.run_rounds(
       node_count, marks.data(),

@@ -49,13 +49,15 @@ Stats reduce_by_colour(E& executor, const Colouring<E>& colouring, const Visit& 
   return sum;
 }
 
-/// What all sweeps of a job share. Functors capture it by value; `colouring` is for the host.
+/// What all sweeps of a job share. Functors capture it by value; pointers to what executors own are
+/// for the host.
 template <Executor E, class Real>
 struct SweepContext {
   Surroundings around;
   const Colouring<E>* colouring = nullptr;  // of the deterministic in-place form
   Acceptance acceptance{};
   DisplacementLimit<Real> displacement_limit{};
+  typename E::Suspects* suspects = nullptr;  // memory to find them in; null: to visit all elements
 };
 
 }  // namespace meshsmooth::detail

@@ -14,7 +14,11 @@ template <Executor E, class Real>
 class Sweeper {
  public:
   Sweeper(E& executor, const SweepContext<E, Real>& context, Form form, Vec3<Real>* positions)
-      : executor_(executor), context_(context), form_(form), current_(positions) {}
+      : executor_(executor), context_(context), form_(form), current_(positions) {
+    context_.suspects = &suspects_;
+  }
+  Sweeper(const Sweeper&) = delete;
+  Sweeper& operator=(const Sweeper&) = delete;
 
   template <class Mean>
   SweepStats step(const Mean& mean, double factor) {
@@ -79,6 +83,7 @@ class Sweeper {
   Vec3<Real>* current_;
   Vec3<Real>* spare_ = nullptr;
   typename E::template Buffer<Vec3<Real>> other_;
+  typename E::Suspects suspects_;
 };
 
 /// Single sweeps until the monitor reports the end.

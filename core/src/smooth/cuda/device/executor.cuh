@@ -195,6 +195,7 @@ class CudaExecutor : public StreamMarks {
   }
 
   static constexpr std::size_t kTeam = kRoundTeam;
+  using Suspects = NoSuspects;
 
   template <class Visits, class Visit, class Settle, class Some>
   void run_rounds(std::size_t count, std::uint8_t* marks, const Visits& visits, const Visit& visit,

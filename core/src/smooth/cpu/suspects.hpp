@@ -1,0 +1,153 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <limits>
+
+#include "mesh/tetrahedron_batch.hpp"
+#include "mesh/wide.hpp"
+#include "smooth/cpu/cpu_buffer.hpp"
+#include "smooth/rules/partial_moves.hpp"
+#include "smooth/rules/topology.hpp"
+#include "smooth/steps/positive_tetrahedra.hpp"
+
+namespace meshsmooth::detail {
+
+/// The tetrahedra of a mesh that moves of its nodes, or parts of them along straight ways, might
+/// break; all others keep their sign. A ball around each way takes, in float, a third of its bytes:
+/// gathering them is most of a test.
+class CpuSuspects {
+ public:
+  static constexpr bool kPossible = true;
+
+  /// Of those that are positive at `before`, in any order.
+  /// cost   a test in float per element; `suspects_bytes`, which it keeps
+  template <class E, class Real>
+  void find(E& executor, const Elements& elements, std::size_t node_count, const Vec3<Real>* before,
+            const Vec3<Real>* after) {
+    if (list_.size() == 0) {
+      balls_ = executor.template allocate<Ball>(node_count);
+      list_ = executor.template allocate<ElementId>(elements.count);
+    }
+    // Floats tell nodes apart near the origin only.
+    const Vec3d origin = vec3_cast<double>(before[0]);
+    executor.for_each(node_count, [&](std::size_t node) {
+      balls_.data()[node] = ball_of(before[node], after[node], origin);
+    });
+    std::atomic<std::size_t> listed = 0;
+    executor.for_each_range(
+        elements.count,
+        [&](std::size_t begin, std::size_t end) {
+          std::array<ElementId, kRange> own;
+          const std::size_t size = positive_of(elements, before, own.data(),
+                                               list_uncertain(elements, begin, end, own.data()));
+          ElementId* const place = list_.data() + listed.fetch_add(size, std::memory_order_relaxed);
+          std::copy_n(own.data(), size, place);
+        },
+        kRange);
+    count_ = listed;
+  }
+
+  [[nodiscard]] const ElementId* data() const { return list_.data(); }
+  [[nodiscard]] std::size_t count() const { return count_; }
+
+ private:
+  static constexpr std::size_t kRange = 2048;
+
+  struct Ball {
+    Vec3f centre;
+    float radius;
+  };
+
+  /// One that holds the way from `before` to `after`, and where parts of it are rounded to.
+  template <class Real>
+  static Ball ball_of(Vec3<Real> before, Vec3<Real> after, Vec3d origin) {
+    constexpr float kRounding = 64 * static_cast<float>(std::numeric_limits<Real>::epsilon());
+    const Vec3d from = vec3_cast<double>(before), to = vec3_cast<double>(after);
+    const Vec3f centre = vec3_cast<float>(0.5 * (from + to) - origin);
+    const Vec3d middle = vec3_cast<double>(centre) + origin;
+    const Vec3f half_from = vec3_cast<float>(from - middle),
+                half_to = vec3_cast<float>(to - middle);
+    const float square = std::max(dot(half_from, half_from), dot(half_to, half_to));
+    const Vec3f far = vec3_cast<float>(from);
+    const float reach = std::abs(far.x) + std::abs(far.y) + std::abs(far.z);
+    const float radius = std::sqrt(square);
+    return {centre, radius + 1e-6F * radius + kRounding * (reach + radius)};
+  }
+
+  /// Lists those of [begin, end) that might break. Returns how many.
+  std::size_t list_uncertain(const Elements& elements, std::size_t begin, std::size_t end,
+                             ElementId* list) const {
+    return run_wide([&] {
+      constexpr std::size_t kSize = TetrahedronBatch::kSize;
+      std::size_t count = 0;
+      for (std::size_t first = begin; first < end; first += kSize) {
+        float centre[4][3][kSize], radius[4][kSize];
+        gather(elements, first, end, centre, radius);
+        std::array<std::int32_t, kSize> uncertain;
+        for (std::size_t t = 0; t < kSize; ++t) {
+          const auto at = [&](int n) {
+            return Vec3f{centre[n][0][t], centre[n][1][t], centre[n][2][t]};
+          };
+          uncertain[t] =
+              is_positive_within({at(0), at(1), at(2), at(3)},
+                                 {radius[0][t], radius[1][t], radius[2][t], radius[3][t]})
+                  ? 0
+                  : 1;
+        }
+        const std::size_t size = std::min(kSize, end - first);
+        for (std::size_t t = 0; t < size; ++t) {
+          list[count] = static_cast<ElementId>(first + t);
+          count += static_cast<std::size_t>(uncertain[t]);
+        }
+      }
+      return count;
+    });
+  }
+
+  /// The balls of the batch that begins with the tetrahedron `first`, filled up by the last.
+  template <std::size_t kSize>
+  void gather(const Elements& elements, std::size_t first, std::size_t end,
+              float (&centre)[4][3][kSize], float (&radius)[4][kSize]) const {
+    const Ball* const balls = balls_.data();
+    for (std::size_t t = 0; t < kSize; t += 4) {
+      std::array<const NodeId*, 4> nodes;
+      for (std::size_t n = 0; n < 4; ++n) {
+        nodes[n] = elements.get<true>(std::min(first + t + n, end - 1)).nodes;
+      }
+      for (int corner = 0; corner < 4; ++corner) {
+        const auto ball = [&](std::size_t n) { return balls[nodes[n][corner]]; };
+        const Ball a = ball(0), b = ball(1), c = ball(2), d = ball(3);
+        store_four(&centre[corner][0][t], a.centre.x, b.centre.x, c.centre.x, d.centre.x);
+        store_four(&centre[corner][1][t], a.centre.y, b.centre.y, c.centre.y, d.centre.y);
+        store_four(&centre[corner][2][t], a.centre.z, b.centre.z, c.centre.z, d.centre.z);
+        store_four(&radius[corner][t], a.radius, b.radius, c.radius, d.radius);
+      }
+    }
+  }
+
+  /// Keeps those of a list that are positive. Returns how many.
+  template <class Real>
+  static std::size_t positive_of(const Elements& elements, const Vec3<Real>* positions,
+                                 ElementId* list, std::size_t size) {
+    std::size_t count = 0;
+    for (std::size_t first = 0; first < size; first += kVisitBatch) {
+      const std::size_t few = std::min(kVisitBatch, size - first);
+      const unsigned int positive = positive_tetrahedra(
+          elements, [&](std::size_t n) { return std::size_t{list[first + n]}; }, few, positions);
+      for (std::size_t n = 0; n < few; ++n) {
+        list[count] = list[first + n];
+        count += positive >> n & 1U;
+      }
+    }
+    return count;
+  }
+
+  CpuBuffer<Ball> balls_;
+  CpuBuffer<ElementId> list_;
+  std::size_t count_ = 0;
+};
+
+}  // namespace meshsmooth::detail
