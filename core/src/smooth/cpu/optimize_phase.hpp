@@ -35,7 +35,7 @@ OptimizeStats sweep_optimize(CpuExecutor& executor, OptimizeSweeper<CpuExecutor,
   std::uint8_t* const states = sweeper.states();
   Vec3<Real>* const positions = sweeper.positions();
   const QuietPositions<Real> x{positions};
-  return reduce_by_colour<OptimizeStats>(executor, sweeper.colouring(), [=](std::size_t node) {
+  const auto visit_node = [=](std::size_t node) {
     if ((states[node] & kAwake) == 0) return stats_asleep(states[node]);
     const Vec3<Real> before = x[node];
     const Visit<Real> visit =
@@ -54,7 +54,9 @@ OptimizeStats sweep_optimize(CpuExecutor& executor, OptimizeSweeper<CpuExecutor,
       });
     }
     return stats_of_visit(before, visit);
-  });
+  };
+  return reduce_by_colour<OptimizeStats>(executor, sweeper.colouring(), visit_node,
+                                         Lookahead<Real>{around, positions, true});
 }
 
 /// The sweeps of one phase, until its monitor reports the end.

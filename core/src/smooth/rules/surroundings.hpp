@@ -54,4 +54,55 @@ struct SingleThread {
   [[nodiscard]] MESHSMOOTH_HD bool all(bool value) const { return value; }
 };
 
+/// Asks for what visits of nodes will read. Nodes of a colour lie far apart in memory, where
+/// processors do not look ahead by themselves. On a GPU, whose other threads work meanwhile,
+/// nothing.
+template <class Real>
+struct Lookahead {
+  static constexpr std::size_t kRows = 4, kContents = 2;  // visits ahead
+
+  Surroundings around;
+  const Vec3<Real>* positions;
+  bool balls;  // whether visits read them
+
+  /// Before the visit of `nodes[n]`, of `count`.
+  [[gnu::always_inline]] MESHSMOOTH_HD inline void operator()(
+      [[maybe_unused]] const NodeId* nodes, [[maybe_unused]] std::size_t n,
+      [[maybe_unused]] std::size_t count) const {
+#ifndef __CUDA_ARCH__
+    if (n + kRows < count) fetch_rows(static_cast<std::size_t>(nodes[n + kRows]));
+    if (n + kContents < count) fetch_contents(static_cast<std::size_t>(nodes[n + kContents]));
+#endif
+  }
+
+ private:
+  static constexpr std::size_t kLine = 64;  // bytes that come at once
+
+  template <class T>
+  [[gnu::always_inline]] static inline void fetch(const T* begin, const T* end) {
+    for (const T* p = begin; p < end; p += kLine / sizeof(T)) __builtin_prefetch(p);
+  }
+  [[gnu::always_inline]] inline void fetch_rows(std::size_t node) const {
+    fetch(around.rings.begin(node), around.rings.end(node));
+    if (!balls) return;
+    if (around.opposite == nullptr) {
+      fetch(around.balls.begin(node), around.balls.end(node));
+    } else {
+      fetch(around.opposite + 3 * around.balls.offsets[node],
+            around.opposite + 3 * around.balls.offsets[node + 1]);
+    }
+  }
+  [[gnu::always_inline]] inline void fetch_contents(std::size_t node) const {
+    const NodeId* const last = around.rings.end(node);
+    for (const NodeId* n = around.rings.begin(node); n < last; ++n) {
+      __builtin_prefetch(positions + *n);
+    }
+    if (!balls || around.opposite != nullptr) return;
+    const ElementId* const end = around.balls.end(node);
+    for (const ElementId* e = around.balls.begin(node); e < end; ++e) {
+      __builtin_prefetch(around.elements[*e].nodes);
+    }
+  }
+};
+
 }  // namespace meshsmooth::detail

@@ -35,13 +35,15 @@ struct Colouring {
 };
 
 /// Visits every node of a colouring, colour by colour; returns the sum of what `visit(node)` gives.
-template <class Stats, Executor E, class Visit>
-Stats reduce_by_colour(E& executor, const Colouring<E>& colouring, const Visit& visit) {
+template <class Stats, Executor E, class Visit, class Real>
+Stats reduce_by_colour(E& executor, const Colouring<E>& colouring, const Visit& visit,
+                       const Lookahead<Real>& look_ahead) {
   Stats sum;
   for (std::size_t c = 0; c < colouring.count(); ++c) {
     const NodeId* const nodes = colouring.nodes.data() + colouring.first[c];
     const std::size_t count = colouring.first[c + 1] - colouring.first[c];
     const auto visit_nth = [=] MESHSMOOTH_HD(std::size_t n) {
+      look_ahead(nodes, n, count);
       return visit(static_cast<std::size_t>(nodes[n]));
     };
     sum = sum + executor.reduce(count, Stats{}, visit_nth, Plus{});

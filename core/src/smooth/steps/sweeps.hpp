@@ -101,15 +101,17 @@ SweepStats sweep_gauss_seidel(E& executor, const SweepContext<E, Real>& context,
   const Acceptance acceptance = context.acceptance;
   const DisplacementLimit<Real> displacement_limit = context.displacement_limit;
   const QuietPositions<Real> x{positions};
+  const auto visit = [=] MESHSMOOTH_HD(std::size_t node) {
+    bool held = false;
+    const Vec3<Real> before = x[node];
+    const Vec3<Real> position = move_node(typename E::Thread{}, around, x, node, mean, factor,
+                                          acceptance, held, displacement_limit);
+    positions[node] = position;
+    return stats_of_move(before, position, held);
+  };
   return reduce_by_colour<SweepStats>(
-      executor, *context.colouring, [=] MESHSMOOTH_HD(std::size_t node) {
-        bool held = false;
-        const Vec3<Real> before = x[node];
-        const Vec3<Real> position = move_node(typename E::Thread{}, around, x, node, mean, factor,
-                                              acceptance, held, displacement_limit);
-        positions[node] = position;
-        return stats_of_move(before, position, held);
-      });
+      executor, *context.colouring, visit,
+      Lookahead<Real>{around, positions, acceptance.active() || Mean::reads_balls});
 }
 
 /// Asynchronous relaxation: in place, without an order. Not deterministic.
