@@ -94,14 +94,22 @@ TEST(HeldBall, AcceptsWhatTheRuleAccepts) {
   for (const int count : taken) EXPECT_GT(count, 0);
 }
 
-TEST(TetrahedronTerms, GiveTheBitsOfBallTerms) {
+/// Against the ideal tetrahedron, or those of a reference mesh.
+template <bool kReference>
+void compare_with_ball_terms() {
   Prepared mesh(rough());
-  const Surroundings around = mesh.around();
+  Surroundings around = mesh.around();
   const QuietPositions<double> x{mesh.positions().data()};
+  const Mesh reference = test::noisy(test::lattice(ElementType::tetrahedron, 9), 0.1, 5);
+  if (kReference) {
+    around.targets.reference = std::get<std::vector<Vec3d>>(reference.positions).data();
+  }
   const SingleThread thread;
   int valid = 0, invalid = 0;
   const auto compare = [&](std::size_t node, const BallEnergy& energy, Vec3d d) {
-    const TetrahedronTerms<QuietPositions<double>> terms(around, x, node);
+    using Terms = TetrahedronTerms<QuietPositions<double>, kReference>;
+    ASSERT_TRUE(Terms::fit(around, node));
+    const Terms terms(around, x, node);
     const BallTerms<3, 96, SingleThread, QuietPositions<double>> plain(thread, around, x, node,
                                                                        {0, 0, 0});
     const BallDerivatives at = differentiate<3>(thread, terms, energy);
@@ -130,6 +138,10 @@ TEST(TetrahedronTerms, GiveTheBitsOfBallTerms) {
   EXPECT_GT(valid, 100);
   EXPECT_GT(invalid, 100);
 }
+
+TEST(TetrahedronTerms, GiveTheBitsOfBallTerms) { compare_with_ball_terms<false>(); }
+
+TEST(TetrahedronTerms, GiveTheBitsOfBallTermsAgainstAReference) { compare_with_ball_terms<true>(); }
 
 }  // namespace
 }  // namespace meshsmooth

@@ -9,15 +9,16 @@
 namespace meshsmooth::detail {
 
 /// `optimize_node` of a node whose `TetrahedronTerms` fit.
-template <class P>
+template <bool kReference, class P>
 Visit<typename P::Real> optimize_tetrahedra(
     const Surroundings& around, const P& x, std::size_t node, const OptimizePhase& phase,
     const DisplacementLimit<typename P::Real>& displacement_limit) {
   return run_wide([&] {
     const SingleThread thread;
-    TetrahedronTerms<P> terms(around, x, node);
-    return NodeOptimizer<3, true, SingleThread, TetrahedronTerms<P>>(
-               thread, around, terms, node, {0, 0, 0}, phase, displacement_limit)
+    using Terms = TetrahedronTerms<P, kReference>;
+    Terms terms(around, x, node);
+    return NodeOptimizer<3, true, SingleThread, Terms>(thread, around, terms, node, {0, 0, 0},
+                                                       phase, displacement_limit)
         .visit();
   });
 }
@@ -38,9 +39,12 @@ OptimizeStats sweep_optimize(CpuExecutor& executor, OptimizeSweeper<CpuExecutor,
   const auto visit_node = [=](std::size_t node) {
     if ((states[node] & kAwake) == 0) return stats_asleep(states[node]);
     const Vec3<Real> before = x[node];
+    using P = QuietPositions<Real>;
     const Visit<Real> visit =
-        kDimension == 3 && TetrahedronTerms<QuietPositions<Real>>::fit(around, node)
-            ? optimize_tetrahedra(around, x, node, phase, displacement_limit)
+        kDimension == 3 && TetrahedronTerms<P, false>::fit(around, node)
+            ? optimize_tetrahedra<false>(around, x, node, phase, displacement_limit)
+        : kDimension == 3 && TetrahedronTerms<P, true>::fit(around, node)
+            ? optimize_tetrahedra<true>(around, x, node, phase, displacement_limit)
             : optimize_node<kDimension, kStoredCorners>(SingleThread{}, around, x, node, phase,
                                                         displacement_limit);
     states[node] = state_after(before, visit);

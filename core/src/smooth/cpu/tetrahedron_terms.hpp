@@ -29,10 +29,11 @@ struct Products {
   }
 };
 
-/// `BallTerms` of tetrahedra whose target is the ideal one, laid out for vectors. The passes below
-/// compute what the corners add in vectors and sum it up in their order: the bits of the passes
-/// over `BallTerms`. To be used inside `run_wide`.
-template <class P>
+/// `BallTerms` of tetrahedra whose target is the ideal one or, if `kReference`, that of a reference
+/// mesh without flat ones, laid out for vectors. The passes below compute what the corners add in
+/// vectors and sum it up in their order: the bits of the passes over `BallTerms`. To be used inside
+/// `run_wide`.
+template <class P, bool kReference>
 class TetrahedronTerms {
  public:
   using Real = typename P::Real;
@@ -42,8 +43,8 @@ class TetrahedronTerms {
 
   [[nodiscard]] static bool fit(const Surroundings& around, std::size_t node) {
     const std::size_t size = around.balls.size(node);
-    return around.opposite != nullptr && around.targets.reference == nullptr && size > 0 &&
-           size <= kMostBatches * kBatch;
+    return around.opposite != nullptr && (around.targets.reference != nullptr) == kReference &&
+           !around.targets.some_flat && size > 0 && size <= kMostBatches * kBatch;
   }
 
   TetrahedronTerms(const Surroundings& around, const P& x, std::size_t node)
@@ -56,25 +57,26 @@ class TetrahedronTerms {
     const Vec3d own = vec3_cast<double>(position);
     const NodeId* const others = around_.opposite + 3 * around_.balls.offsets[node_];
     for (int b = 0; b < batch_count(); ++b) {
-      double corners[3][3][kBatch];
-      // The last batch is filled up by an element that is there anyway.
-      const auto other = [&](int t, int m) {
-        return others[3 * (b * kBatch + t < count_ ? b * kBatch + t : 0) + m];
-      };
-      for (int t = 0; t < kBatch; t += 4) {
-        for (int m = 0; m < 3; ++m) {
-          set_four(corners[m], t, x_, other(t, m), other(t + 1, m), other(t + 2, m),
-                   other(t + 3, m));
-        }
+      const NodeId* const batch = others + 3 * b * kBatch;
+      Edges edges, target;
+      gather(b, batch, x_, own, edges);
+      if constexpr (kReference) {
+        const Vec3d* const reference = around_.targets.reference;
+        gather(b, batch, reference, reference[node_], target);
       }
       Lanes& lanes = lanes_[b];
       for (int t = 0; t < kBatch; ++t) {
-        const auto edge = [&](int m) {
-          return Vec3d{corners[m][0][t], corners[m][1][t], corners[m][2][t]} - own;
-        };
-        const CornerTerm term = tetrahedron_term(edge(0), edge(1), edge(2));
+        const CornerTerm term = [&] {
+          if constexpr (kReference) {
+            return tetrahedron_term(edges.get(0, t), edges.get(1, t), edges.get(2, t),
+                                    {target.get(0, t), target.get(1, t), target.get(2, t)});
+          } else {
+            return tetrahedron_term(edges.get(0, t), edges.get(1, t), edges.get(2, t));
+          }
+        }();
         lanes.volume[t] = term.volume;
         lanes.size[t] = term.size;
+        if constexpr (kReference) lanes.curvature[t] = term.curvature;
         lanes.volume_gradient.set(t, term.volume_gradient);
         lanes.size_gradient.set(t, term.size_gradient);
       }
@@ -97,21 +99,51 @@ class TetrahedronTerms {
   }
   [[nodiscard]] CornerTerm term(int batch, int t) const {
     const Lanes& lanes = lanes_[batch];
-    return {kTetrahedronWeight,
-            lanes.volume[t],
-            lanes.size[t],
-            kTetrahedronCurvature,
-            lanes.volume_gradient.get(t),
-            lanes.size_gradient.get(t)};
+    return {
+        kTetrahedronWeight,           lanes.volume[t],           lanes.size[t], curvature(lanes, t),
+        lanes.volume_gradient.get(t), lanes.size_gradient.get(t)};
   }
 
  private:
   static constexpr int kMostBatches = 8;
 
+  /// Where the edges of a batch end, and where they begin.
+  struct Edges {
+    double end[3][3][kBatch];
+    Vec3d origin;
+    [[nodiscard]] Vec3d get(int m, int t) const {
+      return Vec3d{end[m][0][t], end[m][1][t], end[m][2][t]} - origin;
+    }
+  };
   struct Lanes {
     Batch volume, size;
+    std::array<double, kReference ? kBatch : 0> curvature;
     Vectors<kBatch> volume_gradient, size_gradient;
   };
+
+  /// `others`: three nodes of each element, from the first of batch `b` on. The last batch is
+  /// filled up by its first element.
+  template <class Positions>
+  [[gnu::always_inline]] inline void gather(int b, const NodeId* others, const Positions& positions,
+                                            Vec3d origin, Edges& edges) const {
+    const int size = count_in(b);
+    const auto other = [&](int t, int m) { return others[3 * (t < size ? t : 0) + m]; };
+    edges.origin = origin;
+    for (int t = 0; t < kBatch; t += 4) {
+      for (int m = 0; m < 3; ++m) {
+        set_four(edges.end[m], t, positions, other(t, m), other(t + 1, m), other(t + 2, m),
+                 other(t + 3, m));
+      }
+    }
+  }
+  [[nodiscard]] static double curvature([[maybe_unused]] const Lanes& lanes,
+                                        [[maybe_unused]] int t) {
+    if constexpr (kReference) {
+      return lanes.curvature[t];
+    } else {
+      return kTetrahedronCurvature;
+    }
+  }
 
   const Surroundings& around_;
   const P& x_;
@@ -129,10 +161,11 @@ void raise_all(Batch& f, int power) {
   }
 }
 
-template <int kDimension, class P>
-BallDerivatives differentiate(const SingleThread& team, const TetrahedronTerms<P>& terms,
+template <int kDimension, class P, bool kReference>
+BallDerivatives differentiate(const SingleThread& team,
+                              const TetrahedronTerms<P, kReference>& terms,
                               const BallEnergy& energy) {
-  constexpr int kBatch = TetrahedronTerms<P>::kBatch;
+  constexpr int kBatch = TetrahedronTerms<P, kReference>::kBatch;
   using Batch = std::array<double, kBatch>;
   static_assert(kDimension == 3);
   if (energy.epsilon_squared > 0) return differentiate_as<3, true>(team, terms, energy);
@@ -174,10 +207,10 @@ BallDerivatives differentiate(const SingleThread& team, const TetrahedronTerms<P
   return sum;
 }
 
-template <int kDimension, class P>
-double energy_at(const SingleThread& team, const TetrahedronTerms<P>& terms,
+template <int kDimension, class P, bool kReference>
+double energy_at(const SingleThread& team, const TetrahedronTerms<P, kReference>& terms,
                  const BallEnergy& energy, Vec3d d, bool guard) {
-  constexpr int kBatch = TetrahedronTerms<P>::kBatch;
+  constexpr int kBatch = TetrahedronTerms<P, kReference>::kBatch;
   using Batch = std::array<double, kBatch>;
   static_assert(kDimension == 3);
   if (energy.epsilon_squared > 0) return energy_as<3, true>(team, terms, energy, d, guard);
@@ -201,9 +234,10 @@ double energy_at(const SingleThread& team, const TetrahedronTerms<P>& terms,
   return allowed ? sum : HUGE_VAL;
 }
 
-template <int kDimension, class P>
-double worst_inverse_ratio(const SingleThread&, const TetrahedronTerms<P>& terms, Vec3d d) {
-  constexpr int kBatch = TetrahedronTerms<P>::kBatch;
+template <int kDimension, class P, bool kReference>
+double worst_inverse_ratio(const SingleThread&, const TetrahedronTerms<P, kReference>& terms,
+                           Vec3d d) {
+  constexpr int kBatch = TetrahedronTerms<P, kReference>::kBatch;
   using Batch = std::array<double, kBatch>;
   static_assert(kDimension == 3);
   bool valid = true;

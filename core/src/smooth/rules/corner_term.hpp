@@ -107,16 +107,21 @@ MESHSMOOTH_HD inline CornerTerm tetrahedron_term(Vec3d a, Vec3d b, Vec3d c) {
   return term;
 }
 
-/// The same against a tetrahedron of a reference mesh, its nodes relative to each other in the same
-/// order; `some_flat` as in `Targets`.
+/// The same against a tetrahedron of a reference mesh that is not flat, its nodes relative to each
+/// other in the same order.
+MESHSMOOTH_HD inline CornerTerm tetrahedron_term(Vec3d a, Vec3d b, Vec3d c,
+                                                 const Vec3d (&target)[3]) {
+  return term_of_edges<3>({a, b, c}, {0, 0, 0}, -1, corner_of_edges<3>(target), {0, 0, 0},
+                          kTetrahedronWeight);
+}
+/// The same; `some_flat` as in `Targets`.
 MESHSMOOTH_HD inline CornerTerm tetrahedron_term(Vec3d a, Vec3d b, Vec3d c,
                                                  const Vec3d (&target)[3],
                                                  const ElementShape& shape, bool some_flat) {
-  const Vec3d edges[] = {a, b, c};
+  if (!some_flat) return tetrahedron_term(a, b, c, target);
   const auto get = [&](int n) { return n == 0 ? Vec3d{0, 0, 0} : target[n - 1]; };
-  const IdealCorner corner =
-      some_flat ? reference_corner<3>(shape, 0, true, get) : corner_of_edges<3>(target);
-  return term_of_edges<3>(edges, {0, 0, 0}, -1, corner, {0, 0, 0}, kTetrahedronWeight);
+  return term_of_edges<3>({a, b, c}, {0, 0, 0}, -1, reference_corner<3>(shape, 0, true, get),
+                          {0, 0, 0}, kTetrahedronWeight);
 }
 
 /// The local number of `node` in an element.
