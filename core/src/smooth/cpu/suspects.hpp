@@ -55,6 +55,10 @@ class CpuSuspects {
 
  private:
   static constexpr std::size_t kRange = 2048;
+  static constexpr std::size_t kSize = TetrahedronBatch::kSize;
+  struct BallBatch {
+    float of[4][4][kSize];  // by corner: x, y, z of the centre, radius
+  };
 
   struct Ball {
     Vec3f centre;
@@ -81,21 +85,18 @@ class CpuSuspects {
   std::size_t list_uncertain(const Elements& elements, std::size_t begin, std::size_t end,
                              ElementId* list) const {
     return run_wide([&] {
-      constexpr std::size_t kSize = TetrahedronBatch::kSize;
       std::size_t count = 0;
       for (std::size_t first = begin; first < end; first += kSize) {
-        float centre[4][3][kSize], radius[4][kSize];
-        gather(elements, first, end, centre, radius);
+        BallBatch batch;
+        gather(elements, first, end, batch);
         std::array<std::int32_t, kSize> uncertain;
         for (std::size_t t = 0; t < kSize; ++t) {
-          const auto at = [&](int n) {
-            return Vec3f{centre[n][0][t], centre[n][1][t], centre[n][2][t]};
-          };
-          uncertain[t] =
-              is_positive_within({at(0), at(1), at(2), at(3)},
-                                 {radius[0][t], radius[1][t], radius[2][t], radius[3][t]})
-                  ? 0
-                  : 1;
+          const auto& of = batch.of;
+          const auto at = [&](int n) { return Vec3f{of[n][0][t], of[n][1][t], of[n][2][t]}; };
+          uncertain[t] = is_positive_within({at(0), at(1), at(2), at(3)},
+                                            {of[0][3][t], of[1][3][t], of[2][3][t], of[3][3][t]})
+                             ? 0
+                             : 1;
         }
         const std::size_t size = std::min(kSize, end - first);
         for (std::size_t t = 0; t < size; ++t) {
@@ -108,23 +109,15 @@ class CpuSuspects {
   }
 
   /// The balls of the batch that begins with the tetrahedron `first`, filled up by the last.
-  template <std::size_t kSize>
-  void gather(const Elements& elements, std::size_t first, std::size_t end,
-              float (&centre)[4][3][kSize], float (&radius)[4][kSize]) const {
-    const Ball* const balls = balls_.data();
-    for (std::size_t t = 0; t < kSize; t += 4) {
-      std::array<const NodeId*, 4> nodes;
-      for (std::size_t n = 0; n < 4; ++n) {
-        nodes[n] = elements.get<true>(std::min(first + t + n, end - 1)).nodes;
-      }
-      for (int corner = 0; corner < 4; ++corner) {
-        const auto ball = [&](std::size_t n) { return balls[nodes[n][corner]]; };
-        const Ball a = ball(0), b = ball(1), c = ball(2), d = ball(3);
-        store_four(&centre[corner][0][t], a.centre.x, b.centre.x, c.centre.x, d.centre.x);
-        store_four(&centre[corner][1][t], a.centre.y, b.centre.y, c.centre.y, d.centre.y);
-        store_four(&centre[corner][2][t], a.centre.z, b.centre.z, c.centre.z, d.centre.z);
-        store_four(&radius[corner][t], a.radius, b.radius, c.radius, d.radius);
-      }
+  [[gnu::always_inline]] inline void gather(const Elements& elements, std::size_t first,
+                                            std::size_t end, BallBatch& batch) const {
+    std::array<const NodeId*, kSize> nodes;
+    for (std::size_t t = 0; t < kSize; ++t) {
+      nodes[t] = elements.get<true>(std::min(first + t, end - 1)).nodes;
+    }
+    for (int corner = 0; corner < 4; ++corner) {
+      transpose_eight([&](std::size_t t) { return balls_.data() + nodes[t][corner]; },
+                      batch.of[corner]);
     }
   }
 
