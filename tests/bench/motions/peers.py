@@ -76,6 +76,7 @@ MOTIONS = {
        for name, move, degrees in [("curved by 120°", meshes.curved_cube, 120),
                                    ("twisted by 180°", meshes.twisted_cube, 180)]},
     "hub 200k by 30°": (hub(36), meshes.turned_hub, 30),
+    "hub 1M by 30°": (hub(63), meshes.turned_hub, 30),
 }
 
 
