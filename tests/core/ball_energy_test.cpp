@@ -240,11 +240,5 @@ TEST(NewtonStep, SolvesTheNormalEquations) {
   }
 }
 
-TEST(InverseCbrt, IsExactToTheLastDigits) {
-  for (double x = 1e-250; x < 1e250; x *= 1.37) {
-    EXPECT_NEAR(inverse_cbrt(x) * std::cbrt(x), 1, 1e-15) << x;
-  }
-}
-
 }  // namespace
 }  // namespace meshsmooth

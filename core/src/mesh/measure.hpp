@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "mesh/cube_root.hpp"
 #include "mesh/jacobian.hpp"
 #include "meshsmooth/quality.hpp"
 
@@ -16,7 +17,7 @@ MESHSMOOTH_HD inline double mean_ratio(const ElementShape& shape, const CornerGe
   if (!(size > 0)) return 0;
   const double determinant = corner.determinant / shape.ideal.determinant;
   if (shape.dimension == 2) return 2 * determinant / size;
-  const double ratio = std::cbrt(27 * determinant * determinant / (size * size * size));
+  const double ratio = cube_root(27 * determinant * determinant / (size * size * size));
   return determinant < 0 ? -ratio : ratio;
 }
 
@@ -68,10 +69,9 @@ MESHSMOOTH_HD inline ElementMeasure measure_by_corners(const ElementShape& shape
   return measure;
 }
 
-/// `measure_tetrahedron`, with the cube of the mean ratio, without its sign: no branches and no
-/// calls, so that a compiler vectorizes it.
-MESHSMOOTH_HD inline ElementMeasure measure_tetrahedron_cubed(Vec3d p0, Vec3d p1, Vec3d p2,
-                                                              Vec3d p3) {
+/// The same as by corners, but what the corners share is computed once: no branches and no calls,
+/// so that a compiler vectorizes it.
+MESHSMOOTH_HD inline ElementMeasure measure_tetrahedron(Vec3d p0, Vec3d p1, Vec3d p2, Vec3d p3) {
   const auto lower = [](double x, double y) { return x < y ? x : y; };
   const auto higher = [](double x, double y) { return x > y ? x : y; };
   // 0 where a measure is not defined: some length, area or volume is 0.
@@ -97,7 +97,8 @@ MESHSMOOTH_HD inline ElementMeasure measure_tetrahedron_cubed(Vec3d p0, Vec3d p1
 
   // 27 det(T)^2 / |T|^6 = 432 det^2 / (sum l^2)^3 at every corner.
   const double edges = aa + bb + cc + abab + acac + bcbc;
-  m.mean_ratio = quotient(432 * determinant * determinant, edges * edges * edges);
+  const double ratio = cube_root(quotient(432 * determinant * determinant, edges * edges * edges));
+  m.mean_ratio = determinant < 0 ? -ratio : ratio;
 
   // The corner with the longest edges, as in Verdict.
   const double longest =
@@ -121,16 +122,8 @@ MESHSMOOTH_HD inline ElementMeasure measure_tetrahedron_cubed(Vec3d p0, Vec3d p1
   return m;
 }
 
-/// The mean ratio from what `measure_tetrahedron_cubed` gives.
-MESHSMOOTH_HD inline double mean_ratio_of_cubed(const ElementMeasure& m) {
-  return std::copysign(std::cbrt(m.mean_ratio), m.volume);
-}
-
-/// The same as by corners, but what the corners share is computed once.
 MESHSMOOTH_HD inline ElementMeasure measure_tetrahedron(const Vec3d* p) {
-  ElementMeasure m = measure_tetrahedron_cubed(p[0], p[1], p[2], p[3]);
-  m.mean_ratio = mean_ratio_of_cubed(m);
-  return m;
+  return measure_tetrahedron(p[0], p[1], p[2], p[3]);
 }
 
 /// `corners` are the positions of the element's nodes in VTK order.

@@ -12,7 +12,7 @@ namespace meshsmooth::detail {
     const TetrahedronBatch& batch) {
   const auto results = run_wide([&] {
     return batch.evaluate<8>([](Vec3d p0, Vec3d p1, Vec3d p2, Vec3d p3) {
-      const ElementMeasure m = measure_tetrahedron_cubed(p0, p1, p2, p3);
+      const ElementMeasure m = measure_tetrahedron(p0, p1, p2, p3);
       return std::array{m.mean_ratio,         m.scaled_jacobian,     m.radius_ratio,
                         m.min_angle_cos,      m.max_angle_cos,       m.volume,
                         m.inverted ? 1.0 : 0, m.degenerate ? 1.0 : 0};
@@ -29,7 +29,6 @@ namespace meshsmooth::detail {
     m.volume = results[5][t];
     m.inverted = results[6][t] != 0;
     m.degenerate = results[7][t] != 0;
-    m.mean_ratio = mean_ratio_of_cubed(m);
   }
   return measures;
 }

@@ -1,30 +1,12 @@
 #pragma once
 
 #include <cmath>
-#include <cstdint>
-#include <cstring>
 
+#include "mesh/cube_root.hpp"
 #include "smooth/rules/anchor.hpp"
 #include "smooth/rules/corner_term.hpp"
 
 namespace meshsmooth::detail {
-
-/// x^(-1/3) for a positive, normal x, to about two units in the last place, by
-/// operations that host and device round equally: an estimate from the exponent, then two
-/// iterations of fourth order.
-MESHSMOOTH_HD inline double inverse_cbrt(double x) {
-  std::uint64_t bits = 0;
-  std::memcpy(&bits, &x, sizeof bits);
-  const std::uint64_t third = ((bits >> 32) * 0x55555556U) >> 32;
-  bits = (std::uint64_t{0x553ef0ff} - third) << 32;
-  double y = 0;
-  std::memcpy(&y, &bits, sizeof y);
-  for (int step = 0; step < 2; ++step) {
-    const double h = 1 - (x * y) * (y * y);
-    y += y * h * (1.0 / 3 + h * (2.0 / 9 + h * (14.0 / 81)));
-  }
-  return y;
-}
 
 /// D^(-2 / dimension), and 1 / D, which the derivatives need.
 template <int kDimension>
