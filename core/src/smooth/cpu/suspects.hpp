@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "mesh/tetrahedron_batch.hpp"
 #include "mesh/wide.hpp"
@@ -22,7 +22,7 @@ class CpuSuspects {
  public:
   static constexpr bool kPossible = true;
 
-  /// Of those that are positive at `before`, in any order.
+  /// Of those that are positive at `before`.
   /// cost   a test in float per element; `suspects_bytes`, which it keeps
   template <class E, class Real>
   void find(E& executor, const Elements& elements, std::size_t node_count, const Vec3<Real>* before,
@@ -36,18 +36,23 @@ class CpuSuspects {
     executor.for_each(node_count, [&](std::size_t node) {
       balls_.data()[node] = ball_of(before[node], after[node], origin);
     });
-    std::atomic<std::size_t> listed = 0;
+    // Each range lists its own where it begins.
+    std::vector<std::size_t> listed((elements.count + kRange - 1) / kRange);
     executor.for_each_range(
         elements.count,
         [&](std::size_t begin, std::size_t end) {
-          std::array<ElementId, kRange> own;
-          const std::size_t size = positive_of(elements, before, own.data(),
-                                               list_uncertain(elements, begin, end, own.data()));
-          ElementId* const place = list_.data() + listed.fetch_add(size, std::memory_order_relaxed);
-          std::copy_n(own.data(), size, place);
+          ElementId* const own = list_.data() + begin;
+          listed[begin / kRange] =
+              keep_positive(elements, before, own, list_uncertain(elements, begin, end, own));
         },
         kRange);
-    count_ = listed;
+    // In their order, so that a thread mostly visits elements whose nodes it moved itself.
+    count_ = 0;
+    for (std::size_t range = 0; range < listed.size(); ++range) {
+      const ElementId* const own = list_.data() + range * kRange;
+      std::copy(own, own + listed[range], list_.data() + count_);
+      count_ += listed[range];
+    }
   }
 
   [[nodiscard]] const ElementId* data() const { return list_.data(); }
@@ -123,8 +128,8 @@ class CpuSuspects {
 
   /// Keeps those of a list that are positive. Returns how many.
   template <class Real>
-  static std::size_t positive_of(const Elements& elements, const Vec3<Real>* positions,
-                                 ElementId* list, std::size_t size) {
+  static std::size_t keep_positive(const Elements& elements, const Vec3<Real>* positions,
+                                   ElementId* list, std::size_t size) {
     std::size_t count = 0;
     for (std::size_t first = 0; first < size; first += kVisitBatch) {
       const std::size_t few = std::min(kVisitBatch, size - first);
