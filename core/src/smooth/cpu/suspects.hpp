@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <limits>
 #include <vector>
 
 #include "mesh/tetrahedron_batch.hpp"
@@ -28,13 +26,13 @@ class CpuSuspects {
   void find(E& executor, const Elements& elements, std::size_t node_count, const Vec3<Real>* before,
             const Vec3<Real>* after) {
     if (list_.size() == 0) {
-      balls_ = executor.template allocate<Ball>(node_count);
+      balls_ = executor.template allocate<WayBall>(node_count);
       list_ = executor.template allocate<ElementId>(elements.count);
     }
     // Floats tell nodes apart near the origin only.
     const Vec3d origin = vec3_cast<double>(before[0]);
     executor.for_each(node_count, [&](std::size_t node) {
-      balls_.data()[node] = ball_of(before[node], after[node], origin);
+      balls_.data()[node] = ball_of_way(before[node], after[node], origin);
     });
     // Each range lists its own where it begins.
     std::vector<std::size_t> listed((elements.count + kRange - 1) / kRange);
@@ -64,27 +62,6 @@ class CpuSuspects {
   struct BallBatch {
     float of[4][4][kSize];  // by corner: x, y, z of the centre, radius
   };
-
-  struct Ball {
-    Vec3f centre;
-    float radius;
-  };
-
-  /// One that holds the way from `before` to `after`, and where parts of it are rounded to.
-  template <class Real>
-  static Ball ball_of(Vec3<Real> before, Vec3<Real> after, Vec3d origin) {
-    constexpr float kRounding = 64 * static_cast<float>(std::numeric_limits<Real>::epsilon());
-    const Vec3d from = vec3_cast<double>(before), to = vec3_cast<double>(after);
-    const Vec3f centre = vec3_cast<float>(0.5 * (from + to) - origin);
-    const Vec3d middle = vec3_cast<double>(centre) + origin;
-    const Vec3f half_from = vec3_cast<float>(from - middle),
-                half_to = vec3_cast<float>(to - middle);
-    const float square = std::max(dot(half_from, half_from), dot(half_to, half_to));
-    const Vec3f far = vec3_cast<float>(from);
-    const float reach = std::abs(far.x) + std::abs(far.y) + std::abs(far.z);
-    const float radius = std::sqrt(square);
-    return {centre, radius + 1e-6F * radius + kRounding * (reach + radius)};
-  }
 
   /// Lists those of [begin, end) that might break. Returns how many.
   std::size_t list_uncertain(const Elements& elements, std::size_t begin, std::size_t end,
@@ -143,7 +120,7 @@ class CpuSuspects {
     return count;
   }
 
-  CpuBuffer<Ball> balls_;
+  CpuBuffer<WayBall> balls_;
   CpuBuffer<ElementId> list_;
   std::size_t count_ = 0;
 };

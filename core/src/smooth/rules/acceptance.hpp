@@ -64,6 +64,14 @@ MESHSMOOTH_HD double worst_quality(const Team& team, const Surroundings& around,
 /// Trials of a move: the whole step, a half, a quarter, an eighth; then none.
 inline constexpr int kMoveTrials = 4;
 
+/// Where a move along a straight way ends that was halved `cuts` times, in the last trial undone.
+template <class Real>
+MESHSMOOTH_HD Vec3<Real> cut_move(Vec3<Real> before, Vec3<Real> after, int cuts) {
+  if (cuts >= kMoveTrials) return before;
+  for (; cuts > 0; --cuts) after = before + Real(0.5) * (after - before);
+  return after;
+}
+
 /// Whether the acceptance admits an element that a move gives this quality; `worst` is that of the
 /// ball before it, `before()` the element's own.
 template <class Before>

@@ -78,4 +78,25 @@ MESHSMOOTH_HD inline bool is_positive_within(const Vec3f (&centre)[4], const flo
          first + second * l + third + 64 * kUnit * size * size * size + kSmallest;
 }
 
+/// A ball in float, relative to an origin.
+struct WayBall {
+  Vec3f centre;
+  float radius;
+};
+
+/// One that holds the way of a node, and where parts of it are rounded to.
+template <class Real>
+MESHSMOOTH_HD WayBall ball_of_way(Vec3<Real> before, Vec3<Real> after, Vec3d origin) {
+  constexpr float kRounding = 64 * static_cast<float>(std::numeric_limits<Real>::epsilon());
+  const Vec3d from = vec3_cast<double>(before), to = vec3_cast<double>(after);
+  const Vec3f centre = vec3_cast<float>(0.5 * (from + to) - origin);
+  const Vec3d middle = vec3_cast<double>(centre) + origin;
+  const Vec3f half_from = vec3_cast<float>(from - middle), half_to = vec3_cast<float>(to - middle);
+  const float from_square = dot(half_from, half_from), to_square = dot(half_to, half_to);
+  const Vec3f far = vec3_cast<float>(from);
+  const float reach = std::abs(far.x) + std::abs(far.y) + std::abs(far.z);
+  const float radius = std::sqrt(from_square > to_square ? from_square : to_square);
+  return {centre, radius + 1e-6F * radius + kRounding * (reach + radius)};
+}
+
 }  // namespace meshsmooth::detail

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "smooth/rules/partial_moves.hpp"
 #include "smooth/steps/positions.hpp"
 #include "smooth/steps/positive_tetrahedra.hpp"
 #include "smooth/steps/sweep_context.hpp"
@@ -16,8 +15,6 @@ namespace meshsmooth::detail {
 /// mesh that is known to have tetrahedra alone, or for any; `kSmart` is that of the acceptance.
 template <class E, bool kTetrahedra, bool kSmart, class Real>
 struct MoveLimits {
-  static constexpr bool kOfTetrahedra = kTetrahedra;
-
   Surroundings around;
   Acceptance acceptance;
   DisplacementLimit<Real> displacement_limit;
@@ -87,13 +84,6 @@ struct MoveLimits {
   void visit_broken(std::size_t e) const {
     const NodeId* const nodes = around.elements.template get<true>(e).nodes;
     for (int n = 0; n < 4; ++n) mark(nodes[n]);
-  }
-  /// Whether no round needs to visit a tetrahedron, for it stays positive whichever moves are cut,
-  /// along straight ways.
-  [[nodiscard]] MESHSMOOTH_HD bool stays_positive(std::size_t e) const {
-    const NodeId* const nodes = around.elements.template get<true>(e).nodes;
-    return is_positive_on_the_way<Real>([&](int n) { return before[nodes[n]]; },
-                                        [&](int n) { return after[nodes[n]]; });
   }
   MESHSMOOTH_HD void visit_facet(std::size_t f) const {
     if (!facet_turns(around.sliding, f, before, after)) return;

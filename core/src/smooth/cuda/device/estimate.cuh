@@ -35,8 +35,9 @@ namespace meshsmooth::detail {
   const bool in_steps = std::holds_alternative<Taubin>(options.method) ||
                         std::holds_alternative<HcLaplacian>(options.method);
   if (form == Form::jacobi && (in_steps || acceptance.active())) {
-    if (!acceptance.active()) bytes += limit_moves_bytes(mesh.nodes, false);
-    if (mesh.only(4)) bytes += guarded_sweeps_bytes(mesh);
+    // Not both: the guard of one kernel, or the steps one by one of `iterate_bytes`.
+    const std::int64_t counted = limit_moves_bytes(mesh.nodes, acceptance.smart);
+    if (acceptance.guard) bytes += std::max<std::int64_t>(guarded_sweeps_bytes(mesh) - counted, 0);
   }
   if (form == Form::gauss_seidel && !std::holds_alternative<Taubin>(options.method) &&
       !std::holds_alternative<Optimize>(options.method)) {

@@ -2,41 +2,14 @@
 
 #include <algorithm>
 #include <array>
+#include <type_traits>
 
+#include "smooth/cuda/primitives/flagged_barrier.cuh"
+#include "smooth/cuda/sweeps/cut_moves.cuh"
 #include "smooth/cuda/sweeps/sweep_batch.cuh"
 #include "smooth/steps/mesh_counts.hpp"
 
 namespace meshsmooth::detail {
-
-/// The elements of a block that a step might break: all others stay positive wherever their nodes
-/// are on their ways, and rounds need not visit them.
-template <class Limits>
-class Suspects {
- public:
-  static constexpr bool kPossible = Limits::kOfTetrahedra;
-
-  /// `room`: for all elements of the block; `count`: in shared memory.
-  __device__ Suspects(ElementId* room, unsigned int& count) : list_(room), count_(count) {}
-
-  /// Lists the suspects among each `threads`-th element from `first` on, and visits them.
-  __device__ void find(const Limits& limits, std::size_t first, std::size_t threads) {
-    if (threadIdx.x == 0) count_ = 0;
-    __syncthreads();
-    for (std::size_t e = first; e < limits.around.elements.count; e += threads) {
-      if (limits.stays_positive(e)) continue;
-      list_[atomicAdd(&count_, 1U)] = static_cast<ElementId>(e);
-      limits.visit_element(e);
-    }
-    __syncthreads();
-  }
-  __device__ void visit(const Limits& limits) const {
-    for (unsigned int n = threadIdx.x; n < count_; n += kBlockSize) limits.visit_element(list_[n]);
-  }
-
- private:
-  ElementId* list_;
-  unsigned int& count_;
-};
 
 /// What sweeps of Jacobi steps work on. With one step a sweep goes from the first positions to the
 /// second, with two on to the third, which become the first.
@@ -45,7 +18,10 @@ struct GuardedSweeps {
   Step steps[2];
   int step_count;
   Vec3<Real>* positions[3];  // that agree on fixed nodes
-  RoundMemory memory;
+  unsigned long long* barrier;
+  // Of the guard; without it null.
+  unsigned int* cuts;
+  WayBall* balls;
   ElementId* suspects;
   std::size_t suspects_per_block;
 
@@ -57,78 +33,91 @@ struct GuardedSweeps {
   }
 };
 
-/// Sweeps of Jacobi steps, whose moves are limited where the acceptance wants it: a thread per node
-/// and per element.
+/// Sweeps of Jacobi steps, whose moves are cut back where the guard wants it, as by `limit_moves`.
 /// grid   cooperative: blocks of kBlockSize that are all resident
-/// shared one sum per warp
-/// needs  rings, and balls for a guard; neither displacement limits nor sliding
+/// shared the block's suspects, one sum per warp
+/// needs  rings, and the elements for a guard; neither displacement limits nor sliding
 /// order  deterministic: sums by a fixed tree
 /// equals `run_steps_one_by_one`, bit by bit
-template <class Step, class Limits, class Real>
+template <class Step, bool kTetrahedra, class Real>
 __global__ void __launch_bounds__(kBlockSize, 2)
-    guarded_sweeps_kernel(GuardedSweeps<Step, Real> sweeps, Limits limits, SweepBatch batch) {
+    guarded_sweeps_kernel(GuardedSweeps<Step, Real> sweeps, Surroundings around, SweepBatch batch) {
+  using Rounds = std::conditional_t<kTetrahedra, Suspects<Real>, AllElements<Real>>;
   __shared__ alignas(SweepStats) unsigned char bytes[kWarpsPerBlock * sizeof(SweepStats)];
-  __shared__ unsigned int suspect_count;
+  __shared__ typename Rounds::Room room;
   SweepStats* const shared = reinterpret_cast<SweepStats*>(bytes);
-  Suspects<Limits> suspects(sweeps.suspects + blockIdx.x * sweeps.suspects_per_block,
-                            suspect_count);
+  Rounds elements(around, sweeps.suspects + blockIdx.x * sweeps.suspects_per_block, room);
+  const bool guard = sweeps.cuts != nullptr;
+  const MoveCuts cuts(sweeps.cuts);
   const auto grid = cooperative_groups::this_grid();
-  const std::size_t threads = std::size_t{gridDim.x} * kBlockSize;
-  const std::size_t first = std::size_t{blockIdx.x} * kBlockSize + threadIdx.x;
-  const Surroundings& around = limits.around;
-  // Where many moves were cut many will be in the next step, which looks for suspects at once.
-  bool many_cut = false;
+  FlaggedBarrier barrier(sweeps.barrier);
+  const auto for_own_nodes = [&](const auto& body) {
+    const std::size_t threads = std::size_t{gridDim.x} * kBlockSize;
+    for (std::size_t node = std::size_t{blockIdx.x} * kBlockSize + threadIdx.x;
+         node < around.node_count; node += threads) {
+      body(node);
+    }
+  };
+  const Vec3d origin = vec3_cast<double>(sweeps.positions[0][0]);
   int sweep = 0;
   for (bool last = false; !last; ++sweep) {
     SweepStats seen;
     for (int s = 0; s < sweeps.step_count; ++s) {
-      limits.before = sweeps.positions[0];
-      limits.after = sweeps.positions[1];
-      const Step& step = sweeps.steps[s];
+      if (s > 0) barrier.wait();
+      const Vec3<Real>* const before = sweeps.positions[0];
+      Vec3<Real>* const after = sweeps.positions[1];
+      const StepPositions<Real> in{around, {}, before, after};
       for (int phase = 0; phase < Step::kPhases; ++phase) {
         const bool final_phase = phase + 1 == Step::kPhases;
-        for (std::size_t node = first; node < around.node_count; node += threads) {
-          if (around.fixed[node] == 0 || !final_phase) step(phase, limits, node);
-          if (!final_phase) continue;
-          if (s > 0) seen.held += limits.cuts[node] != 0 ? 1 : 0;
-          limits.start(node);
-        }
-        if (first == 0) sweeps.memory.counts[0] = 0;
-        grid.sync();
+        for_own_nodes([&](std::size_t node) {
+          if (around.fixed[node] == 0 || !final_phase) sweeps.steps[s](phase, in, node);
+          if (kTetrahedra && guard && final_phase) {
+            sweeps.balls[node] = ball_of_way(before[node], after[node], origin);
+          }
+        });
+        if (guard || !final_phase) barrier.wait();
       }
-      const bool many_cut_before = many_cut;
-      many_cut = false;
-      bool sorted_out = false;
-      const auto visit = [&](const RoundChanges& changes) {
-        many_cut |= changes.nodes != nullptr && !limits.are_few(changes.count);
-        if (sorted_out) return suspects.visit(limits);
-        if (Suspects<Limits>::kPossible && (many_cut_before || many_cut)) {
-          sorted_out = true;
-          return suspects.find(limits, first, threads);
+      if (guard) {
+        const CutStep<Real> step{before, after, cuts};
+        elements.find(step, sweeps.balls);
+        int round = 0;
+        while (barrier.wait(elements.visit(step, round))) {
+          if (++round < MoveCuts::kRounds) continue;
+          for_own_nodes([&](std::size_t node) { cuts.fold(node); });
+          barrier.wait();
+          round = 1;
         }
-        const std::size_t count = limits.visits(changes);
-        for (std::size_t n = first; n < count; n += threads) limits.visit(n, changes);
-      };
-      if (limits.acceptance.guard) {
-        run_rounds_in_grid(grid, around.node_count, sweeps.memory, visit,
-                           [&](std::size_t node) { return limits.settle(node); });
       }
+      const bool final_step = s + 1 == sweeps.step_count;
+      const Vec3<Real>* const start = s == 0 ? before : sweeps.positions[2];
+      for_own_nodes([&](std::size_t node) {
+        const int cut = guard ? cuts.take(node) : 0;
+        if (cut == 0 && !final_step) return;
+        const Vec3<Real> from = before[node];
+        Vec3<Real> to = after[node];
+        const bool held = cut > 0 && !(from == to);
+        if (held) after[node] = to = cut_move(from, to, cut);
+        if (final_step) {
+          seen = seen + stats_of_move(s == 0 ? from : start[node], to, held);
+        } else {
+          seen.held += held ? 1 : 0;
+        }
+      });
       sweeps.rotate();
-    }
-    for (std::size_t node = first; node < around.node_count; node += threads) {
-      seen = seen + stats_of_move(sweeps.positions[1][node], sweeps.positions[0][node],
-                                  limits.cuts[node] != 0);
     }
     last = end_sweep(grid, batch, sweep, seen, shared);
   }
   report(grid, batch, sweep);
 }
 
-/// Bytes of `run_guarded_sweeps` besides those of `limit_moves` and the positions.
-[[nodiscard]] constexpr std::int64_t guarded_sweeps_bytes(const MeshCounts& mesh) {
+/// Bytes of `run_guarded_sweeps` besides the positions.
+[[nodiscard]] inline std::int64_t guarded_sweeps_bytes(const MeshCounts& mesh) {
+  std::int64_t bytes = mesh.nodes * std::int64_t{sizeof(unsigned int)};
+  if (!mesh.only(4)) return bytes;
   const std::int64_t rounded_up =
       std::min<std::int64_t>(std::max(mesh.nodes, mesh.elements), 1 << 19);
-  return (mesh.elements + rounded_up + kBlockSize) * std::int64_t{sizeof(ElementId)};
+  bytes += mesh.nodes * std::int64_t{sizeof(WayBall)};
+  return bytes + (mesh.elements + rounded_up + kBlockSize) * std::int64_t{sizeof(ElementId)};
 }
 
 /// Sweeps of one step or two until the monitor ends them.
@@ -137,32 +126,34 @@ void run_guarded_sweeps(CudaExecutor& executor, Sweeper<CudaExecutor, Real>& swe
                         const std::array<Step, kSteps>& steps, ConvergenceMonitor& monitor) {
   static_assert(kSteps == 1 || kSteps == 2);
   const auto run = [&]<bool kTetrahedra>(std::bool_constant<kTetrahedra>) {
-    using Limits = MoveLimits<CudaExecutor, kTetrahedra, false, Real>;
-    constexpr auto kKernel = &guarded_sweeps_kernel<Step, Limits, Real>;
+    constexpr auto kKernel = &guarded_sweeps_kernel<Step, kTetrahedra, Real>;
     const Surroundings& around = sweeper.around();
     const std::size_t node_count = around.node_count, element_count = around.elements.count;
+    const bool guard = sweeper.acceptance().guard, lists = guard && kTetrahedra;
     const unsigned int blocks = cooperative_blocks<kKernel>(
         executor.lane(), block_count(std::max(node_count, element_count)));
     const std::size_t threads = std::size_t{blocks} * kBlockSize;
     const std::size_t per_block = (element_count + threads - 1) / threads * kBlockSize;
-    auto flags = executor.allocate<std::uint8_t>(2 * node_count);
-    auto list = executor.allocate<NodeId>(node_count);
-    auto counts = executor.allocate<unsigned int>(kRoundCounts);
-    auto suspects = executor.allocate<ElementId>(kTetrahedra ? blocks * per_block : 0);
+    auto barrier = executor.allocate<unsigned long long>(FlaggedBarrier::kWords);
+    auto cuts = executor.allocate<unsigned int>(guard ? node_count : 0);
+    auto balls = executor.allocate<WayBall>(lists ? node_count : 0);
+    auto suspects = executor.allocate<ElementId>(lists ? blocks * per_block : 0);
     auto third = executor.allocate<Vec3<Real>>(kSteps > 1 ? node_count : 0);
+    if (guard) executor.clear(cuts.data(), node_count);
     if (kSteps > 1) sweeper.copy(sweeper.current(), third.data());
     GuardedSweeps<Step, Real> sweeps{{steps.front(), steps.back()},
                                      kSteps,
                                      {sweeper.current(), sweeper.spare(), third.data()},
-                                     {flags.data() + node_count, list.data(), counts.data()},
+                                     barrier.data(),
+                                     guard ? cuts.data() : nullptr,
+                                     balls.data(),
                                      suspects.data(),
                                      per_block};
-    const Limits limits{around,       sweeper.acceptance(), {},     nullptr, nullptr,
-                        flags.data(), sweeps.memory.marks,  nullptr};
     run_sweep_batches(
         executor, node_count, blocks, monitor,
         [&](const SweepBatch& batch) {
-          launch_cooperative<kKernel>(executor.stream(), {blocks}, sweeps, limits, batch);
+          executor.clear(barrier.data(), FlaggedBarrier::kWords);
+          launch_cooperative<kKernel>(executor.stream(), {blocks}, sweeps, around, batch);
         },
         [&](int done) {
           for (std::size_t n = 0; n < static_cast<std::size_t>(done) * kSteps; ++n) sweeps.rotate();
