@@ -218,9 +218,8 @@ class Suspects {
     }
     const unsigned int any = words[0] | words[1] | words[2] | words[3];
     if (round > 0 && !MoveCuts::changed(round, any)) return false;
-    if (are_positive([&](int k) {
-          return cut_move(before(k), after(k), MoveCuts::count(words[k]));
-        })) {
+    if (are_positive(
+            [&](int k) { return cut_move(before(k), after(k), MoveCuts::count(words[k])); })) {
       return false;
     }
     for (int k = 0; k < 4; ++k) step.cuts.demand(round, static_cast<std::size_t>(node(k)));
