@@ -70,6 +70,16 @@ struct DeviceVisit {
 };
 [[nodiscard]] std::vector<std::vector<DeviceVisit>> ball_records_on_device(const FlatMesh& mesh);
 
+/// Cuts of moves over many rounds of a cooperative grid.
+struct DeviceCuts {
+  std::vector<int> cuts;                  // by node
+  std::vector<std::vector<bool>> broken;  // by round and block: what its barrier reported
+  std::vector<bool> consistent;           // by node: each round saw the cuts before it
+};
+/// `demands`: by round, the nodes of which it demands a cut; fewer than `node_count`.
+[[nodiscard]] DeviceCuts cut_on_device(std::size_t node_count,
+                                       const std::vector<std::vector<NodeId>>& demands);
+
 enum class SweepKernel {
   resident,     // Jacobi in shared memory; float32, uniform mean
   jacobi,       // Jacobi in device memory

@@ -14,7 +14,7 @@
 namespace meshsmooth::detail {
 
 /// The tetrahedra of a mesh that moves of its nodes, or parts of them along straight ways, might
-/// break; all others keep their sign. A ball around each way takes, in float, a third of its bytes:
+/// break; all others keep their sign. A move's bounding sphere, in float, has a third of its bytes:
 /// gathering them is most of a test.
 class CpuSuspects {
  public:
@@ -26,13 +26,13 @@ class CpuSuspects {
   void find(E& executor, const Elements& elements, std::size_t node_count, const Vec3<Real>* before,
             const Vec3<Real>* after) {
     if (list_.size() == 0) {
-      balls_ = executor.template allocate<WayBall>(node_count);
+      spheres_ = executor.template allocate<BoundingSphere>(node_count);
       list_ = executor.template allocate<ElementId>(elements.count);
     }
     // Floats tell nodes apart near the origin only.
     const Vec3d origin = vec3_cast<double>(before[0]);
     executor.for_each(node_count, [&](std::size_t node) {
-      balls_.data()[node] = ball_of_way(before[node], after[node], origin);
+      spheres_.data()[node] = bounding_sphere_of_move(before[node], after[node], origin);
     });
     // Each range lists its own where it begins.
     std::vector<std::size_t> listed((elements.count + kRange - 1) / kRange);
@@ -59,7 +59,7 @@ class CpuSuspects {
  private:
   static constexpr std::size_t kRange = 2048;
   static constexpr std::size_t kSize = TetrahedronBatch::kSize;
-  struct BallBatch {
+  struct SphereBatch {
     float of[4][4][kSize];  // by corner: x, y, z of the centre, radius
   };
 
@@ -69,7 +69,7 @@ class CpuSuspects {
     return run_wide([&] {
       std::size_t count = 0;
       for (std::size_t first = begin; first < end; first += kSize) {
-        BallBatch batch;
+        SphereBatch batch;
         gather(elements, first, end, batch);
         std::array<std::int32_t, kSize> uncertain;
         for (std::size_t t = 0; t < kSize; ++t) {
@@ -90,15 +90,15 @@ class CpuSuspects {
     });
   }
 
-  /// The balls of the batch that begins with the tetrahedron `first`, filled up by the last.
+  /// The spheres of the batch that begins with the tetrahedron `first`, filled up by the last.
   [[gnu::always_inline]] inline void gather(const Elements& elements, std::size_t first,
-                                            std::size_t end, BallBatch& batch) const {
+                                            std::size_t end, SphereBatch& batch) const {
     std::array<const NodeId*, kSize> nodes;
     for (std::size_t t = 0; t < kSize; ++t) {
       nodes[t] = elements.get<true>(std::min(first + t, end - 1)).nodes;
     }
     for (int corner = 0; corner < 4; ++corner) {
-      transpose_eight([&](std::size_t t) { return balls_.data() + nodes[t][corner]; },
+      transpose_eight([&](std::size_t t) { return spheres_.data() + nodes[t][corner]; },
                       batch.of[corner]);
     }
   }
@@ -120,7 +120,7 @@ class CpuSuspects {
     return count;
   }
 
-  CpuBuffer<WayBall> balls_;
+  CpuBuffer<BoundingSphere> spheres_;
   CpuBuffer<ElementId> list_;
   std::size_t count_ = 0;
 };

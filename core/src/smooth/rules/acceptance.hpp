@@ -64,7 +64,7 @@ MESHSMOOTH_HD double worst_quality(const Team& team, const Surroundings& around,
 /// Trials of a move: the whole step, a half, a quarter, an eighth; then none.
 inline constexpr int kMoveTrials = 4;
 
-/// Where a move along a straight way ends that was halved `cuts` times, in the last trial undone.
+/// The end of a straight move that is halved `cuts` times, or undone by the last trial.
 template <class Real>
 MESHSMOOTH_HD Vec3<Real> cut_move(Vec3<Real> before, Vec3<Real> after, int cuts) {
   if (cuts >= kMoveTrials) return before;

@@ -78,15 +78,16 @@ MESHSMOOTH_HD inline bool is_positive_within(const Vec3f (&centre)[4], const flo
          first + second * l + third + 64 * kUnit * size * size * size + kSmallest;
 }
 
-/// A ball in float, relative to an origin.
-struct WayBall {
+/// In float, relative to an origin.
+struct BoundingSphere {
   Vec3f centre;
   float radius;
 };
 
-/// One that holds the way of a node, and where parts of it are rounded to.
+/// Contains every position to which a node's move may be cut, rounding included.
 template <class Real>
-MESHSMOOTH_HD WayBall ball_of_way(Vec3<Real> before, Vec3<Real> after, Vec3d origin) {
+MESHSMOOTH_HD BoundingSphere bounding_sphere_of_move(Vec3<Real> before, Vec3<Real> after,
+                                                     Vec3d origin) {
   constexpr float kRounding = 64 * static_cast<float>(std::numeric_limits<Real>::epsilon());
   const Vec3d from = vec3_cast<double>(before), to = vec3_cast<double>(after);
   const Vec3f centre = vec3_cast<float>(0.5 * (from + to) - origin);

@@ -35,7 +35,7 @@ namespace meshsmooth::detail {
   const bool in_steps = std::holds_alternative<Taubin>(options.method) ||
                         std::holds_alternative<HcLaplacian>(options.method);
   if (form == Form::jacobi && (in_steps || acceptance.active())) {
-    // Not both: the guard of one kernel, or the steps one by one of `iterate_bytes`.
+    // `iterate_bytes` counts steps one by one, which a kernel of all sweeps replaces.
     const std::int64_t counted = limit_moves_bytes(mesh.nodes, acceptance.smart);
     if (acceptance.guard) bytes += std::max<std::int64_t>(guarded_sweeps_bytes(mesh) - counted, 0);
   }

@@ -24,10 +24,7 @@ namespace meshsmooth::detail {
 /// body(i) for all i below `count`, by a grid-stride loop over blocks of kBlockSize.
 template <class Body>
 __global__ void __launch_bounds__(kBlockSize) for_each_kernel(std::size_t count, Body body) {
-  const std::size_t step = std::size_t{gridDim.x} * kBlockSize;
-  for (std::size_t i = std::size_t{blockIdx.x} * kBlockSize + threadIdx.x; i < count; i += step) {
-    body(i);
-  }
+  for_each_in_grid(count, body);
 }
 
 /// A body for rows, called by the threads of teams.

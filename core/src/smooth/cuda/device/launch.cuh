@@ -19,6 +19,17 @@ inline constexpr int kWarpsPerBlock = kBlockSize / kWarp;
       std::clamp<std::size_t>((count + kBlockSize - 1) / kBlockSize, 1, most));
 }
 
+/// body(i) for each i below `count` that this thread of a grid of kBlockSize visits: a grid-stride
+/// loop.
+template <class Body>
+__device__ __forceinline__ void for_each_in_grid(std::size_t count, const Body& body) {
+  const std::size_t threads = std::size_t{gridDim.x} * kBlockSize;
+  for (std::size_t i = std::size_t{blockIdx.x} * kBlockSize + threadIdx.x; i < count;
+       i += threads) {
+    body(i);
+  }
+}
+
 struct Grid {
   unsigned int blocks;
   unsigned int block_size = kBlockSize;

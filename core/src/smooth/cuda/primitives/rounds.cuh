@@ -19,18 +19,21 @@ struct RoundMemory {
   unsigned int* counts;  // kRoundCounts
 };
 
-/// Rounds by all threads of a cooperative grid with blocks of kBlockSize: `visit(changes)`, and
-/// `settle(i)` for all i below `count`, see `Executor::run_rounds`. Each round adds to its count
-/// while the next one's is cleared; two synchronizations a round.
-template <class Grid, class Visit, class Settle>
-__device__ void run_rounds_in_grid(const Grid& grid, std::size_t count, const RoundMemory& memory,
-                                   const Visit& visit, const Settle& settle) {
+/// `Executor::run_rounds` without the host: each round adds to its count while the next one's is
+/// cleared; two grid barriers a round.
+/// grid   cooperative: blocks of kBlockSize that are all resident
+template <class Visits, class Visit, class Settle>
+__global__ void __launch_bounds__(kBlockSize)
+    rounds_kernel(std::size_t count, Visits visits, Visit visit, Settle settle,
+                  RoundMemory memory) {
+  const auto grid = cooperative_groups::this_grid();
   const std::size_t threads = std::size_t{gridDim.x} * kBlockSize;
   const std::size_t first = std::size_t{blockIdx.x} * kBlockSize + threadIdx.x;
   constexpr std::size_t kAtOnce = 4;  // marks in flight
   RoundChanges changes{count, nullptr};
   for (int round = 0; changes.count > 0; ++round) {
-    visit(changes);
+    const std::size_t visit_count = visits(changes);
+    for (std::size_t i = first; i < visit_count; i += threads) visit(i, changes);
     if (first == 0) memory.counts[(round + 1) % kRoundCounts] = 0;
     grid.sync();
     unsigned int own = 0;
@@ -64,23 +67,6 @@ __device__ void run_rounds_in_grid(const Grid& grid, std::size_t count, const Ro
     grid.sync();
     changes = {static_cast<volatile unsigned int&>(counted), memory.list};
   }
-}
-
-/// `Executor::run_rounds` without the host.
-/// grid   cooperative: blocks of kBlockSize that are all resident
-template <class Visits, class Visit, class Settle>
-__global__ void __launch_bounds__(kBlockSize)
-    rounds_kernel(std::size_t count, Visits visits, Visit visit, Settle settle,
-                  RoundMemory memory) {
-  const std::size_t threads = std::size_t{gridDim.x} * kBlockSize;
-  const std::size_t first = std::size_t{blockIdx.x} * kBlockSize + threadIdx.x;
-  run_rounds_in_grid(
-      cooperative_groups::this_grid(), count, memory,
-      [&](const RoundChanges& changes) {
-        const std::size_t visit_count = visits(changes);
-        for (std::size_t i = first; i < visit_count; i += threads) visit(i, changes);
-      },
-      settle);
 }
 
 }  // namespace meshsmooth::detail

@@ -7,9 +7,9 @@
 
 namespace meshsmooth::detail {
 
-/// How often the moves of a step are cut, in rounds: a word per node with a bit for each round in
-/// which a broken element demanded it, and above them the cuts of earlier rounds. Who reads in a
-/// round ignores the bits that others set meanwhile, so that a round needs one barrier only.
+/// How often the moves of a step are cut: a word per node with a bit for each round in which a
+/// broken element demanded it, and above them the number of earlier cuts. Readers mask the bits
+/// that other threads set in the same round, so a round needs one barrier only.
 class MoveCuts {
  public:
   static constexpr int kRounds = 28;
@@ -17,28 +17,28 @@ class MoveCuts {
   /// `words`: of each node, 0 before.
   __device__ explicit MoveCuts(unsigned int* words) : words_(words) {}
 
-  /// What was demanded of a node before a round.
+  /// The cuts demanded of a node before a round.
   [[nodiscard]] __device__ unsigned int word_before(int round, std::size_t node) const {
     return static_cast<volatile unsigned int&>(words_[node]) & ~(kAll & (kAll << round));
   }
   [[nodiscard]] static __device__ int count(unsigned int word) {
     return static_cast<int>(word >> kRounds) + __popc(word & kAll);
   }
-  /// Whether a later round than the first needs to look: the one before demanded something.
+  /// Whether the previous round demanded a cut; not for round 0.
   [[nodiscard]] static __device__ bool changed(int round, unsigned int word) {
     return (word >> (round - 1) & 1U) != 0;
   }
   __device__ void demand(int round, std::size_t node) const {
     atomicOr(&words_[node], 1U << round);
   }
-  /// After `kRounds` rounds, between two barriers: goes on as if there had been one.
+  /// After `kRounds` rounds, between two barriers: frees bits, so that round 1 can follow.
   __device__ void fold(std::size_t node) const {
-    const unsigned int word = words_[node];
+    const unsigned int word = static_cast<volatile unsigned int&>(words_[node]);
     const int all = count(word), last = changed(kRounds, word) ? 1 : 0;
     const int earlier = (all < kMoveTrials ? all : kMoveTrials) - last;
     words_[node] = static_cast<unsigned int>(earlier) << kRounds | static_cast<unsigned int>(last);
   }
-  /// The cuts of all rounds, after the last one.
+  /// The number of cuts after the last round; resets it.
   [[nodiscard]] __device__ int take(std::size_t node) const {
     const int cuts = count(static_cast<volatile unsigned int&>(words_[node]));
     if (cuts > 0) words_[node] = 0;
@@ -57,25 +57,21 @@ struct CutStep {
   MoveCuts cuts;
 };
 
-/// Rounds over each `threads`-th element from `first` on, of any mesh.
+/// Rounds that visit all elements, of a mesh of any types.
 template <class Real>
 class AllElements {
  public:
   struct Room {};
 
-  __device__ AllElements(const Surroundings& around, ElementId*, Room&)
-      : around_(around),
-        first_(std::size_t{blockIdx.x} * kBlockSize + threadIdx.x),
-        threads_(std::size_t{gridDim.x} * kBlockSize) {}
+  __device__ AllElements(const Surroundings& around, ElementId*, Room&) : around_(around) {}
 
-  __device__ void find(const CutStep<Real>&, const WayBall*) {}
+  __device__ void find(const CutStep<Real>&, const BoundingSphere*) {}
 
-  /// Demands cuts of what a round finds broken. Whether any.
+  /// Demands cuts for the broken elements. Returns whether there are any.
   __device__ bool visit(const CutStep<Real>& step, int round) const {
     bool broken = false;
-    for (std::size_t e = first_; e < around_.elements.count; e += threads_) {
-      broken |= visit_element(step, round, e);
-    }
+    for_each_in_grid(around_.elements.count,
+                     [&](std::size_t e) { broken |= visit_element(step, round, e); });
     return broken;
   }
 
@@ -104,18 +100,17 @@ class AllElements {
   }
 
   Surroundings around_;
-  std::size_t first_, threads_;
 };
 
-/// Rounds over those of a block's tetrahedra that a step might break: all others stay positive
-/// wherever their nodes are on their ways. First by a ball around each way, which reads a third of
-/// what the ways are.
+/// Rounds that visit only the tetrahedra that a step might break; all others stay positive however
+/// the moves are cut. A first test by bounding spheres reads a third of the moves' bytes, an exact
+/// one decides about the few that fail it.
 template <class Real>
 class Suspects {
  public:
   static constexpr int kRoom = 40 * 1024 / (24 * sizeof(Real) + 4 * sizeof(NodeId));
 
-  /// Copies of the first suspects, in shared memory.
+  /// Copies of the first suspects, for shared memory.
   struct Room {
     NodeId nodes[4][kRoom];
     Real before[4][3][kRoom], after[4][3][kRoom];
@@ -126,15 +121,15 @@ class Suspects {
   __device__ Suspects(const Surroundings& around, ElementId* list, Room& room)
       : elements_(around.elements), list_(list), room_(room) {}
 
-  __device__ void find(const CutStep<Real>& step, const WayBall* balls) {
+  __device__ void find(const CutStep<Real>& step, const BoundingSphere* spheres) {
     if (threadIdx.x == 0) room_.candidates = room_.count = 0;
     __syncthreads();
-    list_uncertain(balls);
+    list_uncertain(spheres);
     __syncthreads();
     for (unsigned int begin = 0; begin < room_.candidates; begin += kBlockSize) {
       const unsigned int n = begin + threadIdx.x;
       const ElementId e = n < room_.candidates ? list_[n] : 0;
-      __syncthreads();  // then what `keep` overwrites was read
+      __syncthreads();  // `keep` overwrites entries that have been read
       if (n < room_.candidates) keep(step, e);
     }
     __syncthreads();
@@ -160,27 +155,25 @@ class Suspects {
   }
 
  private:
-  __device__ void list_uncertain(const WayBall* balls) {
-    const std::size_t threads = std::size_t{gridDim.x} * kBlockSize;
-    for (std::size_t e = std::size_t{blockIdx.x} * kBlockSize + threadIdx.x; e < elements_.count;
-         e += threads) {
+  __device__ void list_uncertain(const BoundingSphere* spheres) {
+    for_each_in_grid(elements_.count, [&](std::size_t e) {
       NodeId nodes[4];
       load_group<4>(elements_.template get<true>(e).nodes, nodes);
       Vec3f centres[4];
       float radii[4];
 #pragma unroll
       for (int n = 0; n < 4; ++n) {
-        float ball[4];
-        load_group<4>(&balls[nodes[n]].centre.x, ball);
-        centres[n] = {ball[0], ball[1], ball[2]};
-        radii[n] = ball[3];
+        float sphere[4];
+        load_group<4>(&spheres[nodes[n]].centre.x, sphere);
+        centres[n] = {sphere[0], sphere[1], sphere[2]};
+        radii[n] = sphere[3];
       }
-      if (is_positive_within(centres, radii)) continue;
+      if (is_positive_within(centres, radii)) return;
       list_[atomicAdd(&room_.candidates, 1U)] = static_cast<ElementId>(e);
-    }
+    });
   }
 
-  /// Of the candidates.
+  /// Copies a candidate unless the exact test clears it or it was inverted before.
   __device__ void keep(const CutStep<Real>& step, ElementId e) {
     NodeId nodes[4];
     load_group<4>(elements_.template get<true>(e).nodes, nodes);

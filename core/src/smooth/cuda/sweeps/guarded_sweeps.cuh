@@ -19,9 +19,9 @@ struct GuardedSweeps {
   int step_count;
   Vec3<Real>* positions[3];  // that agree on fixed nodes
   unsigned long long* barrier;
-  // Of the guard; without it null.
+  // For the guard; otherwise null.
   unsigned int* cuts;
-  WayBall* balls;
+  BoundingSphere* spheres;
   ElementId* suspects;
   std::size_t suspects_per_block;
 
@@ -33,7 +33,8 @@ struct GuardedSweeps {
   }
 };
 
-/// Sweeps of Jacobi steps, whose moves are cut back where the guard wants it, as by `limit_moves`.
+/// Sweeps of Jacobi steps, whose moves are cut until no valid element is inverted, as by
+/// `limit_moves`.
 /// grid   cooperative: blocks of kBlockSize that are all resident
 /// shared the block's suspects, one sum per warp
 /// needs  rings, and the elements for a guard; neither displacement limits nor sliding
@@ -51,13 +52,7 @@ __global__ void __launch_bounds__(kBlockSize, 2)
   const MoveCuts cuts(sweeps.cuts);
   const auto grid = cooperative_groups::this_grid();
   FlaggedBarrier barrier(sweeps.barrier);
-  const auto for_own_nodes = [&](const auto& body) {
-    const std::size_t threads = std::size_t{gridDim.x} * kBlockSize;
-    for (std::size_t node = std::size_t{blockIdx.x} * kBlockSize + threadIdx.x;
-         node < around.node_count; node += threads) {
-      body(node);
-    }
-  };
+  const auto for_own_nodes = [&](const auto& body) { for_each_in_grid(around.node_count, body); };
   const Vec3d origin = vec3_cast<double>(sweeps.positions[0][0]);
   int sweep = 0;
   for (bool last = false; !last; ++sweep) {
@@ -72,14 +67,14 @@ __global__ void __launch_bounds__(kBlockSize, 2)
         for_own_nodes([&](std::size_t node) {
           if (around.fixed[node] == 0 || !final_phase) sweeps.steps[s](phase, in, node);
           if (kTetrahedra && guard && final_phase) {
-            sweeps.balls[node] = ball_of_way(before[node], after[node], origin);
+            sweeps.spheres[node] = bounding_sphere_of_move(before[node], after[node], origin);
           }
         });
         if (guard || !final_phase) barrier.wait();
       }
       if (guard) {
         const CutStep<Real> step{before, after, cuts};
-        elements.find(step, sweeps.balls);
+        elements.find(step, sweeps.spheres);
         int round = 0;
         while (barrier.wait(elements.visit(step, round))) {
           if (++round < MoveCuts::kRounds) continue;
@@ -89,7 +84,6 @@ __global__ void __launch_bounds__(kBlockSize, 2)
         }
       }
       const bool final_step = s + 1 == sweeps.step_count;
-      const Vec3<Real>* const start = s == 0 ? before : sweeps.positions[2];
       for_own_nodes([&](std::size_t node) {
         const int cut = guard ? cuts.take(node) : 0;
         if (cut == 0 && !final_step) return;
@@ -98,7 +92,7 @@ __global__ void __launch_bounds__(kBlockSize, 2)
         const bool held = cut > 0 && !(from == to);
         if (held) after[node] = to = cut_move(from, to, cut);
         if (final_step) {
-          seen = seen + stats_of_move(s == 0 ? from : start[node], to, held);
+          seen = seen + stats_of_move(s == 0 ? from : sweeps.positions[2][node], to, held);
         } else {
           seen.held += held ? 1 : 0;
         }
@@ -116,7 +110,7 @@ __global__ void __launch_bounds__(kBlockSize, 2)
   if (!mesh.only(4)) return bytes;
   const std::int64_t rounded_up =
       std::min<std::int64_t>(std::max(mesh.nodes, mesh.elements), 1 << 19);
-  bytes += mesh.nodes * std::int64_t{sizeof(WayBall)};
+  bytes += mesh.nodes * std::int64_t{sizeof(BoundingSphere)};
   return bytes + (mesh.elements + rounded_up + kBlockSize) * std::int64_t{sizeof(ElementId)};
 }
 
@@ -136,7 +130,7 @@ void run_guarded_sweeps(CudaExecutor& executor, Sweeper<CudaExecutor, Real>& swe
     const std::size_t per_block = (element_count + threads - 1) / threads * kBlockSize;
     auto barrier = executor.allocate<unsigned long long>(FlaggedBarrier::kWords);
     auto cuts = executor.allocate<unsigned int>(guard ? node_count : 0);
-    auto balls = executor.allocate<WayBall>(lists ? node_count : 0);
+    auto spheres = executor.allocate<BoundingSphere>(lists ? node_count : 0);
     auto suspects = executor.allocate<ElementId>(lists ? blocks * per_block : 0);
     auto third = executor.allocate<Vec3<Real>>(kSteps > 1 ? node_count : 0);
     if (guard) executor.clear(cuts.data(), node_count);
@@ -146,7 +140,7 @@ void run_guarded_sweeps(CudaExecutor& executor, Sweeper<CudaExecutor, Real>& swe
                                      {sweeper.current(), sweeper.spare(), third.data()},
                                      barrier.data(),
                                      guard ? cuts.data() : nullptr,
-                                     balls.data(),
+                                     spheres.data(),
                                      suspects.data(),
                                      per_block};
     run_sweep_batches(
