@@ -313,12 +313,12 @@ def main():
                "CPU s"]
     run = {
         "title": "Motions by meshsmooth and its peers",
-        "machine": "2 cores of a server, CPU backend, beside other work",
+        "machine": "2 cores of a server, CPU backend",
         "command": "tests/bench/motions/peers.py MESHSMOOTH",
         "date": today, "commit": commit, "recorded": {"commit": commit, "date": today},
         "notes": "CPU seconds, user and system, less the interpreter's start; those of OpenFOAM "
-                 "and meshsmooth are of their programs, with their files. The machine was busy, "
-                 "which can raise them by a fifth. The whole boundary is prescribed.",
+                 "and meshsmooth are of their programs, with their files. The whole boundary is "
+                 "prescribed.",
         "tables": {"outcome": {"caption": "The quality of all results by one evaluator.",
                                "columns": columns, "rows": []}},
     }

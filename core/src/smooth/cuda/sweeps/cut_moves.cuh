@@ -103,8 +103,8 @@ class AllElements {
 };
 
 /// Rounds that visit only the tetrahedra that a step might break; all others stay positive however
-/// the moves are cut. A first test by bounding spheres reads a third of the moves' bytes, an exact
-/// one decides about the few that fail it.
+/// the moves are cut. A first test by bounding spheres reads a third of the moves' bytes; a tighter
+/// one clears most of those that fail it.
 template <class Real>
 class Suspects {
  public:
@@ -173,7 +173,7 @@ class Suspects {
     });
   }
 
-  /// Copies a candidate unless the exact test clears it or it was inverted before.
+  /// Copies a candidate unless the tighter test clears it or it was inverted before.
   __device__ void keep(const CutStep<Real>& step, ElementId e) {
     NodeId nodes[4];
     load_group<4>(elements_.template get<true>(e).nodes, nodes);
