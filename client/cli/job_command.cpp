@@ -13,6 +13,7 @@
 #include "interrupt.hpp"
 #include "meshsmooth/backend_name.hpp"
 #include "node_sets.hpp"
+#include "quality_report.hpp"
 #include "readable.hpp"
 #include "regions.hpp"
 #include "smooth_options.hpp"
@@ -150,6 +151,7 @@ client::SmoothReport run_job(
   const JobInput input = keep_input(flags.output, flags.input, file.mesh);
   const client::SmoothReport report = call_server(file, flags, options, interrupt);
   write_result(flags.output, input, file, report, options, start);
+  if (!flags.output.quiet) std::cout << describe_held_cells(file) << std::flush;
   if (!flags.output.quiet && regions.count > 1) {
     std::cout << counted(static_cast<std::int64_t>(regions.count), "region") << " by "
               << regions.array << ", " << counted(report.summary.nodes.between_regions, "node")

@@ -72,4 +72,16 @@ std::string describe_quality(const QualityStats& stats,
   return text + worst_lines(stats, file_element_id);
 }
 
+std::string describe_held_cells(const formats::MeshFile& file) {
+  std::int64_t count = 0;
+  std::string types;
+  for (const formats::HeldCells& held : file.held_cells()) {
+    count += held.count;
+    types += fmt::format("{}{} {}", types.empty() ? "" : ", ", held.name, with_commas(held.count));
+  }
+  if (count == 0) return "";
+  return fmt::format("{} cannot be smoothed and {} nodes fixed: {}\n", counted(count, "cell"),
+                     count == 1 ? "keeps its" : "keep their", types);
+}
+
 }  // namespace meshsmooth::cli

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "mesh_file.hpp"
 #include "meshsmooth/quality.hpp"
 
 namespace meshsmooth::cli {
@@ -16,5 +17,8 @@ namespace meshsmooth::cli {
 /// worst elements under the names the file gives them.
 [[nodiscard]] std::string describe_quality(
     const QualityStats& stats, const std::function<std::int64_t(std::int64_t)>& file_element_id);
+
+/// One line on the cells that hold their nodes because they cannot be smoothed; empty: none do.
+[[nodiscard]] std::string describe_held_cells(const formats::MeshFile& file);
 
 }  // namespace meshsmooth::cli

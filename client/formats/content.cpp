@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <span>
 
@@ -15,12 +16,22 @@ namespace {
 int dimension_of(const std::filesystem::path& path, const Dataset& dataset, const Cell& cell,
                  std::int64_t id) {
   if (const auto dimension = cell_dimension(cell.type, cell.nodes.size())) return *dimension;
-  const std::string count = std::to_string(cell.nodes.size()) + " nodes";
   std::string name = dataset.cell_name(cell.type);
-  if (cell.type == kPolygonCell) name = "polygon of " + count;
-  if (find_vtk_cell(cell.type) != nullptr) name += " with " + count;
+  if (find_vtk_cell(cell.type) != nullptr || cell.type == kPolygonCell) {
+    name += " with " + std::to_string(cell.nodes.size()) + " nodes";
+  }
   fail("ELEMENT_NOT_SUPPORTED", path,
        "element " + std::to_string(id) + " is of the type " + name + "; " + kSupportedElements);
+}
+
+/// Of a cell that keeps its nodes where they are where the mesh has its dimension; those of own
+/// types do so in every mesh.
+std::optional<int> held_dimension(const Cell& cell) {
+  if (cell.type >= kFirstOwnCellType) return 0;
+  if (cell.type == kPolyhedronCell) return 3;
+  if (cell.type == kTriangleStripCell) return 2;
+  if (cell.type == kPolygonCell && cell.nodes.size() > 4) return 2;
+  return std::nullopt;
 }
 
 /// The cells that are not of the mesh's dimension.
@@ -139,14 +150,12 @@ MeshFile make_mesh_file(const std::filesystem::path& path, FileContent content) 
                ", there are only " + std::to_string(node_count));
     }
   };
-  const auto is_held = [&](const Cell& of) {
-    return content.holds_polyhedra && of.type == kPolyhedronCell;
-  };
   Cell cell;
   std::vector<std::int8_t> dimensions(static_cast<std::size_t>(cell_count));
   for (std::int64_t id = 0; id < cell_count; ++id) {
     dataset.get_cell(id, cell);
-    const int dimension = is_held(cell) ? 3 : dimension_of(path, dataset, cell, id_of(id));
+    const auto held = held_dimension(cell);
+    const int dimension = held ? *held : dimension_of(path, dataset, cell, id_of(id));
     dimensions[static_cast<std::size_t>(id)] = static_cast<std::int8_t>(dimension);
     check_nodes(cell, id);
   }
@@ -158,8 +167,9 @@ MeshFile make_mesh_file(const std::filesystem::path& path, FileContent content) 
   Mesh mesh;
   Blocks blocks;
   LowerDimensionalCells lower_dimensional(static_cast<std::size_t>(node_count));
+  std::map<int, std::int64_t> held_counts;  // by type
   const auto hold = [&](const Cell& of) {
-    ++content.held_cell_count;
+    ++held_counts[of.type];
     mesh.fixed.resize(static_cast<std::size_t>(node_count), 0);
     for (const std::int64_t node : of.nodes) {
       if (node >= 0 && node < node_count) mesh.fixed[static_cast<std::size_t>(node)] = 1;
@@ -167,20 +177,27 @@ MeshFile make_mesh_file(const std::filesystem::path& path, FileContent content) 
   };
   for (std::int64_t id = 0; id < cell_count; ++id) {
     dataset.get_cell(id, cell);
-    if (dimensions[static_cast<std::size_t>(id)] < *highest) {
+    const bool own = cell.type >= kFirstOwnCellType;
+    if (dimensions[static_cast<std::size_t>(id)] < *highest && !own) {
       lower_dimensional.add(cell);
-    } else if (is_held(cell)) {
+    } else if (held_dimension(cell)) {
       hold(cell);
     } else {
       const CellKind* kind = find_vtk_cell(cell.type, cell.nodes.size());
       blocks.add(*kind->element, cell, id);
     }
   }
-  if (content.held_cell_count == cell_count) {
-    fail("MESH_EMPTY", path, "there are only polyhedra in it, which cannot be smoothed");
-  }
   mesh.positions = dataset.positions();
   blocks.store(mesh, content);
+  for (const auto& [type, count] : held_counts) {
+    content.held_cells.push_back({type, dataset.cell_name(type), count});
+  }
+  if (content.element_cells.empty()) {
+    fail("MESH_EMPTY", path,
+         "there are no elements that can be smoothed in it; it has " +
+             std::to_string(content.held_cells.front().count) + " cells of the type " +
+             content.held_cells.front().name);
+  }
   turn_wedges(mesh);
   lower_dimensional.store(content);
   if (!content.node_ids.empty()) {

@@ -68,12 +68,11 @@ class FileContent {
   std::vector<NodeSet> node_sets;
   // By cell, which groups it is in: 0 in none, else a number for each set of groups; or empty.
   std::vector<std::int32_t> group_sets;
-  bool holds_polyhedra = false;  // they fix their nodes and are no elements; false: an error
   std::vector<std::int64_t> element_cells;  // the cells of the mesh's elements
   std::vector<NodeId> nodes_by_id;          // nodes in ascending order of their ids; or empty
   std::vector<NodeId> lower_dimensional_nodes;
   std::int64_t lower_dimensional_cell_count = 0;
-  std::int64_t held_cell_count = 0;
+  std::vector<HeldCells> held_cells;
   std::string text;            // the file, or empty
   CoordinateFields fields;     // in the text; one per node
   CoordinateArrays arrays;     // in an HDF5 or netCDF file

@@ -51,6 +51,13 @@ void PlainDataset::add_cell(int type, std::span<const std::int64_t> nodes) {
   first_.push_back(nodes_.size());
 }
 
+int PlainDataset::own_type(std::string_view name) {
+  const auto known = std::ranges::find(own_types_, name);
+  const auto place = static_cast<int>(known - own_types_.begin());
+  if (known == own_types_.end()) own_types_.emplace_back(name);
+  return kFirstOwnCellType + place;
+}
+
 std::int64_t PlainDataset::node_count() const {
   return std::visit([](const auto& nodes) { return static_cast<std::int64_t>(nodes.size()); },
                     positions_);
@@ -74,6 +81,12 @@ std::optional<Column> PlainDataset::cell_column(const std::string& name) const {
 }
 
 std::string PlainDataset::cell_name(int type) const {
+  if (type >= kFirstOwnCellType) {
+    return own_types_.at(static_cast<std::size_t>(type - kFirstOwnCellType));
+  }
+  if (type == kPolygonCell) return "polygon";
+  if (type == kTriangleStripCell) return "triangle strip";
+  if (type == kPolyhedronCell) return "polyhedron";
   return "VTK cell type " + std::to_string(type);
 }
 

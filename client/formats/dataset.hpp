@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -18,6 +19,7 @@ inline constexpr int kPolyVertexCell = 2;
 inline constexpr int kLineCell = 3;
 inline constexpr int kPolyLineCell = 4;
 inline constexpr int kTriangleCell = 5;
+inline constexpr int kTriangleStripCell = 6;
 inline constexpr int kPolygonCell = 7;
 inline constexpr int kQuadCell = 9;
 inline constexpr int kTetrahedronCell = 10;
@@ -35,6 +37,9 @@ inline constexpr int kQuad9Cell = 28;
 inline constexpr int kHexahedron27Cell = 29;
 inline constexpr int kWedge18Cell = 32;
 inline constexpr int kPolyhedronCell = 42;  // its nodes, each once: none here needs its faces
+/// From here on: types that only the file's own format knows (`PlainDataset::own_type`). Such a
+/// cell keeps its nodes where they are and never decides the dimension of the mesh.
+inline constexpr int kFirstOwnCellType = 1000;
 
 struct Cell {
   int type = 0;
@@ -91,6 +96,9 @@ class PlainDataset final : public Dataset {
   explicit PlainDataset(const Mesh& mesh);
 
   void add_cell(int type, std::span<const std::int64_t> nodes);
+  /// The cell type of elements that the format calls `name` ("COH3D8") and that cannot be smoothed;
+  /// the same for the same name. O(names so far).
+  [[nodiscard]] int own_type(std::string_view name);
   void set_positions(Positions positions) { positions_ = std::move(positions); }
   void add_node_column(Column column) { node_columns_.push_back(std::move(column)); }
   void add_cell_column(Column column) { cell_columns_.push_back(std::move(column)); }
@@ -108,6 +116,7 @@ class PlainDataset final : public Dataset {
  private:
   Positions positions_;
   std::vector<int> types_;
+  std::vector<std::string> own_types_;
   std::vector<std::size_t> first_ = {0};  // of each cell in `nodes_`, and the end
   std::vector<std::int64_t> nodes_;
   std::vector<Column> node_columns_;

@@ -151,7 +151,6 @@ class FoamMesh {
   }
 
   void store(FileContent& content) {
-    content.holds_polyhedra = true;
     auto dataset = std::make_shared<PlainDataset>();
     Cell cell;
     for (std::size_t id = 0; id < cell_count_; ++id) {

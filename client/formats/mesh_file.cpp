@@ -106,11 +106,13 @@ void check_case_writable(const path& file) {
 
 /// Only VTK's data sets and the format read keep the faces of polyhedra.
 void check_polyhedra(const path& file, const Format& format, const MeshFile& content) {
-  if (content.held_cell_count() == 0 || content.content()->extension == format.extension) return;
+  const auto held = std::ranges::find(content.held_cells(), kPolyhedronCell, &HeldCells::cell_type);
+  if (held == content.held_cells().end()) return;
+  if (content.content()->extension == format.extension) return;
   if (dynamic_cast<const PlainDataset*>(content.content()->dataset.get()) == nullptr) return;
   fail("ELEMENT_NOT_SUPPORTED", file,
        "\"" + std::string(format.extension) + "\" files cannot carry the " +
-           std::to_string(content.held_cell_count()) + " polyhedra of the mesh");
+           std::to_string(held->count) + " polyhedra of the mesh");
 }
 
 }  // namespace
@@ -159,7 +161,10 @@ std::int64_t MeshFile::lower_dimensional_cell_count() const {
   return content_ ? content_->lower_dimensional_cell_count : 0;
 }
 
-std::int64_t MeshFile::held_cell_count() const { return content_ ? content_->held_cell_count : 0; }
+const std::vector<HeldCells>& MeshFile::held_cells() const {
+  static const std::vector<HeldCells> none;
+  return content_ ? content_->held_cells : none;
+}
 
 std::string readable_extensions() {
   return extensions([](const Format& format) { return format.read != nullptr; });

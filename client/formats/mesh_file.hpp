@@ -21,6 +21,14 @@ struct ElementArray {
   std::vector<float> values;  // by element; NaN: it has none
 };
 
+/// Cells that cannot be smoothed, of one type: polygons of five or more nodes, triangle strips,
+/// polyhedra, elements that only their format knows.
+struct HeldCells {
+  int cell_type;     // VTK's number, or `PlainDataset::own_type`
+  std::string name;  // "polyhedron", "COH3D8"
+  std::int64_t count;
+};
+
 /// A mesh file in memory: the mesh to smooth, and whatever else the file
 /// carries, kept so that writing gives back the caller's own file with only
 /// the coordinates changed.
@@ -59,8 +67,8 @@ class MeshFile {
   /// The nodes of all lower-dimensional cells, each once, ascending.
   [[nodiscard]] const std::vector<NodeId>& lower_dimensional_nodes() const;
   [[nodiscard]] std::int64_t lower_dimensional_cell_count() const;
-  /// Polyhedra, whose nodes `mesh.fixed` holds in place.
-  [[nodiscard]] std::int64_t held_cell_count() const;
+  /// The cells whose nodes `mesh.fixed` holds in place because they cannot be smoothed, by type.
+  [[nodiscard]] const std::vector<HeldCells>& held_cells() const;
 
   /// For the writers; null for a mesh that comes from no file.
   [[nodiscard]] const std::shared_ptr<const FileContent>& content() const { return content_; }

@@ -95,7 +95,8 @@ vtkSmartPointer<vtkUnstructuredGrid> grid_of(const Dataset& dataset) {
     dataset.get_cell(id, cell);
     nodes->Reset();
     for (const std::int64_t node : cell.nodes) nodes->InsertNextId(node);
-    grid->InsertNextCell(cell.type, nodes);
+    // What VTK has no type for keeps its nodes.
+    grid->InsertNextCell(cell.type < kFirstOwnCellType ? cell.type : kPolyVertexCell, nodes);
   }
   add_arrays(grid->GetPointData(), dataset.node_columns());
   add_arrays(grid->GetCellData(), dataset.cell_columns());

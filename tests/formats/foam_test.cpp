@@ -58,7 +58,9 @@ TEST_F(Foam, RecognizesCellsByTheirFaces) {
   EXPECT_EQ(file.mesh.blocks[1].type, ElementType::wedge);
   EXPECT_EQ(file.mesh.blocks[2].type, ElementType::pyramid);
   EXPECT_EQ(file.mesh.blocks[3].type, ElementType::tetrahedron);
-  EXPECT_EQ(file.held_cell_count(), 1) << "seven faces";
+  ASSERT_EQ(file.held_cells().size(), 1U);
+  EXPECT_EQ(file.held_cells()[0].name, "polyhedron");
+  EXPECT_EQ(file.held_cells()[0].count, 1) << "seven faces";
   EXPECT_EQ(file.lower_dimensional_cell_count(), 19) << "the faces of patches";
 }
 
