@@ -175,8 +175,12 @@ bool has_text(const FileContent& content) {
   return !content.text.empty() || !content.segments.empty();
 }
 
-/// HDF5 and netCDF.
-bool is_container(const FileContent& content) { return !content.arrays.names.empty(); }
+/// Whether the bytes are compared by writing: HDF5, netCDF, and files of which it is not known
+/// where each coordinate stands (VTK's, STL).
+bool is_container(const FileContent& content) {
+  const bool has_fields = !content.fields.fields.empty() || !content.segments.empty();
+  return !content.arrays.names.empty() || (!content.text.empty() && !has_fields);
+}
 
 /// Whether the first file with the coordinates of the second is the second, byte for byte.
 bool becomes(const MeshFile& a, const MeshFile& b) {

@@ -25,6 +25,9 @@ void write_obj(const std::filesystem::path& path, const MeshFile& file);
 [[nodiscard]] MeshFile read_ply(const std::filesystem::path& path);
 void write_ply(const std::filesystem::path& path, const MeshFile& file);
 
+[[nodiscard]] MeshFile read_stl(const std::filesystem::path& path);
+void write_stl(const std::filesystem::path& path, const MeshFile& file);
+
 [[nodiscard]] MeshFile read_gmsh(const std::filesystem::path& path);
 void write_gmsh(const std::filesystem::path& path, const MeshFile& file);
 
@@ -86,7 +89,7 @@ constexpr Format several_files(std::string_view extension, decltype(Format::read
 
 #if defined(MESHSMOOTH_WITH_VTK)
 constexpr Format vtk_format(std::string_view extension) {
-  return {extension, read_vtk, write_vtk, {}, extension != ".stl"};
+  return {extension, read_vtk, write_vtk, {}, true};
 }
 #else
 constexpr Format vtk_format(std::string_view extension) {
@@ -125,12 +128,12 @@ inline constexpr Format kFoam = {".foam", read_foam, nullptr, {}, false, write_f
 /// All formats; a new one is one more row.
 ///
 ///   extension    library  precision  carries besides the mesh
-///   .vtu         VTK      f32, f64   point, cell and field data, lower-dimensional cells
-///   .vtk         VTK      f32, f64   the same; binary is written
+///   .vtu         VTK      f32, f64   all other bytes; with cell arrays written by VTK
+///   .vtk         VTK      f32, f64   the same
 ///   .vtp         VTK      f32, f64   the same, surfaces only
 ///   .ply         own      f32, f64   all other bytes; surfaces only
 ///   .obj         own      f64        all other bytes; surfaces only
-///   .stl         VTK      f32        nothing; triangles only
+///   .stl         own      f32        all other bytes; triangles only
 ///   .msh         Gmsh     f64        all other bytes; versions 2 and 4.1
 ///   .mesh        Gmsh     f64        all other bytes; no wedges, no pyramids
 ///   .unv         Gmsh     f64        all other bytes; no pyramids
@@ -149,7 +152,7 @@ inline constexpr auto kFormats =
                            vtk_format(".vtk"),
                            vtk_format(".vtp"),
                            {".ply", read_ply, write_ply},
-                           vtk_format(".stl"),
+                           {".stl", read_stl, write_stl},
                            {".obj", read_obj, write_obj},
                            gmsh_format(".msh"),
                            gmsh_format(".mesh"),

@@ -16,6 +16,10 @@
 #include <limits>
 #include <sstream>
 
+#include "vtk/layout.hpp"
+#include "vtk/stored_arrays.hpp"
+#include "vtk/voxels.hpp"
+
 namespace meshsmooth::formats {
 namespace {
 
@@ -127,38 +131,19 @@ void add_element_arrays(vtkPointSet& data, const MeshFile& file) {
   }
 }
 
-/// Of any array: numbers as they are in memory, all else as text, each value with its length.
-StoredArray stored(const std::string& place, vtkAbstractArray* array) {
-  StoredArray result;
-  result.name = place + " " + (array->GetName() == nullptr ? "" : array->GetName());
-  result.type = std::string(array->GetDataTypeAsString()) + " x " +
-                std::to_string(array->GetNumberOfComponents());
-  const vtkIdType count = array->GetNumberOfValues();
-  if (auto* numbers = vtkDataArray::SafeDownCast(array); numbers != nullptr) {
-    if (numbers->GetDataType() != VTK_BIT && numbers->HasStandardMemoryLayout()) {
-      result.bytes.assign(static_cast<const char*>(numbers->GetVoidPointer(0)),
-                          static_cast<std::size_t>(count * numbers->GetDataTypeSize()));
-      return result;
-    }
-  }
-  for (vtkIdType index = 0; index < count; ++index) {
-    const std::string value = array->GetVariantValue(index).ToString();
-    result.bytes += std::to_string(value.size()) + ':' + value;
-  }
-  return result;
-}
-
-void add_stored(std::vector<StoredArray>& arrays, const std::string& place, vtkFieldData* data) {
-  for (int index = 0; index < data->GetNumberOfArrays(); ++index) {
-    arrays.push_back(stored(place, data->GetAbstractArray(index)));
-  }
-}
-
 const VtkDataset* vtk_dataset_of(const MeshFile& file) {
   return file.content() ? dynamic_cast<const VtkDataset*>(file.content()->dataset.get()) : nullptr;
 }
 
 }  // namespace
+
+VtkDataset::VtkDataset(vtkSmartPointer<vtkPointSet> data, std::shared_ptr<const VtkLayout> layout)
+    : data_(std::move(data)), layout_(std::move(layout)) {
+  for (vtkIdType cell = 0; cell < data_->GetNumberOfCells() && !has_voxels_; ++cell) {
+    const int type = data_->GetCellType(cell);
+    has_voxels_ = type == kPixelCell || type == kVoxelCell;
+  }
+}
 
 std::int64_t VtkDataset::node_count() const { return data_->GetNumberOfPoints(); }
 
@@ -168,6 +153,7 @@ void VtkDataset::get_cell(std::int64_t id, Cell& cell) const {
   data_->GetCellPoints(id, nodes_);
   cell.type = data_->GetCellType(id);
   cell.nodes.assign(nodes_->begin(), nodes_->end());
+  if (is_voxel(cell.type, cell.nodes.size())) cell.type = turn_voxel(std::span(cell.nodes));
 }
 
 Positions VtkDataset::positions() const {
@@ -201,24 +187,7 @@ std::optional<Column> VtkDataset::cell_column(const std::string& name) const {
   return column_of(data_->GetCellData()->GetArray(name.c_str()));
 }
 
-std::vector<StoredArray> VtkDataset::stored_arrays() const {
-  std::vector<StoredArray> arrays;
-  add_stored(arrays, "point array", data_->GetPointData());
-  add_stored(arrays, "cell array", data_->GetCellData());
-  add_stored(arrays, "field array", data_->GetFieldData());
-  if (auto* grid = vtkUnstructuredGrid::SafeDownCast(data_)) {
-    StoredArray faces{"faces of polyhedra", "ids", {}};
-    const vtkNew<vtkIdList> stream;
-    for (vtkIdType cell = 0; cell < grid->GetNumberOfCells(); ++cell) {
-      if (grid->GetCellType(cell) != kPolyhedronCell) continue;
-      grid->GetFaceStream(cell, stream);
-      faces.bytes.append(reinterpret_cast<const char*>(stream->GetPointer(0)),
-                         static_cast<std::size_t>(stream->GetNumberOfIds()) * sizeof(vtkIdType));
-    }
-    if (!faces.bytes.empty()) arrays.push_back(std::move(faces));
-  }
-  return arrays;
-}
+std::vector<StoredArray> VtkDataset::stored_arrays() const { return stored_arrays_of(*data_); }
 
 std::string VtkDataset::vtk_cell_name(int type) {
   const std::string class_name = vtkCellTypes::GetClassNameFromTypeId(type);
@@ -272,23 +241,24 @@ vtkSmartPointer<vtkPoints> make_points(const PositionsView& positions) {
   return points;
 }
 
-vtkSmartPointer<vtkPointSet> moved_dataset(const MeshFile& file) {
+vtkSmartPointer<vtkPointSet> moved_dataset(const MeshFile& file, Voxels voxels) {
   const VtkDataset* own = vtk_dataset_of(file);
-  if (own == nullptr) return moved_grid(file);
+  if (own == nullptr) return moved_grid(file, voxels);
   auto dataset = vtkSmartPointer<vtkPointSet>::Take(own->data()->NewInstance());
   dataset->ShallowCopy(own->data());
+  turn_voxels(*dataset, voxels_to_turn(*own, file.mesh, voxels == Voxels::turn_all));
   dataset->SetPoints(make_points(file.mesh.positions_view()));
   add_element_arrays(*dataset, file);
   return dataset;
 }
 
-vtkSmartPointer<vtkUnstructuredGrid> moved_grid(const MeshFile& file) {
+vtkSmartPointer<vtkUnstructuredGrid> moved_grid(const MeshFile& file, Voxels voxels) {
   vtkSmartPointer<vtkUnstructuredGrid> grid;
   if (vtk_dataset_of(file) == nullptr) {
     grid = grid_of(*dataset_of(file));
     add_element_arrays(*grid, file);
   } else {
-    const auto dataset = moved_dataset(file);
+    const auto dataset = moved_dataset(file, voxels);
     grid = vtkUnstructuredGrid::SafeDownCast(dataset);
     if (!grid) grid = grid_of_cells(dataset);
   }

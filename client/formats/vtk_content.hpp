@@ -11,15 +11,22 @@
 
 namespace meshsmooth::formats {
 
+struct VtkLayout;
+
 /// A file as VTK's classes hold it, with all its data. One thread at a time.
 class VtkDataset final : public Dataset {
  public:
-  explicit VtkDataset(vtkSmartPointer<vtkPointSet> data) : data_(std::move(data)) {}
+  /// `layout`: of the file that the data were read from.
+  explicit VtkDataset(vtkSmartPointer<vtkPointSet> data,
+                      std::shared_ptr<const VtkLayout> layout = nullptr);
 
   [[nodiscard]] vtkPointSet* data() const { return data_; }
+  [[nodiscard]] const VtkLayout* layout() const { return layout_.get(); }
+  [[nodiscard]] bool has_voxels() const { return has_voxels_; }
 
   [[nodiscard]] std::int64_t node_count() const override;
   [[nodiscard]] std::int64_t cell_count() const override;
+  /// Pixels and voxels as quads and hexahedra.
   void get_cell(std::int64_t id, Cell& cell) const override;
   [[nodiscard]] Positions positions() const override;
   [[nodiscard]] std::vector<Column> node_columns() const override;
@@ -37,6 +44,8 @@ class VtkDataset final : public Dataset {
 
  private:
   vtkSmartPointer<vtkPointSet> data_;
+  std::shared_ptr<const VtkLayout> layout_;
+  bool has_voxels_ = false;
   vtkNew<vtkIdList> nodes_;  // of the cell just asked for: making a list costs more
 };
 
@@ -54,9 +63,14 @@ void add_physical_names(vtkFieldData* data, const std::vector<PhysicalName>& nam
 /// The positions as points of the same precision.
 [[nodiscard]] vtkSmartPointer<vtkPoints> make_points(const PositionsView& positions);
 
+/// What becomes of pixels and voxels: those of which a node has moved are quads and hexahedra.
+enum class Voxels { keep_unmoved, turn_all };
+
 /// The file's data set with the mesh's positions.
-[[nodiscard]] vtkSmartPointer<vtkPointSet> moved_dataset(const MeshFile& file);
+[[nodiscard]] vtkSmartPointer<vtkPointSet> moved_dataset(const MeshFile& file,
+                                                         Voxels voxels = Voxels::keep_unmoved);
 /// The same as an unstructured grid.
-[[nodiscard]] vtkSmartPointer<vtkUnstructuredGrid> moved_grid(const MeshFile& file);
+[[nodiscard]] vtkSmartPointer<vtkUnstructuredGrid> moved_grid(const MeshFile& file,
+                                                              Voxels voxels = Voxels::turn_all);
 
 }  // namespace meshsmooth::formats
