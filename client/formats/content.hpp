@@ -39,6 +39,15 @@ struct CellGroup {
   std::vector<int> values;
 };
 
+/// A physical group of Gmsh's, as `kPhysicalNamesArray` has it.
+struct PhysicalName {
+  int dimension = 0;
+  int tag = 0;
+  std::string name;  // or empty
+
+  [[nodiscard]] std::string called() const { return name.empty() ? std::to_string(tag) : name; }
+};
+
 /// Nodes that a file names: a node set, a boundary patch, a marker.
 struct NodeSet {
   std::string name;
@@ -65,6 +74,7 @@ class FileContent {
   std::vector<std::int64_t> node_ids;      // empty: they count from 0
   std::vector<std::int64_t> cell_ids;      // empty: they count from 0
   std::vector<CellGroup> groups;
+  std::vector<PhysicalName> physical_names;  // for VTK; empty where the data set has them itself
   std::vector<NodeSet> node_sets;
   // By cell, which groups it is in: 0 in none, else a number for each set of groups; or empty.
   std::vector<std::int32_t> group_sets;

@@ -22,12 +22,24 @@ void add_columns(std::vector<StoredArray>& arrays, const std::string& place,
   }
 }
 
+void add_tables(std::vector<StoredArray>& arrays, const std::string& place,
+                std::span<const Table> tables) {
+  for (const Table& table : tables) {
+    arrays.push_back({place + " " + table.name,
+                      "float64 x " + std::to_string(table.components),
+                      {reinterpret_cast<const char*>(table.values.data()),
+                       table.values.size() * sizeof(double)}});
+  }
+}
+
 }  // namespace
 
 std::vector<StoredArray> Dataset::stored_arrays() const {
   std::vector<StoredArray> arrays;
   add_columns(arrays, "point array", node_columns());
   add_columns(arrays, "cell array", cell_columns());
+  add_tables(arrays, "point array", node_tables());
+  add_tables(arrays, "cell array", cell_tables());
   return arrays;
 }
 
@@ -78,6 +90,17 @@ std::optional<Column> PlainDataset::node_column(const std::string& name) const {
 
 std::optional<Column> PlainDataset::cell_column(const std::string& name) const {
   return find(cell_columns_, name);
+}
+
+std::optional<std::vector<Vec3d>> PlainDataset::node_vectors(const std::string& name) const {
+  const auto found = std::ranges::find(node_tables_, name, &Table::name);
+  if (found == node_tables_.end() || found->components != 3) return std::nullopt;
+  std::vector<Vec3d> vectors;
+  vectors.reserve(found->values.size() / 3);
+  for (std::size_t at = 0; at + 2 < found->values.size(); at += 3) {
+    vectors.push_back({found->values[at], found->values[at + 1], found->values[at + 2]});
+  }
+  return vectors;
 }
 
 std::string PlainDataset::cell_name(int type) const {

@@ -53,6 +53,13 @@ struct Column {
   std::vector<double> values;
 };
 
+/// Several numbers per node or cell, one after the other.
+struct Table {
+  std::string name;
+  std::size_t components;
+  std::vector<double> values;
+};
+
 /// Any array of a file, for comparisons.
 struct StoredArray {
   std::string name;   // with its place: "point array pressure"
@@ -81,8 +88,11 @@ class Dataset {
   [[nodiscard]] virtual std::optional<std::vector<Vec3d>> node_vectors(const std::string&) const {
     return std::nullopt;
   }
+  /// What hangs on nodes and cells with several numbers each, where no library holds it.
+  [[nodiscard]] virtual std::span<const Table> node_tables() const { return {}; }
+  [[nodiscard]] virtual std::span<const Table> cell_tables() const { return {}; }
   /// All that hangs on the nodes, the cells and the whole, but positions and cells; by default the
-  /// columns.
+  /// columns and tables.
   [[nodiscard]] virtual std::vector<StoredArray> stored_arrays() const;
   /// "quadratic tetrahedron (VTK cell type 24)".
   [[nodiscard]] virtual std::string cell_name(int type) const = 0;
@@ -102,6 +112,8 @@ class PlainDataset final : public Dataset {
   void set_positions(Positions positions) { positions_ = std::move(positions); }
   void add_node_column(Column column) { node_columns_.push_back(std::move(column)); }
   void add_cell_column(Column column) { cell_columns_.push_back(std::move(column)); }
+  void add_node_table(Table table) { node_tables_.push_back(std::move(table)); }
+  void add_cell_table(Table table) { cell_tables_.push_back(std::move(table)); }
 
   [[nodiscard]] std::int64_t node_count() const override;
   [[nodiscard]] std::int64_t cell_count() const override;
@@ -111,6 +123,10 @@ class PlainDataset final : public Dataset {
   [[nodiscard]] std::vector<Column> cell_columns() const override { return cell_columns_; }
   [[nodiscard]] std::optional<Column> node_column(const std::string& name) const override;
   [[nodiscard]] std::optional<Column> cell_column(const std::string& name) const override;
+  [[nodiscard]] std::optional<std::vector<Vec3d>> node_vectors(
+      const std::string& name) const override;
+  [[nodiscard]] std::span<const Table> node_tables() const override { return node_tables_; }
+  [[nodiscard]] std::span<const Table> cell_tables() const override { return cell_tables_; }
   [[nodiscard]] std::string cell_name(int type) const override;
 
  private:
@@ -121,6 +137,8 @@ class PlainDataset final : public Dataset {
   std::vector<std::int64_t> nodes_;
   std::vector<Column> node_columns_;
   std::vector<Column> cell_columns_;
+  std::vector<Table> node_tables_;
+  std::vector<Table> cell_tables_;
 };
 
 }  // namespace meshsmooth::formats

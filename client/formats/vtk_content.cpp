@@ -7,12 +7,15 @@
 #include <vtkFloatArray.h>
 #include <vtkIdList.h>
 #include <vtkIntArray.h>
+#include <vtkLongLongArray.h>
 #include <vtkPointData.h>
 #include <vtkStringArray.h>
 #include <vtkVariant.h>
 
+#include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
 #include <limits>
 #include <sstream>
 
@@ -65,13 +68,31 @@ void add_array(vtkFieldData* data, const Column& column) {
   data->AddArray(array);
 }
 
-void add_arrays(vtkFieldData* data, const std::vector<Column>& columns) {
+/// Ids may be large.
+bool needs_long(const Column& column) {
+  constexpr double kLimit = std::numeric_limits<int>::max();
+  return column.name == kNodeIdArray || column.name == kElementIdArray ||
+         std::ranges::any_of(column.values, [](double value) { return std::abs(value) > kLimit; });
+}
+
+void add_arrays(vtkFieldData* data, const std::vector<Column>& columns,
+                std::span<const Table> tables) {
   for (const Column& column : columns) {
-    if (column.whole) {
-      add_array<vtkIntArray>(data, column);
-    } else {
+    if (!column.whole) {
       add_array<vtkDoubleArray>(data, column);
+    } else if (needs_long(column)) {
+      add_array<vtkLongLongArray>(data, column);
+    } else {
+      add_array<vtkIntArray>(data, column);
     }
+  }
+  for (const Table& table : tables) {
+    const vtkNew<vtkDoubleArray> array;
+    array->SetName(table.name.c_str());
+    array->SetNumberOfComponents(static_cast<int>(table.components));
+    array->SetNumberOfTuples(static_cast<vtkIdType>(table.values.size() / table.components));
+    std::ranges::copy(table.values, array->GetPointer(0));
+    data->AddArray(array);
   }
 }
 
@@ -102,8 +123,8 @@ vtkSmartPointer<vtkUnstructuredGrid> grid_of(const Dataset& dataset) {
     // What VTK has no type for keeps its nodes.
     grid->InsertNextCell(cell.type < kFirstOwnCellType ? cell.type : kPolyVertexCell, nodes);
   }
-  add_arrays(grid->GetPointData(), dataset.node_columns());
-  add_arrays(grid->GetCellData(), dataset.cell_columns());
+  add_arrays(grid->GetPointData(), dataset.node_columns(), dataset.node_tables());
+  add_arrays(grid->GetCellData(), dataset.cell_columns(), dataset.cell_tables());
   return grid;
 }
 
@@ -256,6 +277,9 @@ vtkSmartPointer<vtkUnstructuredGrid> moved_grid(const MeshFile& file, Voxels vox
   vtkSmartPointer<vtkUnstructuredGrid> grid;
   if (vtk_dataset_of(file) == nullptr) {
     grid = grid_of(*dataset_of(file));
+    if (file.content() && !file.content()->physical_names.empty()) {
+      add_physical_names(grid->GetFieldData(), file.content()->physical_names);
+    }
     add_element_arrays(*grid, file);
   } else {
     const auto dataset = moved_dataset(file, voxels);

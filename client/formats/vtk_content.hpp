@@ -49,14 +49,6 @@ class VtkDataset final : public Dataset {
   vtkNew<vtkIdList> nodes_;  // of the cell just asked for: making a list costs more
 };
 
-/// A physical group of Gmsh's, as `kPhysicalNamesArray` has it.
-struct PhysicalName {
-  int dimension = 0;
-  int tag = 0;
-  std::string name;  // or empty
-
-  [[nodiscard]] std::string called() const { return name.empty() ? std::to_string(tag) : name; }
-};
 [[nodiscard]] std::vector<PhysicalName> physical_names(vtkFieldData* data);
 void add_physical_names(vtkFieldData* data, const std::vector<PhysicalName>& names);
 
