@@ -16,6 +16,7 @@
 #include "nastran_lines.hpp"
 #include "node_orders.hpp"
 #include "readers.hpp"
+#include "temporary_folder.hpp"
 #include "vtk_content.hpp"
 
 namespace meshsmooth::formats {
@@ -277,8 +278,12 @@ void write_gmsh(const path& file, const MeshFile& mesh_file) {
         file, replace_coordinates(content->text, content->fields, mesh_file.mesh.positions_view()));
     return;
   }
-  if (file.extension() != extension) {
-    fail("FORMAT_UNKNOWN", file, "Gmsh wants the extension in lower case, " + extension);
+  if (file.extension() != extension) {  // Gmsh knows extensions in lower case only
+    const TemporaryFolder folder;
+    const path made = folder.path() / ("made" + extension);
+    write_gmsh(made, mesh_file);
+    write_bytes(file, read_bytes(made));
+    return;
   }
   check_cells(file, mesh_file.mesh);
   const auto grid = moved_grid(mesh_file);
