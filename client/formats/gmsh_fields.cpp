@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 
+#include "msh/msh_content.hpp"
 #include "readers.hpp"
 
 namespace meshsmooth::formats {
@@ -17,122 +17,6 @@ Words next_words(Scanner& scanner) {
   const std::string_view y = scanner.token();
   return {x, y, scanner.token()};
 }
-
-Words next_doubles(Scanner& scanner) {
-  const std::string_view bytes = scanner.bytes(3 * sizeof(double));
-  return {bytes.substr(0, 8), bytes.substr(8, 8), bytes.substr(16, 8)};
-}
-
-template <class T>
-T binary(Scanner& scanner) {
-  T value{};
-  std::memcpy(&value, scanner.bytes(sizeof value).data(), sizeof value);
-  return value;
-}
-
-// --- .msh --------------------------------------------------------------------
-
-/// $Nodes of MSH 2: "tag x y z", or int32 and three doubles.
-void find_msh2(Scanner& scanner, bool is_binary, CoordinateFields& found) {
-  const std::size_t count = scanner.count();
-  scanner.line();
-  for (std::size_t node = 0; node < count; ++node) {
-    if (is_binary) {
-      const auto tag = binary<std::int32_t>(scanner);
-      found.add(tag, next_doubles(scanner), scanner);
-    } else {
-      const auto tag = scanner.number<std::int64_t>();
-      found.add(tag, next_words(scanner), scanner);
-      scanner.line();
-    }
-  }
-}
-
-/// One block of MSH 4.1: its tags, then its coordinates.
-void find_msh4_block(Scanner& scanner, bool is_binary, std::size_t count, int parameters,
-                     CoordinateFields& found) {
-  std::vector<std::int64_t> tags;
-  for (std::size_t node = 0; node < count; ++node) {
-    tags.push_back(is_binary ? static_cast<std::int64_t>(binary<std::size_t>(scanner))
-                             : scanner.number<std::int64_t>());
-  }
-  for (const std::int64_t tag : tags) {
-    found.add(tag, is_binary ? next_doubles(scanner) : next_words(scanner), scanner);
-    for (int extra = 0; extra < parameters; ++extra) {
-      if (is_binary) {
-        scanner.bytes(sizeof(double));
-      } else {
-        scanner.token();
-      }
-    }
-  }
-}
-
-/// $Nodes of MSH 4.1: blocks by entity.
-void find_msh4(const path& file, Scanner& scanner, bool is_binary, CoordinateFields& found) {
-  std::size_t blocks = 0;
-  if (is_binary) {
-    scanner.line();
-    blocks = binary<std::size_t>(scanner);
-    scanner.bytes(3 * sizeof(std::size_t));
-  } else {
-    blocks = scanner.count();
-    for (int skipped = 0; skipped < 3; ++skipped) scanner.count();
-  }
-  for (std::size_t block = 0; block < blocks; ++block) {
-    const int dimension = is_binary ? binary<std::int32_t>(scanner) : scanner.number<int>();
-    if (is_binary) {
-      scanner.bytes(sizeof(std::int32_t));
-    } else {
-      scanner.token();
-    }
-    const int parametric = is_binary ? binary<std::int32_t>(scanner) : scanner.number<int>();
-    const std::size_t count = is_binary ? binary<std::size_t>(scanner) : scanner.count();
-    if (dimension < 0 || dimension > 3) fail("FORMAT_ERROR", file, "an entity of no dimension");
-    find_msh4_block(scanner, is_binary, count, parametric != 0 ? dimension : 0, found);
-  }
-}
-
-CoordinateFields find_in_msh(const path& file, std::string_view text) {
-  CoordinateFields found;
-  Scanner scanner(file, text);
-  if (const auto word = scanner.token(); word != "$MeshFormat") scanner.refuse("$MeshFormat", word);
-  const std::string_view version = scanner.token();
-  const bool is_binary = scanner.number<int>() == 1;
-  if (version != "2.2" && version != "2" && version != "2.1" && version != "4.1") {
-    fail("FORMAT_ERROR", file,
-         "MSH version " + std::string(version) + " is not supported; 2.2 and 4.1 are");
-  }
-  if (is_binary) found.style = NumberStyle::binary;
-
-  const std::size_t section = text.find("\n$Nodes");
-  const std::size_t elements = text.find("\n$Elements");
-  if (section == std::string_view::npos || elements == std::string_view::npos) {
-    fail(text.find("$EndMeshFormat") == std::string_view::npos ||
-                 section == std::string_view::npos ||
-                 text.rfind("$EndNodes") == std::string_view::npos
-             ? "FILE_TRUNCATED"
-             : "MESH_EMPTY",
-         file,
-         section == std::string_view::npos ? "there is no $Nodes section"
-                                           : "there is no $Elements section");
-  }
-  if (text.find("\n$EndElements", elements) == std::string_view::npos) {
-    fail("FILE_TRUNCATED", file, "there is no $EndElements");
-  }
-  Scanner nodes(file, text);
-  nodes.bytes(section + 1);
-  nodes.token();
-  if (version.starts_with('2')) {
-    find_msh2(nodes, is_binary, found);
-  } else {
-    find_msh4(file, nodes, is_binary, found);
-  }
-  if (const auto word = nodes.token(); word != "$EndNodes") nodes.refuse("$EndNodes", word);
-  return found;
-}
-
-// --- the others --------------------------------------------------------------
 
 constexpr auto kNotRead = std::to_array<std::string_view>(
     {"Prisms", "Pyramids", "TrianglesP2", "QuadrilateralsQ2", "TetrahedraP2", "HexahedraQ2"});
@@ -284,7 +168,7 @@ CoordinateFields find_in_bdf(const path& file, std::string_view text) {
 
 CoordinateFields find_coordinates(const path& file, std::string_view text) {
   const std::string extension = extension_of(file);
-  if (extension == ".msh") return find_in_msh(file, text);
+  if (extension == ".msh") return find_msh_coordinates(file, text);
   if (extension == ".mesh") return find_in_mesh(file, text);
   if (extension == ".unv") return find_in_unv(file, text);
   if (extension == ".bdf" || extension == ".nas") return find_in_bdf(file, text);

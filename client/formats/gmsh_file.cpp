@@ -1,12 +1,10 @@
 #include <vtkCellData.h>
-#include <vtkDoubleArray.h>
 #include <vtkIntArray.h>
 #include <vtkLongLongArray.h>
 #include <vtkPointData.h>
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <map>
 #include <unordered_map>
 
@@ -151,45 +149,10 @@ void add_groups(const Elements& elements, vtkUnstructuredGrid& grid, FileContent
   for (const Row& row : elements.rows) content.group_sets.push_back(row.group_set);
 }
 
-/// The first step of every view of values on nodes or elements.
-void add_views(const IndexOfId& nodes, const IndexOfId& elements, vtkUnstructuredGrid& grid) {
-  std::vector<int> views;
-  gmsh::view::getTags(views);
-  for (std::size_t index = 0; index < views.size(); ++index) {
-    std::string kind;
-    std::vector<std::size_t> tags;
-    std::vector<std::vector<double>> values;
-    double time = 0;
-    int components = 0;
-    gmsh::view::getModelData(views[index], 0, kind, tags, values, time, components);
-    if ((kind != "NodeData" && kind != "ElementData") || components < 1) continue;
-    const bool on_nodes = kind == "NodeData";
-    const IndexOfId& indices = on_nodes ? nodes : elements;
-    std::string name;
-    gmsh::option::getString("View[" + std::to_string(index) + "].Name", name);
-    const vtkNew<vtkDoubleArray> array;
-    array->SetName(name.c_str());
-    array->SetNumberOfComponents(components);
-    array->SetNumberOfTuples(static_cast<vtkIdType>(indices.size()));
-    array->Fill(std::numeric_limits<double>::quiet_NaN());
-    for (std::size_t row = 0; row < tags.size(); ++row) {
-      const auto entry = indices.find(static_cast<std::int64_t>(tags[row]));
-      if (entry == indices.end() || values[row].size() < static_cast<std::size_t>(components))
-        continue;
-      array->SetTuple(entry->second, values[row].data());
-    }
-    (on_nodes ? static_cast<vtkFieldData*>(grid.GetPointData()) : grid.GetCellData())
-        ->AddArray(array);
-  }
-}
-
 /// Gmsh runs as a script whatever it does not know, so it must know the file.
 void check_signature(const path& file, const std::string& extension, std::string_view text) {
   if (file.extension() != extension) {
     fail("FORMAT_UNKNOWN", file, "Gmsh wants the extension in lower case, " + extension);
-  }
-  if (extension == ".msh" && !text.starts_with("$MeshFormat")) {
-    fail("FORMAT_ERROR", file, "this is no MSH file: it does not start with $MeshFormat");
   }
   if ((extension == ".bdf" || extension == ".nas") &&
       text.find("ENDDATA") == std::string_view::npos) {
@@ -236,7 +199,6 @@ MeshFile read_gmsh(const path& file) {
 
   content.cell_ids.reserve(elements.rows.size());
   for (const Row& row : elements.rows) content.cell_ids.push_back(row.tag);
-  add_views(nodes, index_of(content.cell_ids), *grid);
   content.dataset = std::make_shared<VtkDataset>(grid);
   return make_mesh_file(file, std::move(content));
 }

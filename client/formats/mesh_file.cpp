@@ -64,12 +64,14 @@ void check_source(const path& file, const path& source) {
   const Format* read = find_format(source);
   if (read == nullptr && is_extension) read = find_format(path("x") += source);
   if (read != nullptr && read->read == format.read) return;
-  fail("FORMAT_UNKNOWN", file,
-       "\"" + std::string(format.extension) +
-           "\" files are written only with the contents of a file of the "
-           "same format, of which the coordinates change; written from any are " +
-           extensions(
-               [](const Format& other) { return other.is_written() && !other.only_changed; }));
+  fail(
+      "FORMAT_UNKNOWN", file,
+      "\"" + std::string(format.extension) +
+          "\" files are written only with the contents of a file of the "
+          "same format, of which the coordinates change; written from any are " +
+          extensions(
+              [](const Format& other) { return other.is_written() && !other.only_changed; }) +
+          (format.library.empty() ? "" : "; this build is without " + std::string(format.library)));
 }
 
 /// Throws unless the file can be replaced, or made where there is none.

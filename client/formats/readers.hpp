@@ -28,6 +28,10 @@ void write_ply(const std::filesystem::path& path, const MeshFile& file);
 [[nodiscard]] MeshFile read_stl(const std::filesystem::path& path);
 void write_stl(const std::filesystem::path& path, const MeshFile& file);
 
+[[nodiscard]] MeshFile read_msh(const std::filesystem::path& path);
+/// Of a file that was read as MSH only.
+void write_msh(const std::filesystem::path& path, const MeshFile& file);
+
 [[nodiscard]] MeshFile read_gmsh(const std::filesystem::path& path);
 void write_gmsh(const std::filesystem::path& path, const MeshFile& file);
 
@@ -63,7 +67,7 @@ void write_foam(const std::filesystem::path& target, const MeshFile& file, Outpu
 void write_xdmf(const std::filesystem::path& target, const MeshFile& file, OutputFiles& files);
 
 /// A format: how it is read and written; a null pointer: not at all. `library`
-/// is what this build would need to know it, where it does not. `cell_arrays`: the
+/// is what this build would need to know it or to write it from other formats. `cell_arrays`: the
 /// writer writes `MeshFile::element_quality`. `write_all`, where one file does not hold all,
 /// takes the place of `write`. `only_changed`: a file is written from one that was read in the same
 /// format only. `is_case`: a path names an OpenFOAM case, be it a folder (`poly_mesh_folder`).
@@ -98,10 +102,12 @@ constexpr Format vtk_format(std::string_view extension) {
 #endif
 
 #if defined(MESHSMOOTH_WITH_GMSH)
+inline constexpr Format kMsh = {".msh", read_msh, write_gmsh};
 constexpr Format gmsh_format(std::string_view extension) {
   return {extension, read_gmsh, write_gmsh};
 }
 #else
+inline constexpr Format kMsh = {".msh", read_msh, write_msh, "Gmsh", false, nullptr, true};
 constexpr Format gmsh_format(std::string_view extension) {
   return {extension, nullptr, nullptr, "Gmsh"};
 }
@@ -134,7 +140,8 @@ inline constexpr Format kFoam = {".foam", read_foam, nullptr, {}, false, write_f
 ///   .ply         own      f32, f64   all other bytes; surfaces only
 ///   .obj         own      f64        all other bytes; surfaces only
 ///   .stl         own      f32        all other bytes; triangles only
-///   .msh         Gmsh     f64        all other bytes; versions 2 and 4.1
+///   .msh         own      f64        all other bytes; versions 1, 2, 4.0 and 4.1; another format
+///                                    becomes one by Gmsh
 ///   .mesh        Gmsh     f64        all other bytes; no wedges, no pyramids
 ///   .unv         Gmsh     f64        all other bytes; no pyramids
 ///   .bdf .nas    Gmsh     columns    all other bytes; digits as the columns allow
@@ -154,7 +161,7 @@ inline constexpr auto kFormats =
                            {".ply", read_ply, write_ply},
                            {".stl", read_stl, write_stl},
                            {".obj", read_obj, write_obj},
-                           gmsh_format(".msh"),
+                           kMsh,
                            gmsh_format(".mesh"),
                            gmsh_format(".unv"),
                            gmsh_format(".bdf"),

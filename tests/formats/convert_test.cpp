@@ -18,6 +18,7 @@
 #include <limits>
 
 #include "generate.hpp"
+#include "node_sets.hpp"
 #include "scratch.hpp"
 #include "support/meshes.hpp"
 
@@ -28,6 +29,7 @@ using test::bytes_of;
 using test::error_of;
 using test::fixture;
 using test::move_nodes;
+using test::put_bytes;
 using test::Scratch;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -207,6 +209,29 @@ TEST(Convert, CarriesGroupsIdsAndDataFromMshToVtuAndBack) {
   EXPECT_EQ(after.file_element_id(1), 207);
   EXPECT_EQ(after.file_node_id(5), 99);
   EXPECT_THAT(after.lower_dimensional_nodes(), ElementsAre(0, 1, 2));
+}
+
+TEST(Convert, CarriesVectorsAndLargeIdsOfMshToVtu) {
+  const Scratch scratch;
+  std::string text = bytes_of(fixture("groups.msh"));
+  text.replace(text.find("\n99 5"), 3, "\n5000000000");
+  text +=
+      "$NodeData\n1\n\"flow\"\n1\n0\n3\n0\n3\n1\n40 1 2 3\n$EndNodeData\n"
+      "$ElementData\n1\n\"stress\"\n1\n0\n3\n0\n9\n1\n205 1 2 3 4 5 6 7 8 9\n$EndElementData\n";
+  put_bytes(scratch.path("A.MSH"), text);
+  const MeshFile file = read_mesh_file(scratch.path("A.MSH"));
+  write_mesh_file(scratch.path("a.vtu"), file);
+  const auto grid = read_grid(scratch.path("a.vtu"));
+  EXPECT_EQ(grid->GetPointData()->GetArray("flow")->GetNumberOfComponents(), 3);
+  EXPECT_EQ(grid->GetPointData()->GetArray("flow")->GetComponent(3, 1), 2);
+  EXPECT_EQ(grid->GetCellData()->GetArray("stress")->GetComponent(1, 8), 9);
+  EXPECT_EQ(grid->GetPointData()->GetArray("node_id")->GetComponent(5, 0), 5000000000);
+  EXPECT_EQ(grid->GetCellData()->GetArray("gmsh:geometrical")->GetDataType(), VTK_INT);
+
+  write_mesh_file(scratch.path("B.Msh"), read_mesh_file(scratch.path("a.vtu")));
+  const MeshFile again = read_mesh_file(scratch.path("B.Msh"));
+  EXPECT_EQ(find_node_vectors(again, "flow")[3].z, 3);
+  EXPECT_EQ(find_node_set(again, "wall"), find_node_set(file, "wall"));
 }
 
 // MEDIT numbers nodes by their order and has no place for unused ones.

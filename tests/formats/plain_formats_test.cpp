@@ -129,7 +129,7 @@ TEST(BuildWithoutHdf5, SaysSoWhenOneOfItsFormatsIsAskedFor) {
 
 #if !defined(MESHSMOOTH_WITH_GMSH)
 TEST(BuildWithoutGmsh, SaysSoWhenOneOfItsFormatsIsAskedFor) {
-  const auto [reason, text] = test::error_of([] { check_writable("a.msh"); });
+  const auto [reason, text] = test::error_of([] { check_writable("a.msh", "a.ply"); });
   EXPECT_EQ(reason, "FORMAT_UNKNOWN");
   EXPECT_THAT(text, HasSubstr("this build is without Gmsh"));
 }
