@@ -187,6 +187,8 @@ MeshFile make_mesh_file(const std::filesystem::path& path, FileContent content) 
       blocks.add(*kind->element, cell, id);
     }
   }
+  if (!content.fixed_nodes.empty()) mesh.fixed.resize(static_cast<std::size_t>(node_count), 0);
+  for (const NodeId node : content.fixed_nodes) mesh.fixed[static_cast<std::size_t>(node)] = 1;
   mesh.positions = dataset.positions();
   blocks.store(mesh, content);
   for (const auto& [type, count] : held_counts) {

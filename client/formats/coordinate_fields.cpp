@@ -109,6 +109,21 @@ std::string format_deck(double value, std::string_view before) {
   return std::string(width - number.size(), ' ') + number;
 }
 
+/// With all digits; in a field of columns, with those that leave a blank before them.
+std::string format_fortran(double value, std::string_view before) {
+  const bool in_columns = before.size() == 13 || before.size() == 25 || before.starts_with(' ');
+  std::array<char, 64> text{};
+  for (int digits = 17; digits > 0; --digits) {
+    std::snprintf(text.data(), text.size(), "%#.*E", digits - 1, value);
+    std::string number = text.data();
+    if (before.find_first_of("Ee") == std::string_view::npos)
+      std::ranges::replace(number, 'E', 'D');
+    if (in_columns && number.size() >= before.size()) continue;
+    return in_columns ? std::string(before.size() - number.size(), ' ') + number : number;
+  }
+  return std::string(before.size(), '*');  // cannot be: "-1.E-308" has 8 columns
+}
+
 std::string format_coordinate(double value, NumberStyle style, std::string_view before) {
   const std::size_t width = before.size();
   std::array<char, 64> text{};
@@ -119,12 +134,7 @@ std::string format_coordinate(double value, NumberStyle style, std::string_view 
     if (style == NumberStyle::binary_swapped) std::reverse(text.begin(), text.begin() + width);
     return {text.data(), width};
   }
-  if (style == NumberStyle::fortran) {
-    const int length = std::snprintf(text.data(), text.size(), "%.16E", value);
-    std::replace(text.begin(), text.end(), 'E', 'D');
-    const std::string number(text.data(), static_cast<std::size_t>(length));
-    return std::string(std::max(width, number.size()) - number.size(), ' ') + number;
-  }
+  if (style == NumberStyle::fortran) return format_fortran(value, before);
   if (style == NumberStyle::nastran) return format_nastran(value, width);
   if (style == NumberStyle::deck) return format_deck(value, before);
   const auto [end, error] = std::to_chars(text.data(), text.data() + text.size(), value);

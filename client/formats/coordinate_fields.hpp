@@ -15,7 +15,7 @@ namespace meshsmooth::formats {
 /// How a coordinate is written in a file.
 enum class NumberStyle {
   shortest,        // as few digits as give the same bits back
-  fortran,         // 1.0000000000000000D+00, right-aligned in its field
+  fortran,         // 1.0000000000000000D+00; right-aligned in a field of 13 or 25 columns
   deck,            // Abaqus: at most 20 characters, right-aligned, with a D where there was one
   nastran,         // with a decimal point, in 8 or 16 columns or between commas
   binary,          // IEEE, four or eight bytes, little-endian

@@ -18,82 +18,6 @@ Words next_words(Scanner& scanner) {
   return {x, y, scanner.token()};
 }
 
-constexpr auto kNotRead = std::to_array<std::string_view>(
-    {"Prisms", "Pyramids", "TrianglesP2", "QuadrilateralsQ2", "TetrahedraP2", "HexahedraQ2"});
-
-/// MEDIT: "Vertices", a count, "x y z reference".
-CoordinateFields find_in_mesh(const path& file, std::string_view text) {
-  CoordinateFields found;
-  Scanner scanner(file, text, '#');
-  if (const auto word = scanner.token(); word != "MeshVersionFormatted") {
-    scanner.refuse("MeshVersionFormatted", word);
-  }
-  bool finished = false;
-  while (!scanner.at_end() && !finished) {
-    const std::string_view keyword = scanner.token();
-    finished = keyword == "End";
-    if (std::find(kNotRead.begin(), kNotRead.end(), keyword) != kNotRead.end() &&
-        scanner.count() > 0) {
-      fail("ELEMENT_NOT_SUPPORTED", file,
-           "Gmsh does not read " + std::string(keyword) + " from MEDIT files");
-    }
-    if (keyword == "Dimension") {
-      if (const auto word = scanner.token(); word != "3") scanner.refuse("dimension 3", word);
-    }
-    if (keyword != "Vertices") continue;
-    const std::size_t count = scanner.count();
-    for (std::size_t node = 0; node < count; ++node) {
-      found.add(static_cast<std::int64_t>(node) + 1, next_words(scanner), scanner);
-      scanner.token();
-    }
-  }
-  if (!finished) fail("FILE_TRUNCATED", file, "there is no End");
-  return found;
-}
-
-/// With the blanks before each number, but for one, so that there is room for a sign in its
-/// columns.
-Words with_blanks(std::string_view text, Words words) {
-  constexpr std::size_t kColumns = 25;
-  for (std::string_view& word : words) {
-    auto begin = static_cast<std::size_t>(word.data() - text.data());
-    const std::size_t end = begin + word.size();
-    while (begin > 1 && end - begin < kColumns && text[begin - 1] == ' ' &&
-           text[begin - 2] == ' ') {
-      --begin;
-    }
-    word = text.substr(begin, end - begin);
-  }
-  return words;
-}
-
-/// UNV: data set 2411, "label … …" and three numbers of 25 columns.
-CoordinateFields find_in_unv(const path& file, std::string_view text) {
-  CoordinateFields found;
-  found.style = NumberStyle::fortran;
-  Scanner scanner(file, text);
-  int data_sets = 0;
-  while (!scanner.at_end()) {
-    if (const auto mark = scanner.token(); mark != "-1") scanner.refuse("-1", mark);
-    const std::string_view number = scanner.token();
-    scanner.line();
-    ++data_sets;
-    while (true) {
-      if (scanner.at_end()) scanner.truncated();
-      const std::string_view first = scanner.token();
-      if (first == "-1") break;
-      scanner.line();
-      if (number != "2411" && number != "781") continue;
-      const auto id = scanner.parse<std::int64_t>(first);
-      found.add(id, with_blanks(text, next_words(scanner)), scanner);
-      scanner.line();
-    }
-    scanner.line();
-  }
-  if (data_sets == 0) scanner.refuse("-1", "");
-  return found;
-}
-
 /// Parts of a line between commas; eight of them, missing ones empty.
 std::array<std::string_view, 8> split_commas(std::string_view line) {
   std::array<std::string_view, 8> parts;
@@ -169,8 +93,6 @@ CoordinateFields find_in_bdf(const path& file, std::string_view text) {
 CoordinateFields find_coordinates(const path& file, std::string_view text) {
   const std::string extension = extension_of(file);
   if (extension == ".msh") return find_msh_coordinates(file, text);
-  if (extension == ".mesh") return find_in_mesh(file, text);
-  if (extension == ".unv") return find_in_unv(file, text);
   if (extension == ".bdf" || extension == ".nas") return find_in_bdf(file, text);
   if (extension == ".inp") return find_in_inp(file, text);
   fail("FORMAT_UNKNOWN", file, "not one of Gmsh's formats");

@@ -122,11 +122,6 @@ void add_array(vtkFieldData* data, const char* name, const Values& values, Get g
 
 void add_groups(const Elements& elements, vtkUnstructuredGrid& grid, FileContent& content) {
   vtkFieldData* data = grid.GetCellData();
-  if (content.extension == ".mesh") {
-    add_array<vtkIntArray>(data, kReferenceArray, elements.rows,
-                           [](auto& row) { return row.entity; });
-    return;
-  }
   add_array<vtkIntArray>(data, kEntityArray, elements.rows, [](auto& row) { return row.entity; });
   add_array<vtkLongLongArray>(data, kElementIdArray, elements.rows,
                               [](auto& row) { return row.tag; });

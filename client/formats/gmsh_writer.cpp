@@ -42,24 +42,6 @@ Tags make_tags(vtkDataArray* ids, vtkIdType count) {
   return unique ? own : tags;
 }
 
-/// 1, 2 … for the nodes of elements; 0 for others. MEDIT files have no node
-/// numbers, and Gmsh leaves out nodes of no element there.
-Tags number_used_nodes(vtkUnstructuredGrid& grid) {
-  Tags tags(static_cast<std::size_t>(grid.GetNumberOfPoints()), 0);
-  const vtkNew<vtkIdList> cell;
-  for (vtkIdType id = 0; id < grid.GetNumberOfCells(); ++id) {
-    grid.GetCellPoints(id, cell);
-    for (vtkIdType corner = 0; corner < cell->GetNumberOfIds(); ++corner) {
-      tags[static_cast<std::size_t>(cell->GetId(corner))] = 1;
-    }
-  }
-  std::size_t last = 0;
-  for (std::size_t& tag : tags) {
-    if (tag != 0) tag = ++last;
-  }
-  return tags;
-}
-
 /// Elements of one entity and type.
 struct Batch {
   Tags tags;
@@ -73,9 +55,7 @@ class ModelBuilder {
       : file_(file),
         grid_(grid),
         node_tags_(
-            extension_of(file) == ".mesh"
-                ? number_used_nodes(grid)
-                : make_tags(grid.GetPointData()->GetArray(kNodeIdArray), grid.GetNumberOfPoints())),
+            make_tags(grid.GetPointData()->GetArray(kNodeIdArray), grid.GetNumberOfPoints())),
         cell_tags_(
             make_tags(grid.GetCellData()->GetArray(kElementIdArray), grid.GetNumberOfCells())) {}
 
@@ -158,7 +138,6 @@ class ModelBuilder {
     Tags tags;
     std::vector<double> positions;
     for (std::size_t node = 0; node < node_tags_.size(); ++node) {
-      if (node_tags_[node] == 0) continue;
       std::array<double, 3> position{};
       grid_.GetPoint(static_cast<vtkIdType>(node), position.data());
       tags.push_back(node_tags_[node]);
@@ -242,12 +221,9 @@ void complete_text(const path& file, vtkUnstructuredGrid& grid, const Tags& node
 /// names that nobody reads.
 bool can_carry(const std::string& extension, ElementType type) {
   if (extension == ".msh") return true;
-  if (extension == ".mesh") {
-    return !is_second_order(type) && type != ElementType::pyramid && type != ElementType::wedge;
-  }
   switch (type) {
     case ElementType::pyramid:
-      return extension != ".unv" && extension != ".inp";
+      return extension != ".inp";
     case ElementType::quad9:
       return extension == ".inp";
     case ElementType::pyramid13:

@@ -77,6 +77,15 @@ constexpr auto kRows = std::to_array<Row>({
 
     {NodeOrder::tetgen, kTetrahedron10Cell, {0, 1, 2, 3,  6, 7, 9,  5, 8, 4}},
 
+    {NodeOrder::unv, kEdge3Cell, {0, 2, 1}},
+    {NodeOrder::unv, kTriangle6Cell, {0, 2, 4,  1, 3, 5}},
+    {NodeOrder::unv, kQuad8Cell, {0, 2, 4, 6,  1, 3, 5, 7}},
+    {NodeOrder::unv, kTetrahedron10Cell, {0, 2, 4, 9,  1, 3, 5,  6, 7, 8}},
+    {NodeOrder::unv, kWedgeCell, kMirroredWedge},
+    {NodeOrder::unv, kWedge15Cell, {0, 4, 2, 9, 13, 11,  5, 3, 1,  14, 12, 10,  6, 8, 7}},
+    {NodeOrder::unv, kHexahedron20Cell,
+     {0, 2, 4, 6, 12, 14, 16, 18,  1, 3, 5, 7,  13, 15, 17, 19,  8, 9, 10, 11}},
+
     {NodeOrder::mirrored, kTetrahedronCell, kMirroredTetrahedron},
     {NodeOrder::mirrored, kTetrahedron10Cell, kMirroredTetrahedron},
     {NodeOrder::mirrored, kPyramidCell, kMirroredPyramid},

@@ -35,6 +35,13 @@ void write_msh(const std::filesystem::path& path, const MeshFile& file);
 [[nodiscard]] MeshFile read_gmsh(const std::filesystem::path& path);
 void write_gmsh(const std::filesystem::path& path, const MeshFile& file);
 
+[[nodiscard]] MeshFile read_unv(const std::filesystem::path& path);
+void write_unv(const std::filesystem::path& path, const MeshFile& file);
+
+/// Text (.mesh) or binary (.meshb).
+[[nodiscard]] MeshFile read_medit(const std::filesystem::path& path);
+void write_medit(const std::filesystem::path& path, const MeshFile& file);
+
 [[nodiscard]] MeshFile read_tetgen(const std::filesystem::path& path);
 void write_tetgen(const std::filesystem::path& path, const MeshFile& file);
 
@@ -142,8 +149,9 @@ inline constexpr Format kFoam = {".foam", read_foam, nullptr, {}, false, write_f
 ///   .stl         own      f32        all other bytes; triangles only
 ///   .msh         own      f64        all other bytes; versions 1, 2, 4.0 and 4.1; another format
 ///                                    becomes one by Gmsh
-///   .mesh        Gmsh     f64        all other bytes; no wedges, no pyramids
-///   .unv         Gmsh     f64        all other bytes; no pyramids
+///   .mesh        own      f64        all other bytes
+///   .meshb       own      f32, f64   the same
+///   .unv         own      f64        all other bytes; pyramids are not written
 ///   .bdf .nas    Gmsh     columns    all other bytes; digits as the columns allow
 ///   .inp         own      f64        all other bytes, also of included files; another format
 ///                                    becomes one by Gmsh: ids, element sets; no pyramids
@@ -162,8 +170,9 @@ inline constexpr auto kFormats =
                            {".stl", read_stl, write_stl},
                            {".obj", read_obj, write_obj},
                            kMsh,
-                           gmsh_format(".mesh"),
-                           gmsh_format(".unv"),
+                           {".mesh", read_medit, write_medit},
+                           {".meshb", read_medit, write_medit},
+                           {".unv", read_unv, write_unv},
                            gmsh_format(".bdf"),
                            gmsh_format(".nas"),
                            several_files(".inp", read_abaqus, write_abaqus),

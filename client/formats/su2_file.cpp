@@ -5,6 +5,7 @@
 
 #include "cells.hpp"
 #include "content.hpp"
+#include "plane.hpp"
 #include "readers.hpp"
 #include "su2_writer.hpp"
 #include "text.hpp"

@@ -11,6 +11,7 @@
 
 #include "cells.hpp"
 #include "content.hpp"
+#include "plane.hpp"
 #include "text.hpp"
 
 namespace meshsmooth::formats {
@@ -110,18 +111,6 @@ Lines make_lines(const path& file_name, const MeshFile& file, int dimension) {
 }
 
 }  // namespace
-
-void check_plane(const path& file, const Mesh& mesh) {
-  const auto check = [&](const auto& positions) {
-    for (std::size_t node = 0; node < positions.size(); ++node) {
-      if (positions[node].z == 0) continue;
-      fail("FORMAT_ERROR", file,
-           "node " + std::to_string(node) +
-               " is not in the plane z = 0, where a .su2 file in two dimensions lies");
-    }
-  };
-  std::visit(check, mesh.positions);
-}
 
 std::string make_su2(const path& file_name, const MeshFile& file) {
   int dimension = 2;

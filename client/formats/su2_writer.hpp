@@ -13,7 +13,4 @@ namespace meshsmooth::formats {
 /// Throws ELEMENT_NOT_SUPPORTED, FORMAT_ERROR (a surface that is not in the plane z = 0).
 [[nodiscard]] std::string make_su2(const std::filesystem::path& path, const MeshFile& file);
 
-/// Throws FORMAT_ERROR unless all nodes are in the plane z = 0.
-void check_plane(const std::filesystem::path& path, const Mesh& mesh);
-
 }  // namespace meshsmooth::formats

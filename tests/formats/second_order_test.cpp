@@ -91,11 +91,12 @@ std::vector<Carrier> carriers(bool able) {
   std::map<std::string, std::vector<ElementType>> types = {
       {".vtu", all}, {".vtk", all}, {".vtp", {}}, {".stl", {}},
       {".obj", {}},  {".ply", {}},  {".su2", {}}, {".node", {tetrahedron10}}};
-#if defined(MESHSMOOTH_WITH_GMSH)
   const std::vector<ElementType> most = {triangle6, quad8, tetrahedron10, wedge15, hexahedron20};
+  types[".unv"] = most;
+  types[".mesh"] = types[".meshb"] = {triangle6, quad9, tetrahedron10, wedge18, hexahedron27};
+#if defined(MESHSMOOTH_WITH_GMSH)
   types[".msh"] = all;
-  types[".mesh"] = {};
-  types[".unv"] = types[".bdf"] = types[".nas"] = most;
+  types[".bdf"] = types[".nas"] = most;
   types[".inp"] = most;
   types[".inp"].push_back(quad9);
 #endif
