@@ -39,6 +39,7 @@ Places usual_places(const CellKind& kind) {
 Places find_places(const CellKind& kind, std::span<const std::int64_t> nodes,
                    const std::vector<Vec3d>& positions) {
   constexpr std::size_t kSample = 1000;  // elements
+  constexpr double kClearly = 0.25;      // of the squared distances in the usual order
   const Places usual = usual_places(kind);
   if (!kind.element || !is_second_order(*kind.element)) return usual;
   const auto width = static_cast<std::size_t>(kind.node_count);
@@ -65,6 +66,8 @@ Places find_places(const CellKind& kind, std::span<const std::int64_t> nodes,
   }
   Places places = usual;
   std::array<bool, kMaxCellNodes> taken{};
+  double before = 0;
+  double after = 0;
   for (std::size_t node = corners; node < width; ++node) {
     std::size_t best = usual[node];
     for (std::size_t place = corners; place < width; ++place) {
@@ -72,8 +75,10 @@ Places find_places(const CellKind& kind, std::span<const std::int64_t> nodes,
     }
     if (std::exchange(taken[best], true)) return usual;  // one place is the best for two
     places[node] = best;
+    before += distances[node][usual[node]];
+    after += distances[node][best];
   }
-  return places;
+  return after < kClearly * before ? places : usual;
 }
 
 /// Checks the numbers and counts them from 0.

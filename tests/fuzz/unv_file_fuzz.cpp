@@ -1,0 +1,11 @@
+// The reader and writer of universal files.
+#include "fuzz/mesh_file.hpp"
+#include "fuzz/scratch_file.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace meshsmooth;
+  static const testing::ScratchFiles files;
+  const auto path = files.write("given.unv", {reinterpret_cast<const char*>(data), size});
+  testing::read_and_write(path, files.path("written.unv"), formats::read_unv, formats::write_unv);
+  return 0;
+}
