@@ -204,6 +204,13 @@ std::vector<Vec3f> single_positions(const Mesh& mesh) {
   return nodes;
 }
 
+/// Also where it is NaN; 0 is -0.
+bool is_same(float a, float b) { return a == b || (std::isnan(a) && std::isnan(b)); }
+
+bool is_same(const Vec3f& a, const Vec3f& b) {
+  return is_same(a.x, b.x) && is_same(a.y, b.y) && is_same(a.z, b.z);
+}
+
 /// The file with other vertices, and the normals of those facets that change. A normal of 0 asks
 /// readers to compute it.
 std::string moved_stl(const std::filesystem::path& path, std::string_view bytes, const Mesh& mesh) {
@@ -216,11 +223,14 @@ std::string moved_stl(const std::filesystem::path& path, std::string_view bytes,
   for_each_facet(path, bytes, [&](const Facet& facet) {
     const auto corners = nodes.nodes_of(facet);
     Facet moved = facet;
-    for (std::size_t vertex = 0; vertex < 3; ++vertex) {
-      const Vec3f& to = now[static_cast<std::size_t>(corners[vertex])];
-      if (!(to == facet.vectors[vertex + 1])) moved.vectors[vertex + 1] = to;
+    bool has_moved = false;
+    for (std::size_t vertex = 1; vertex <= 3; ++vertex) {
+      const Vec3f& to = now[static_cast<std::size_t>(corners[vertex - 1])];
+      if (is_same(to, facet.vectors[vertex])) continue;
+      moved.vectors[vertex] = to;
+      has_moved = true;
     }
-    if (moved.vectors == facet.vectors) return;
+    if (!has_moved) return;
     const Vec3f normal = normal_of(moved.vertices());
     if (!(facet.vectors[0] == Vec3f{}) && !(normal == Vec3f{})) moved.vectors[0] = normal;
     for (std::size_t number = 0; number < facet.words.size(); ++number) {
@@ -229,7 +239,7 @@ std::string moved_stl(const std::filesystem::path& path, std::string_view bytes,
         return number % 3 == 0 ? vector.x : number % 3 == 1 ? vector.y : vector.z;
       };
       const float value = value_of(moved);
-      if (value == value_of(facet)) continue;
+      if (is_same(value, value_of(facet))) continue;
       const auto begin = static_cast<std::size_t>(facet.words[number].data() - bytes.data());
       result += bytes.substr(copied, begin - copied);
       if (text) {

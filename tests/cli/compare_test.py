@@ -22,8 +22,8 @@ class Compare(CliTest):
         return answer, text
 
     def test_smoothing_changes_only_coordinates_in_any_format(self):
-        formats = {"in.vtu": "arrays", "in.vtk": "arrays", "in.node": "bytes", "in.msh": "bytes"}
-        surfaces = {"in.obj": "bytes", "in.ply": "bytes", "in.vtp": "arrays"}
+        formats = {"in.vtu": "bytes", "in.vtk": "bytes", "in.node": "bytes", "in.msh": "bytes"}
+        surfaces = {"in.obj": "bytes", "in.ply": "bytes", "in.vtp": "bytes"}
         for name, by in {**formats, **surfaces}.items():
             with self.subTest(name):
                 mesh = self.generate(name, shape="square" if name in surfaces else "cube",
