@@ -151,7 +151,8 @@ client::SmoothReport run_job(
   const JobInput input = keep_input(flags.output, flags.input, file.mesh);
   const client::SmoothReport report = call_server(file, flags, options, interrupt);
   write_result(flags.output, input, file, report, options, start);
-  if (!flags.output.quiet) std::cout << describe_held_cells(file) << std::flush;
+  if (!flags.output.quiet)
+    std::cout << describe_notes(file) << describe_held_cells(file) << std::flush;
   if (!flags.output.quiet && regions.count > 1) {
     std::cout << counted(static_cast<std::int64_t>(regions.count), "region") << " by "
               << regions.array << ", " << counted(report.summary.nodes.between_regions, "node")

@@ -105,7 +105,7 @@ ExitCode run(const QualityCommand& command) {
     std::cout << json << std::endl;
   } else {
     std::cout << describe_quality(stats, [&](std::int64_t id) { return file.file_element_id(id); })
-              << describe_held_cells(file) << describe_table(table)
+              << describe_notes(file) << describe_held_cells(file) << describe_table(table)
               << (requirements.empty() ? "" : "\n") << std::flush;
   }
   return report_requirements(requirements, table, file, command.json ? std::cerr : std::cout);

@@ -72,6 +72,12 @@ std::string describe_quality(const QualityStats& stats,
   return text + worst_lines(stats, file_element_id);
 }
 
+std::string describe_notes(const formats::MeshFile& file) {
+  std::string text;
+  for (const std::string& note : file.notes()) text += "note: " + note + '\n';
+  return text;
+}
+
 std::string describe_held_cells(const formats::MeshFile& file) {
   std::int64_t count = 0;
   std::string types;

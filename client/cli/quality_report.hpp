@@ -18,6 +18,9 @@ namespace meshsmooth::cli {
 [[nodiscard]] std::string describe_quality(
     const QualityStats& stats, const std::function<std::int64_t(std::int64_t)>& file_element_id);
 
+/// `MeshFile::notes`, a line each.
+[[nodiscard]] std::string describe_notes(const formats::MeshFile& file);
+
 /// One line on the cells that hold their nodes because they cannot be smoothed; empty: none do.
 [[nodiscard]] std::string describe_held_cells(const formats::MeshFile& file);
 

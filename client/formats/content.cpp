@@ -161,7 +161,16 @@ MeshFile make_mesh_file(const std::filesystem::path& path, FileContent content) 
   }
   const auto highest = std::max_element(dimensions.begin(), dimensions.end());
   if (highest == dimensions.end() || *highest < 2) {
-    fail("MESH_EMPTY", path, "there are no surface or volume elements in it");
+    std::map<std::string, std::int64_t> own;  // counts by name
+    for (std::int64_t id = 0; id < cell_count; ++id) {
+      dataset.get_cell(id, cell);
+      if (cell.type >= kFirstOwnCellType) ++own[dataset.cell_name(cell.type)];
+    }
+    std::string only;
+    for (const auto& [name, count] : own) {
+      only += (only.empty() ? ", only " : ", ") + std::to_string(count) + " of the type " + name;
+    }
+    fail("MESH_EMPTY", path, "there are no surface or volume elements in it" + only);
   }
 
   Mesh mesh;

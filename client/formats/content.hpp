@@ -93,6 +93,7 @@ class FileContent {
   // Where the text may be spread: its files, the main one first, and its parts as they are read.
   std::vector<std::filesystem::path> files;
   std::vector<TextSegment> segments;
+  std::vector<std::string> notes;  // what was tolerated, a line each
 };
 
 /// Sorts the cells of `content.dataset` into mesh and lower-dimensional cells. Throws

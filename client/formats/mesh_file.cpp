@@ -168,6 +168,11 @@ const std::vector<HeldCells>& MeshFile::held_cells() const {
   return content_ ? content_->held_cells : none;
 }
 
+const std::vector<std::string>& MeshFile::notes() const {
+  static const std::vector<std::string> none;
+  return content_ ? content_->notes : none;
+}
+
 std::string readable_extensions() {
   return extensions([](const Format& format) { return format.read != nullptr; });
 }

@@ -69,6 +69,8 @@ class MeshFile {
   [[nodiscard]] std::int64_t lower_dimensional_cell_count() const;
   /// The cells whose nodes `mesh.fixed` holds in place because they cannot be smoothed, by type.
   [[nodiscard]] const std::vector<HeldCells>& held_cells() const;
+  /// What is wrong with the file but was read, as the programs do that it is for; one line each.
+  [[nodiscard]] const std::vector<std::string>& notes() const;
 
   /// For the writers; null for a mesh that comes from no file.
   [[nodiscard]] const std::shared_ptr<const FileContent>& content() const { return content_; }

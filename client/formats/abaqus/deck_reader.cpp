@@ -9,6 +9,7 @@ namespace {
 using std::filesystem::path;
 
 constexpr std::string_view kBlanks = " \t\r";
+constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 constexpr std::size_t kMostNested = 32;
 constexpr std::size_t kMostIncluded = 10'000;
 
@@ -31,6 +32,12 @@ std::size_t end_of_part(std::string_view line, std::size_t begin) {
 bool is_comment(std::string_view line) {
   const std::string_view text = trimmed(line);
   return text.empty() || text.starts_with("**");
+}
+
+/// A line after one that ends with a comma: parameters have names, so that numbers are data.
+bool continues_keyword(std::string_view line) {
+  const std::string_view text = trimmed(line);
+  return std::string_view("*0123456789+-.,").find(text.front()) == std::string_view::npos;
 }
 
 }  // namespace
@@ -71,7 +78,9 @@ void DeckReader::open(const path& path) {
   std::error_code error;
   texts_.push_back(read_bytes(path));
   if (texts_.back().find('\0') != std::string::npos) {
-    fail("FORMAT_ERROR", path, "this is no text");
+    const bool wide =
+        texts_.back().starts_with("\xFF\xFE") || texts_.back().starts_with("\xFE\xFF");
+    fail("FORMAT_ERROR", path, wide ? "this is UTF-16; save it as UTF-8" : "this is no text");
   }
   const auto known = std::ranges::find_if(
       files_, [&](const auto& file) { return std::filesystem::equivalent(file, path, error); });
@@ -81,7 +90,11 @@ void DeckReader::open(const path& path) {
     node_readings_.push_back(0);
   }
   sources_.push_back({file, texts_.size(), Scanner(path, texts_.back()), texts_.back()});
-  sources_.back().fields.style = NumberStyle::deck;
+  Source& source = sources_.back();
+  source.fields.style = NumberStyle::deck;
+  if (!source.text.starts_with(kByteOrderMark)) return;
+  source.scanner.bytes(kByteOrderMark.size());
+  if (sources_.size() > 1) close_segment(source, kByteOrderMark.size(), true);  // not in a line
 }
 
 void DeckReader::close_segment(Source& source, std::size_t end, bool directive) {
@@ -141,9 +154,12 @@ bool DeckReader::next() {
 path DeckReader::find_included(const std::string& name) const {
   if (name.empty()) refuse("INPUT=, the name of a file", line_);
   std::error_code error;
-  const path beside = files_[sources_.back().file].parent_path() / name;
-  const path main = files_.front().parent_path() / name;
-  for (const path& candidate : {beside, main}) {
+  std::string slashes = name;  // of a deck that was written on Windows
+  std::ranges::replace(slashes, '\\', '/');
+  const path folder = files_[sources_.back().file].parent_path();
+  const path main = files_.front().parent_path();
+  const path beside = folder / name;
+  for (const path& candidate : {beside, main / name, folder / slashes, main / slashes}) {
     if (!std::filesystem::is_regular_file(candidate, error)) continue;
     const auto is_open = [&](const Source& source) {
       return std::filesystem::equivalent(files_[source.file], candidate, error);
@@ -164,6 +180,8 @@ DeckKeyword DeckReader::keyword() {
   bool continued = true;
   for (bool first = true; continued; first = false) {
     if (!first) {
+      const Scanner scanner = source.scanner;
+      const std::size_t line_number = source.line;
       do {
         consume(source);
         if (source.scanner.position() == source.text.size()) {
@@ -172,6 +190,11 @@ DeckKeyword DeckReader::keyword() {
         line_ = source.scanner.peek_line();
       } while (is_comment(line_));
       source.started = true;
+      if (!continues_keyword(line_)) {  // back to the keyword's last line
+        source.scanner = scanner;
+        source.line = line_number;
+        break;
+      }
     }
     std::vector<std::string_view> parts;
     split_data(line_, parts);
@@ -228,6 +251,11 @@ void DeckReader::add_node(NodeId node, std::int64_t label, std::array<std::strin
 DeckPlace DeckReader::place() const {
   if (sources_.empty()) return {0, 0};
   return {sources_.back().file, sources_.back().line};
+}
+
+std::string DeckReader::describe(const DeckPlace& place) const {
+  const std::string line = "line " + std::to_string(place.line);
+  return place.file == 0 ? line : files_[place.file].string() + ": " + line;
 }
 
 void DeckReader::fail_at(const DeckPlace& place, const std::string& what,

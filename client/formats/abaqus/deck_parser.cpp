@@ -1,13 +1,13 @@
+#include "deck_parser.hpp"
+
 #include <algorithm>
 #include <array>
-#include <system_error>
+#include <utility>
 
-#include "abaqus_model.hpp"
-#include "cells.hpp"
-#include "content.hpp"
 #include "deck_reader.hpp"
-#include "readers.hpp"
-#include "text.hpp"
+#include "element_reader.hpp"
+#include "foreign_input.hpp"
+#include "model.hpp"
 
 namespace meshsmooth::formats {
 namespace {
@@ -19,14 +19,38 @@ constexpr auto kGenerators =
     std::to_array<std::string_view>({"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY",
                                      "SYMMETRICMODELGENERATION", "SUBSTRUCTURE"});
 
+/// Leaves the last definition of each node in the segments: it counts, in Abaqus and in CalculiX.
+void drop_earlier_definitions(std::vector<TextSegment>& segments, std::size_t node_count) {
+  std::vector<std::uint8_t> defined(node_count, 0);
+  for (auto segment = segments.rbegin(); segment != segments.rend(); ++segment) {
+    CoordinateFields kept;
+    kept.style = segment->fields.style;
+    std::vector<NodeId> nodes;
+    for (std::size_t place = segment->nodes.size(); place-- > 0;) {
+      const NodeId node = segment->nodes[place];
+      if (std::exchange(defined[static_cast<std::size_t>(node)], 1) != 0) continue;
+      nodes.push_back(node);
+      kept.node_ids.push_back(segment->fields.node_ids[place]);
+      kept.fields.push_back(segment->fields.fields[place]);
+      kept.positions.push_back(segment->fields.positions[place]);
+    }
+    std::ranges::reverse(nodes);
+    std::ranges::reverse(kept.node_ids);
+    std::ranges::reverse(kept.fields);
+    std::ranges::reverse(kept.positions);
+    segment->fields = std::move(kept);
+    segment->nodes = std::move(nodes);
+  }
+}
+
 /// Reads the keywords that tell of the mesh, into the model.
 class DeckParser {
  public:
-  explicit DeckParser(const path& file) : reader_(file) {}
+  explicit DeckParser(const path& file) : reader_(file), elements_(reader_, model_, notes_) {}
 
   void parse() {
     bool more = reader_.next();
-    if (more && !reader_.at_keyword()) reader_.refuse("a keyword, which starts with *", line());
+    if (more && !reader_.at_keyword()) note_first_line();
     while (more) {
       if (!reader_.at_keyword()) {
         more = reader_.next();
@@ -35,18 +59,23 @@ class DeckParser {
       more = read_keyword(reader_.keyword());
     }
     if (!part_.empty()) reader_.truncated("without *END PART");
+    if (model_.node_count() == 0) fail_foreign();
   }
 
   void store(FileContent& content) {
-    const auto dataset = model_.store(reader_, content);
+    const auto dataset = model_.store(reader_, content, notes_);
     reader_.store(content);
-    std::vector<Vec3d> positions;
+    const auto node_count = static_cast<std::size_t>(model_.node_count());
+    if (redefined_) drop_earlier_definitions(content.segments, node_count);
+    std::vector<Vec3d> positions(node_count);
     for (const TextSegment& segment : content.segments) {
-      const auto& read = segment.fields.positions;
-      positions.insert(positions.end(), read.begin(), read.end());
+      for (std::size_t place = 0; place < segment.nodes.size(); ++place) {
+        positions[static_cast<std::size_t>(segment.nodes[place])] = segment.fields.positions[place];
+      }
     }
     dataset->set_positions(std::move(positions));
     content.dataset = dataset;
+    content.notes = notes_.texts();
   }
 
  private:
@@ -54,18 +83,37 @@ class DeckParser {
 
   [[nodiscard]] std::string_view line() const { return reader_.line(); }
 
+  /// CalculiX reads over all lines before the first keyword.
+  void note_first_line() {
+    fail_foreign();
+    if (!has_deck_keyword(reader_.text())) {
+      reader_.refuse("a keyword of Abaqus or CalculiX, which starts with *", line());
+    }
+    notes_.add("no keyword", [&] {
+      return reader_.describe(reader_.place()) +
+             ": what stands before the first keyword is ignored";
+    });
+  }
+  void fail_foreign() const {
+    const auto name = name_foreign_input(reader_.text());
+    if (!name) return;
+    reader_.fail_at({0, 0}, "this is " + *name + ", not a deck of Abaqus or CalculiX");
+  }
+
   /// Moves past it and the data lines that it needs; false at the end of the deck.
   bool read_keyword(const DeckKeyword& keyword) {
     const std::string& name = keyword.name;
     if (name == "NODE" || name == "ELEMENT") {
       reader_.read_input_of(keyword);
-      return name == "NODE" ? read_nodes(keyword) : read_elements(keyword);
+      return name == "NODE" ? read_nodes(keyword) : elements_.read(keyword, scope_);
     }
     if (name == "NSET" || name == "ELSET") {
       return read_set(keyword, name == "NSET" ? Kind::nodes : Kind::elements);
     }
     if (name == "SYSTEM") return read_system(keyword);
+    if (name == "USERELEMENT") elements_.define(keyword);
     if (name.ends_with("SECTION")) read_section(keyword);
+    if (name == "KEYWORD") fail_foreign();
     if (name == "PART") enter_part(keyword);
     if (name == "INSTANCE") enter_instance(keyword);
     if (name == "ENDPART") leave_part();
@@ -78,7 +126,7 @@ class DeckParser {
     return reader_.next();
   }
 
-  // --- nodes and elements
+  // --- nodes
 
   bool read_nodes(const DeckKeyword& keyword) {
     const std::string system = in_capitals(keyword.value("SYSTEM"));
@@ -99,81 +147,17 @@ class DeckParser {
       for (std::size_t axis = 0; axis < 3 && axis + 1 < words_.size(); ++axis) {
         coordinates[axis] = words_[axis + 1];
       }
-      const NodeId node = model_.node_count();
-      if (!model_.add_node(scope_, label, set)) {
-        reader_.refuse("each node once", words_.front());
+      const NodeId next = model_.node_count();
+      const NodeId node = model_.add_node(scope_, label, set);
+      if (node != next) {
+        redefined_ = true;
+        notes_.add("node again", [&] {
+          return reader_.describe(reader_.place()) + ": node " + std::to_string(label) +
+                 " is defined again; its last definition counts";
+        });
       }
       reader_.add_node(node, label, coordinates);
     }
-  }
-
-  bool read_elements(const DeckKeyword& keyword) {
-    const std::string type = in_capitals(keyword.value("TYPE"));
-    if (type.empty()) reader_.fail_at(keyword.place, "expected TYPE=, the type of the elements");
-    const std::optional<AbaqusElement> known = find_abaqus_element(type);
-    const std::string set = keyword.value("ELSET");
-    if (!set.empty()) model_.add_set(scope_, Kind::elements, set);
-    std::vector<std::int64_t> nodes;
-    while (true) {
-      if (!reader_.next()) return false;
-      if (reader_.at_keyword()) return true;
-      const DeckPlace place = reader_.place();
-      split_data(line(), words_);
-      const std::int64_t label = reader_.label(words_.front());
-      if (!known) {
-        reader_.fail_at(place,
-                        "element " + std::to_string(label) + " is of the type " + type + "; " +
-                            kSupportedElements,
-                        "ELEMENT_NOT_SUPPORTED");
-      }
-      read_corners(label, *known, nodes);
-      if (!model_.add_element(scope_, label, *known, nodes, set, place)) {
-        reader_.fail_at(place,
-                        "expected each element once, found " + std::to_string(label) + " again");
-      }
-    }
-  }
-
-  /// The rest of an element whose first line is in `words_`.
-  void read_corners(std::int64_t label, const AbaqusElement& type,
-                    std::vector<std::int64_t>& nodes) {
-    nodes.clear();
-    const auto count = static_cast<std::size_t>(type.node_count);
-    std::size_t word = 1;
-    while (count == 0 || nodes.size() < count) {
-      for (; word < words_.size() && (count == 0 || nodes.size() < count); ++word) {
-        const std::string_view number = trimmed(words_[word]);
-        if (count == 0 && (number.empty() || number == "0")) continue;  // the ground
-        nodes.push_back(read_corner(number));
-      }
-      if (count == 0 || nodes.size() == count) break;
-      const std::string so_far = "element " + std::to_string(label) + " has " +
-                                 std::to_string(nodes.size()) + " of its " + std::to_string(count) +
-                                 " nodes";
-      const DeckPlace place = reader_.place();
-      if (!reader_.next())
-        reader_.fail_at(place, "the deck ends where " + so_far, "FILE_TRUNCATED");
-      if (reader_.at_keyword()) reader_.fail_at(place, so_far);
-      split_data(line(), words_);
-      word = 0;
-    }
-    if (nodes.empty()) reader_.refuse("the nodes of an element", line());
-    if (word < words_.size() && type.vtk_type != kLineCell && type.vtk_type != kEdge3Cell) {
-      reader_.refuse(
-          "only the " + std::to_string(count) + " nodes of element " + std::to_string(label),
-          words_[word]);
-    }
-  }
-
-  /// A label, or a node of an instance: "wing-1.12".
-  std::int64_t read_corner(std::string_view word) const {
-    const std::size_t point = word.rfind('.');
-    if (point == std::string_view::npos) return reader_.label(word);
-    const auto* instance = model_.find_instance(word.substr(0, point));
-    if (instance == nullptr) return reader_.label(word);
-    const auto corner = model_.find_corner(*instance, reader_.label(word.substr(point + 1)));
-    if (!corner) reader_.refuse("a node of the instance", word);
-    return *corner;
   }
 
   // --- sets and sections
@@ -294,67 +278,21 @@ class DeckParser {
 
   DeckReader reader_;
   AbaqusModel model_;
+  Notes notes_;
+  ElementReader elements_;
   AbaqusModel::ScopeId scope_ = 0;
   std::string part_;  // that is being read
   bool in_local_system_ = false;
+  bool redefined_ = false;  // some nodes are
   std::vector<std::string_view> words_;
 };
 
-/// The deck without its directives: one file that needs no other.
-std::string inlined(const FileContent& content, const Mesh& mesh) {
-  std::string text;
-  std::size_t last = 0;
-  for (const TextSegment& segment : content.segments) {
-    if (segment.directive) continue;
-    if (segment.file != last && !text.empty() && !text.ends_with('\n')) text += '\n';
-    last = segment.file;
-    text += replace_coordinates(segment, mesh);
-  }
-  return text;
-}
-
-/// Over itself: every file that holds coordinates.
-void write_files(const FileContent& content, const Mesh& mesh, OutputFiles& files) {
-  for (std::size_t file = 0; file < content.files.size(); ++file) {
-    std::string text;
-    bool holds_nodes = file == 0;
-    for (const TextSegment& segment : content.segments) {
-      if (segment.file != file) continue;
-      holds_nodes = holds_nodes || !segment.nodes.empty();
-      text += replace_coordinates(segment, mesh);
-    }
-    if (holds_nodes) write_bytes(files.add(content.files[file]), text);
-  }
-}
-
 }  // namespace
 
-MeshFile read_abaqus(const path& file) {
-  FileContent content;
-  content.extension = ".inp";
+void read_deck(const path& file, FileContent& content) {
   DeckParser parser(file);
   parser.parse();
   parser.store(content);
-  return make_mesh_file(file, std::move(content));
-}
-
-void write_abaqus(const path& target, const MeshFile& file, OutputFiles& files) {
-  const auto& content = file.content();
-  if (content && content->extension == ".inp") {
-    std::error_code error;
-    if (std::filesystem::equivalent(target, content->files.front(), error)) {
-      write_files(*content, file.mesh, files);
-    } else {
-      write_bytes(files.add(target), inlined(*content, file.mesh));
-    }
-    return;
-  }
-#if defined(MESHSMOOTH_WITH_GMSH)
-  write_gmsh(files.add(target), file);
-#else
-  fail("FORMAT_UNKNOWN", target,
-       "cannot turn another format into \".inp\": this build is without Gmsh");
-#endif
 }
 
 }  // namespace meshsmooth::formats

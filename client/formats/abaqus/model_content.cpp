@@ -1,10 +1,9 @@
-#include "abaqus_model.hpp"
-
 #include <algorithm>
 #include <memory>
 #include <span>
 #include <utility>
 
+#include "model.hpp"
 #include "node_orders.hpp"
 
 namespace meshsmooth::formats {
@@ -31,93 +30,13 @@ Column to_column(const char* name, const std::vector<std::int64_t>& values) {
 
 }  // namespace
 
-// --- reading -------------------------------------------------------------------
-
-AbaqusModel::ScopeId AbaqusModel::add_scope(const std::string& name) {
-  scopes_.emplace_back().name = name;
-  parts_.emplace(in_capitals(name), scopes_.size() - 1);
-  return scopes_.size() - 1;
-}
-
-const AbaqusModel::ScopeId* AbaqusModel::find_part(const std::string& name) const {
-  return find_in(parts_, in_capitals(name));
-}
-
-void AbaqusModel::add_instance(const std::string& name, ScopeId scope) {
-  instances_[in_capitals(name)] = scope;
-  instance_names_.emplace_back(name, scope);
-}
-
-const AbaqusModel::ScopeId* AbaqusModel::find_instance(std::string_view name) const {
-  return find_in(instances_, in_capitals(name));
-}
-
-bool AbaqusModel::add_node(ScopeId scope, std::int64_t label, const std::string& set_name) {
-  const std::int64_t node = node_count();
-  if (!scopes_[scope].nodes.emplace(label, node).second) return false;
-  node_labels_.push_back(label);
-  if (!set_name.empty()) set(scope, Kind::nodes, set_name).members.push_back(node);
-  return true;
-}
-
-std::optional<std::int64_t> AbaqusModel::find_corner(ScopeId scope, std::int64_t label) const {
-  const auto found = scopes_[scope].nodes.find(label);
-  if (found == scopes_[scope].nodes.end()) return std::nullopt;
-  return -1 - found->second;
-}
-
-bool AbaqusModel::add_element(ScopeId scope, std::int64_t label, const AbaqusElement& type,
-                              const std::vector<std::int64_t>& nodes, const std::string& set_name,
-                              DeckPlace place) {
-  const auto element = static_cast<std::int64_t>(elements_.size());
-  if (!scopes_[scope].elements.emplace(label, element).second) return false;
-  elements_.push_back({scope, label, type, corners_.size(), place});
-  corners_.insert(corners_.end(), nodes.begin(), nodes.end());
-  if (!set_name.empty()) set(scope, Kind::elements, set_name).members.push_back(element);
-  return true;
-}
-
-AbaqusModel::Sets& AbaqusModel::sets(ScopeId scope, Kind kind) {
-  return kind == Kind::nodes ? scopes_[scope].node_sets : scopes_[scope].element_sets;
-}
-
-AbaqusModel::Set& AbaqusModel::set(ScopeId scope, Kind kind, const std::string& name) {
-  Set& found = sets(scope, kind)[in_capitals(name)];
-  if (found.name.empty()) found.name = name;
-  return found;
-}
-
-void AbaqusModel::add_set(ScopeId scope, Kind kind, const std::string& name) {
-  (void)set(scope, kind, name);
-}
-
-void AbaqusModel::add_to_set(ScopeId scope, Kind kind, const std::string& name, Entry entry) {
-  Set& to = set(scope, kind, name);
-  if (kind == entry.kind && entry.name.empty() && !entry.generated) {  // most need no more memory
-    const Scope& from = scopes_[entry.scope];
-    const auto& labels = kind == Kind::nodes ? from.nodes : from.elements;
-    if (const auto found = labels.find(entry.range.first); found != labels.end()) {
-      to.members.push_back(found->second);
-      return;
-    }
-  }
-  to.entries.push_back(std::move(entry));
-}
-
-void AbaqusModel::add_section(ScopeId scope, const std::string& element_set,
-                              const std::string& material, DeckPlace place) {
-  const auto next = static_cast<std::int32_t>(materials_.size() + 1);
-  const std::int32_t number = materials_.emplace(in_capitals(material), next).first->second;
-  scopes_[scope].sections.push_back({element_set, number, place});
-}
-
 // --- what the names and labels mean --------------------------------------------
 
 std::size_t AbaqusModel::end_of(std::size_t element) const {
   return element + 1 < elements_.size() ? elements_[element + 1].first : corners_.size();
 }
 
-void AbaqusModel::resolve_corners(const DeckReader& reader) {
+void AbaqusModel::resolve_corners(const DeckReader& reader, Notes& notes) {
   for (std::size_t index = 0; index < elements_.size(); ++index) {
     const Element& element = elements_[index];
     const auto& nodes = scopes_[element.scope].nodes;
@@ -127,12 +46,18 @@ void AbaqusModel::resolve_corners(const DeckReader& reader) {
         continue;
       }
       const auto found = nodes.find(corners_[corner]);
-      if (found == nodes.end()) {
-        reader.fail_at(element.place, "element " + std::to_string(element.label) + " uses node " +
-                                          std::to_string(corners_[corner]) +
-                                          ", which is not there");
+      const auto what = [&] {
+        return "element " + std::to_string(element.label) + " uses node " +
+               std::to_string(corners_[corner]) + ", which is not there";
+      };
+      if (found != nodes.end()) {
+        corners_[corner] = found->second;
+      } else if (element.type.vtk_type >= kFirstOwnCellType) {  // of a network: it has no place
+        notes.add("no such corner", [&] { return reader.describe(element.place) + ": " + what(); });
+        corners_[corner] = kMissing;
+      } else {
+        reader.fail_at(element.place, what());
       }
-      corners_[corner] = found->second;
     }
   }
 }
@@ -142,7 +67,7 @@ void AbaqusModel::append_nodes_of(const std::vector<std::int64_t>& elements,
   for (const std::int64_t element : elements) {
     const auto index = static_cast<std::size_t>(element);
     for (std::size_t corner = elements_[index].first; corner < end_of(index); ++corner) {
-      nodes.push_back(corners_[corner]);
+      if (corners_[corner] != kMissing) nodes.push_back(corners_[corner]);
     }
   }
   std::ranges::sort(nodes);
@@ -159,17 +84,20 @@ std::vector<std::string> AbaqusModel::names_of(ScopeId scope) const {
 }
 
 void AbaqusModel::add_labels(const DeckReader& reader, const Entry& entry,
-                             std::vector<std::int64_t>& members) const {
+                             std::vector<std::int64_t>& members, Notes& notes) const {
   const Scope& scope = scopes_[entry.scope];
   const auto& labels = entry.kind == Kind::nodes ? scope.nodes : scope.elements;
   const auto& [first, last, step] = entry.range;
   if (!entry.generated) {
     const auto found = labels.find(first);
-    if (found == labels.end()) {
-      reader.fail_at(entry.place, std::string("there is no ") + what(entry.kind) + " " +
-                                      std::to_string(first) + " for this set");
+    if (found != labels.end()) {
+      members.push_back(found->second);
+      return;
     }
-    members.push_back(found->second);
+    notes.add("no such label", [&, label = first] {
+      return reader.describe(entry.place) + ": there is no " + what(entry.kind) + " " +
+             std::to_string(label) + " for this set";
+    });
   } else if (static_cast<std::uint64_t>(last - first) / static_cast<std::uint64_t>(step) >
              labels.size()) {
     std::vector<std::int64_t> found;
@@ -188,12 +116,12 @@ void AbaqusModel::add_labels(const DeckReader& reader, const Entry& entry,
 }
 
 void AbaqusModel::resolve(const DeckReader& reader, Kind kind, const Entry& entry,
-                          std::vector<std::int64_t>& members) {
+                          std::vector<std::int64_t>& members, Notes& notes) {
   std::vector<std::int64_t> found;
   if (entry.name.empty()) {
-    add_labels(reader, entry, found);
+    add_labels(reader, entry, found, notes);
   } else {
-    found = resolved(reader, entry.scope, entry.kind, entry.name, entry.place).members;
+    found = resolved(reader, entry.scope, entry.kind, entry.name, entry.place, notes).members;
   }
   if (kind != entry.kind) {
     std::vector<std::int64_t> nodes;
@@ -204,7 +132,7 @@ void AbaqusModel::resolve(const DeckReader& reader, Kind kind, const Entry& entr
 }
 
 AbaqusModel::Set& AbaqusModel::resolved(const DeckReader& reader, ScopeId scope, Kind kind,
-                                        const std::string& name, DeckPlace place) {
+                                        const std::string& name, DeckPlace place, Notes& notes) {
   Set* found = find_in(sets(scope, kind), in_capitals(name));
   if (found == nullptr || found->resolving) {
     reader.fail_at(place, std::string(found == nullptr ? "there is no" : "in itself is the") +
@@ -215,7 +143,7 @@ AbaqusModel::Set& AbaqusModel::resolved(const DeckReader& reader, ScopeId scope,
   if (++nested_ > kMostNested) reader.fail_at(place, "expected fewer sets in sets");
   found->resolving = true;
   for (const Entry& entry : std::exchange(found->entries, {})) {
-    resolve(reader, kind, entry, found->members);
+    resolve(reader, kind, entry, found->members, notes);
   }
   found->resolving = false;
   --nested_;
@@ -229,11 +157,14 @@ AbaqusModel::Set& AbaqusModel::resolved(const DeckReader& reader, ScopeId scope,
 
 void AbaqusModel::store_cells(FileContent& content, PlainDataset& dataset) const {
   std::vector<std::int64_t> nodes;
+  for (const std::string& name : held_types_)
+    (void)dataset.own_type(name);  // as `held_type` has it
   for (std::size_t index = 0; index < elements_.size(); ++index) {
     const Element& element = elements_[index];
     int type = element.type.vtk_type;
     const std::span own(corners_.data() + element.first, corners_.data() + end_of(index));
     nodes.assign(own.begin(), own.end());
+    if (type >= kFirstOwnCellType) std::erase(nodes, kMissing);
     if (const CellKind* const kind = find_vtk_cell(type, own.size())) {
       const auto places = places_in(NodeOrder::abaqus, *kind);
       std::ranges::transform(places, nodes.begin(), [&](std::int8_t place) {
@@ -257,12 +188,12 @@ void AbaqusModel::store_cells(FileContent& content, PlainDataset& dataset) const
   }
 }
 
-void AbaqusModel::store_sets(const DeckReader& reader, FileContent& content) {
+void AbaqusModel::store_sets(const DeckReader& reader, FileContent& content, Notes& notes) {
   for (ScopeId scope = 0; scope < scopes_.size(); ++scope) {
     const std::vector<std::string> aliases = names_of(scope);
     for (const Kind kind : {Kind::nodes, Kind::elements}) {
       for (auto& [key, set] : sets(scope, kind)) {
-        const Set& known = resolved(reader, scope, kind, set.name, {});
+        const Set& known = resolved(reader, scope, kind, set.name, {}, notes);
         std::vector<std::int64_t> members = known.members;
         if (kind == Kind::elements) {
           std::vector<std::int64_t> nodes;
@@ -279,12 +210,20 @@ void AbaqusModel::store_sets(const DeckReader& reader, FileContent& content) {
   }
 }
 
-void AbaqusModel::store_materials(const DeckReader& reader, PlainDataset& dataset) {
+void AbaqusModel::store_materials(const DeckReader& reader, PlainDataset& dataset, Notes& notes) {
   if (materials_.empty()) return;
   Column column{kMaterialArray, true, std::vector<double>(elements_.size(), 0)};
   for (ScopeId scope = 0; scope < scopes_.size(); ++scope) {
     for (const Section& section : scopes_[scope].sections) {
-      const Set& set = resolved(reader, scope, Kind::elements, section.element_set, section.place);
+      if (find_in(scopes_[scope].element_sets, in_capitals(section.element_set)) == nullptr) {
+        notes.add("no such section", [&] {
+          return reader.describe(section.place) + ": there is no set of elements \"" +
+                 section.element_set + "\" for this section";
+        });
+        continue;
+      }
+      const Set& set =
+          resolved(reader, scope, Kind::elements, section.element_set, section.place, notes);
       for (const std::int64_t element : set.members) {
         column.values[static_cast<std::size_t>(element)] = section.material;
       }
@@ -293,12 +232,13 @@ void AbaqusModel::store_materials(const DeckReader& reader, PlainDataset& datase
   dataset.add_cell_column(std::move(column));
 }
 
-std::shared_ptr<PlainDataset> AbaqusModel::store(const DeckReader& reader, FileContent& content) {
+std::shared_ptr<PlainDataset> AbaqusModel::store(const DeckReader& reader, FileContent& content,
+                                                 Notes& notes) {
   const auto dataset = std::make_shared<PlainDataset>();
-  resolve_corners(reader);
+  resolve_corners(reader, notes);
   store_cells(content, *dataset);
-  store_sets(reader, content);
-  store_materials(reader, *dataset);
+  store_sets(reader, content, notes);
+  store_materials(reader, *dataset, notes);
   return dataset;
 }
 

@@ -57,6 +57,10 @@ class DeckReader {
   void add_node(NodeId node, std::int64_t label, std::array<std::string_view, 3> words);
 
   [[nodiscard]] DeckPlace place() const;
+  /// "line 12", with the file's name where it is an included one.
+  [[nodiscard]] std::string describe(const DeckPlace& place) const;
+  /// Of the main file.
+  [[nodiscard]] std::string_view text() const { return texts_.front(); }
   [[noreturn]] void fail_at(const DeckPlace& place, const std::string& what,
                             const std::string& reason = "FORMAT_ERROR") const;
   [[noreturn]] void refuse(std::string_view expected, std::string_view found) const;

@@ -9,9 +9,10 @@
 #include <unordered_map>
 #include <vector>
 
-#include "abaqus_elements.hpp"
 #include "content.hpp"
 #include "deck_reader.hpp"
+#include "elements.hpp"
+#include "notes.hpp"
 
 namespace meshsmooth::formats {
 
@@ -32,14 +33,18 @@ class AbaqusModel {
   [[nodiscard]] const ScopeId* find_instance(std::string_view name) const;
 
   // --- data lines
-  /// False: the label is taken.
-  [[nodiscard]] bool add_node(ScopeId scope, std::int64_t label, const std::string& set);
+  /// A label that is taken is of the same node again.
+  NodeId add_node(ScopeId scope, std::int64_t label, const std::string& set);
   [[nodiscard]] NodeId node_count() const { return static_cast<NodeId>(node_labels_.size()); }
   /// What `add_element` takes for a node of another scope than the element's.
   [[nodiscard]] std::optional<std::int64_t> find_corner(ScopeId scope, std::int64_t label) const;
-  [[nodiscard]] bool add_element(ScopeId scope, std::int64_t label, const AbaqusElement& type,
-                                 const std::vector<std::int64_t>& nodes, const std::string& set,
-                                 DeckPlace place);
+  /// The cell type of held elements of this name.
+  [[nodiscard]] int held_type(const std::string& name);
+  /// Null, or where the element is that has the label already.
+  [[nodiscard]] const DeckPlace* add_element(ScopeId scope, std::int64_t label,
+                                             const AbaqusElement& type,
+                                             const std::vector<std::int64_t>& nodes,
+                                             const std::string& set, DeckPlace place);
   struct Range {
     std::int64_t first;
     std::int64_t last;
@@ -58,9 +63,11 @@ class AbaqusModel {
   void add_section(ScopeId scope, const std::string& element_set, const std::string& material,
                    DeckPlace place);
 
-  /// Fills all but the text and the positions. Throws FORMAT_ERROR where something is named that
-  /// is not there.
-  [[nodiscard]] std::shared_ptr<PlainDataset> store(const DeckReader& reader, FileContent& content);
+  /// Fills all but the text and the positions. As in CalculiX, labels in sets, nodes of held
+  /// elements and sets of sections that are not there are left out, with a note. Throws
+  /// FORMAT_ERROR where an element or set names something else that is not there.
+  [[nodiscard]] std::shared_ptr<PlainDataset> store(const DeckReader& reader, FileContent& content,
+                                                    Notes& notes);
 
  private:
   struct Set {
@@ -91,21 +98,23 @@ class AbaqusModel {
     DeckPlace place;
   };
 
+  static constexpr std::int64_t kMissing = -1;  // a node of a held element that is not there
+
   Sets& sets(ScopeId scope, Kind kind);
   Set& set(ScopeId scope, Kind kind, const std::string& name);
   Set& resolved(const DeckReader& reader, ScopeId scope, Kind kind, const std::string& name,
-                DeckPlace place);
+                DeckPlace place, Notes& notes);
   void resolve(const DeckReader& reader, Kind kind, const Entry& entry,
-               std::vector<std::int64_t>& members);
-  void add_labels(const DeckReader& reader, const Entry& entry,
-                  std::vector<std::int64_t>& members) const;
+               std::vector<std::int64_t>& members, Notes& notes);
+  void add_labels(const DeckReader& reader, const Entry& entry, std::vector<std::int64_t>& members,
+                  Notes& notes) const;
   void append_nodes_of(const std::vector<std::int64_t>& elements,
                        std::vector<std::int64_t>& nodes) const;
   [[nodiscard]] std::size_t end_of(std::size_t element) const;
-  void resolve_corners(const DeckReader& reader);
+  void resolve_corners(const DeckReader& reader, Notes& notes);
   void store_cells(FileContent& content, PlainDataset& dataset) const;
-  void store_sets(const DeckReader& reader, FileContent& content);
-  void store_materials(const DeckReader& reader, PlainDataset& dataset);
+  void store_sets(const DeckReader& reader, FileContent& content, Notes& notes);
+  void store_materials(const DeckReader& reader, PlainDataset& dataset, Notes& notes);
   [[nodiscard]] std::vector<std::string> names_of(ScopeId scope) const;
 
   std::vector<Scope> scopes_;
@@ -114,7 +123,8 @@ class AbaqusModel {
   std::vector<std::pair<std::string, ScopeId>> instance_names_;
   std::vector<std::int64_t> node_labels_;
   std::vector<Element> elements_;
-  std::vector<std::int64_t> corners_;  // labels, or -1 - node; then nodes
+  std::vector<std::int64_t> corners_;  // labels, or -1 - node; then nodes, or kMissing
+  std::vector<std::string> held_types_;
   std::map<std::string, std::int32_t> materials_;
   int nested_ = 0;  // sets that are being resolved
 };

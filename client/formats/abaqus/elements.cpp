@@ -1,7 +1,8 @@
-#include "abaqus_elements.hpp"
+#include "elements.hpp"
 
 #include <array>
 #include <cctype>
+#include <charconv>
 
 #include "dataset.hpp"
 
@@ -29,6 +30,8 @@ constexpr AbaqusElement kWedge15 = {kWedge15Cell, 15};
 constexpr AbaqusElement kHexahedron20 = {kHexahedron20Cell, 20};
 constexpr AbaqusElement kNodes = {kPolyVertexCell, 0};
 
+constexpr AbaqusElement kHeld = {kFirstOwnCellType, 0};
+
 constexpr auto kFamilies = std::to_array<Family>({
     // solid: stress, acoustic, heat transfer, coupled, Eulerian, continuum shells
     {"C3D4", kTetrahedron},
@@ -53,6 +56,12 @@ constexpr auto kFamilies = std::to_array<Family>({
     {"EMC3D8", kHexahedron},
     {"SC8", kHexahedron},
     {"CSS8", kHexahedron},
+    {"F3D6", kWedge},  // fluid; F3D4 is a tetrahedron in CalculiX and a quad in Abaqus
+    {"F3D8", kHexahedron},
+    {"FC3D4", kTetrahedron},
+    {"FC3D5", kPyramid},
+    {"FC3D6", kWedge},
+    {"FC3D8", kHexahedron},
     {"C3D10", kTetrahedron10},
     {"AC3D10", kTetrahedron10},
     {"DC3D10", kTetrahedron10},
@@ -137,6 +146,9 @@ constexpr auto kFamilies = std::to_array<Family>({
     {"B33", kLine},
     {"PIPE21", kLine},
     {"PIPE31", kLine},
+    {"ELBOW31", kLine},
+    {"FRAME2D", kLine},
+    {"FRAME3D", kLine},
     {"DC1D2", kLine},
     {"AC1D2", kLine},
     {"SAX1", kLine},
@@ -155,6 +167,7 @@ constexpr auto kFamilies = std::to_array<Family>({
     {"B32", kEdge3},
     {"PIPE22", kEdge3},
     {"PIPE32", kEdge3},
+    {"ELBOW32", kEdge3},
     {"DC1D3", kEdge3},
     {"AC1D3", kEdge3},
     {"SAX2", kEdge3},
@@ -185,16 +198,35 @@ constexpr auto kFamilies = std::to_array<Family>({
     {"HEATCAP", kNodes},
 });
 
+/// Cohesive, gasket, infinite and hydrostatic fluid elements, whose number of nodes follows:
+/// "GK3D12M". With pore pressure ("COH3D8P") the nodes in the middle may be left out.
+constexpr auto kCounted = std::to_array<std::string_view>(
+    {"COH2D", "COH3D", "COHAX", "GK2D", "GK3D", "GKPS", "GKPE", "GKAX", "CIN3D", "CINPE", "CINPS",
+     "CINAX", "ACIN2D", "ACIN3D", "ACINAX", "F2D", "F3D", "FAX"});
+
+AbaqusElement held_element(std::string_view type) {
+  constexpr int kMost = 99;
+  if (type == "D") return {kFirstOwnCellType, 3};  // of a network, with 0 at its ends
+  for (const std::string_view family : kCounted) {
+    if (!type.starts_with(family) || type.ends_with('P')) continue;
+    const std::string_view digits = type.substr(family.size());
+    int count = 0;
+    std::from_chars(digits.data(), digits.data() + digits.size(), count);
+    if (count > 0 && count <= kMost) return {kFirstOwnCellType, count};
+  }
+  return kHeld;
+}
+
 }  // namespace
 
-std::optional<AbaqusElement> find_abaqus_element(std::string_view type) {
-  if (type.starts_with("C3D15V")) return std::nullopt;  // has 15 to 18 nodes
+AbaqusElement find_abaqus_element(std::string_view type) {
+  if (type.starts_with("C3D15V")) return kHeld;  // has 15 to 18 nodes
   for (const auto& [base, element] : kFamilies) {
     if (!type.starts_with(base)) continue;
     const bool ends = type.size() == base.size();
     if (ends || std::isdigit(static_cast<unsigned char>(type[base.size()])) == 0) return element;
   }
-  return std::nullopt;
+  return held_element(type);
 }
 
 }  // namespace meshsmooth::formats
