@@ -25,6 +25,7 @@ inline constexpr const char* kMaterialArray = "abaqus:material";
 inline constexpr const char* kCellZoneArray = "foam:cell_zone";
 inline constexpr const char* kPatchArray = "foam:patch";
 inline constexpr const char* kSu2MarkerArray = "su2:marker";
+inline constexpr const char* kSu2ZoneArray = "su2:zone";  // its place in the file, from 1
 inline constexpr const char* kMarkerArray = "tetgen:marker";
 inline constexpr const char* kFamilyArray = "med:family";
 inline constexpr const char* kBlockArray = "exodus:block";    // the block's id

@@ -21,7 +21,7 @@ struct Regions {
 /// references ("medit:ref"), TetGen's first attribute ("tetgen:attribute_0"), MED's families
 /// ("med:family"), Exodus' blocks ("exodus:block"), Gmsh's geometrical entities
 /// ("gmsh:geometrical"), the materials of an Abaqus deck ("abaqus:material"), the cell zones of
-/// OpenFOAM ("foam:cell_zone"). O(cells log regions).
+/// OpenFOAM ("foam:cell_zone"), the zones of SU2 ("su2:zone"). O(cells log regions).
 [[nodiscard]] Regions find_regions(const MeshFile& file);
 
 /// By the cell array of this name: one value a cell, whole numbers; TetGen's attributes may

@@ -100,10 +100,20 @@ TEST_F(Su2, SaysWhatIsWrongWithAFileAndWhere) {
   } files[] = {
       {"0 0\n", "FORMAT_ERROR", "line 1: expected a keyword like NDIME="},
       {"NDIME= 4\n", "FORMAT_ERROR", "line 1: expected 2 or 3 dimensions, found \"4\""},
-      {"NZONE= 2\n", "FORMAT_ERROR", "line 1: expected one zone, in a file of its own"},
+      {"NZONE= 0\n", "FORMAT_ERROR", "line 1: expected one zone or more, found \"0\""},
+      {"NZONE= 2\n" + kPlane, "FILE_TRUNCATED", "NZONE announces 2 zones, there are 1"},
+      {"NZONE= 2\nIZONE= 1\n" + kPlane + "IZONE= 2\nNPOIN= 0\n", "FILE_TRUNCATED",
+       "zone 2: there is no NELEM="},
+      {"NZONE= 2\nIZONE= 1\n" + kPlane + "IZONE= 2\nNELEM= 1\n5 0 1 4\nNPOIN= 3\n0 0\n1 0\n0 1\n",
+       "FORMAT_ERROR", "zone 2: element 0 uses node 4, there are only 3"},
+      {"NZONE= 2\nIZONE= 1\n" + kPlane + "IZONE= 2\nNDIME= 3\n", "FORMAT_ERROR",
+       "as many dimensions as before, found \"3\""},
+      {"NZONE= 2\nIZONE= 1\n" + kPlane + "IZONE= 2\nNELEM= 1\n22 0 1 2 3 4 5\n",
+       "ELEMENT_NOT_SUPPORTED", "zone 2: element 0 is of the type VTK cell type 22"},
+      {"IZONE= one\n", "FORMAT_ERROR", "line 1: expected a number, found \"one\""},
       {"NDIME= 2\n", "FILE_TRUNCATED", "there is no NELEM="},
       {"NDIME= 2\nNELEM= 0\n", "FILE_TRUNCATED", "there is no NPOIN="},
-      {"NELEM= 1\n", "FORMAT_ERROR", "NDIME= first"},
+      {"NELEM= 0\nNPOIN= 1\n0 0\n", "FILE_TRUNCATED", "there is no NDIME="},
       {kPlane + "NELEM= 1\n5 0 1 2\n", "FORMAT_ERROR", "line 10: expected NELEM once"},
       {"NDIME= 2\nNPOIN= 9\n0 0\n", "FILE_TRUNCATED", "ends too early"},
       {"NDIME= 2\nNPOIN= 2\n0 0\nNELEM= 0\n", "FORMAT_ERROR", "line 4: expected a number"},
@@ -129,6 +139,45 @@ TEST_F(Su2, SaysWhatIsWrongWithAFileAndWhere) {
     EXPECT_THAT(message, HasSubstr(what)) << text;
     EXPECT_THAT(message, HasSubstr("in.su2: ")) << text;
   }
+}
+
+/// Two zones, which number from 0 each, and their keywords in different orders.
+const std::string kZones =
+    "% two zones\nNZONE= 2\nIZONE= 1\n" + kPlane + kMarker +
+    "IZONE= 2 % the solid\nNMARK=2\nMARKER_TAG=wall\nMARKER_ELEMS=1\n3 1 2\nMARKER_TAG=end\n"
+    "MARKER_ELEMS=1\n3 2 0\nNPOIN=3 3\n2 0 0\n3 0 1\n% a comment\n2.5 1\nNDIME=2\n"
+    "NELEM=1\n5 0 1 2 0\n";
+
+TEST_F(Su2, ReadsSeveralZonesAsOneMesh) {
+  MeshFile file = read(kZones);
+
+  EXPECT_EQ(file.mesh.node_count(), 7U);
+  ASSERT_EQ(file.mesh.blocks.size(), 1U);
+  EXPECT_THAT(file.mesh.blocks[0].nodes, ElementsAre(0, 1, 2, 0, 2, 3, 4, 5, 6));
+  EXPECT_EQ(file.lower_dimensional_cell_count(), 3);
+  EXPECT_THAT(find_node_set(file, "wall"), ElementsAre(0, 1, 5, 6)) << "of both zones";
+  EXPECT_THAT(find_node_set(file, "end"), ElementsAre(4, 6));
+  EXPECT_THAT(find_node_set(file, "zone 2"), ElementsAre(4, 5, 6));
+  const Regions regions = find_regions(file);
+  EXPECT_EQ(regions.array, "su2:zone");
+  EXPECT_THAT(regions.of_element, ElementsAre(0, 0, 1));
+  EXPECT_EQ(written(file), kZones);
+
+  positions_of(file)[2] = {1.5, 1, 0};
+  positions_of(file)[6].y = 1.25;
+  EXPECT_THAT(changed_lines(kZones, written(file)), ElementsAre("1.5 1", "2.5 1.25"));
+}
+
+TEST_F(Su2, ReadsKeywordsInAnyOrderAndSmallLetters) {
+  const std::string text =
+      "npoin= 3 % points\n0 0\n1 0\n\n0 1\nmarker_tag= lower\nmarker_elems= 1\n3 0 1\n"
+      "ndime = 2\nnelem=1\n5 0 1 2\n";
+  const MeshFile file = read(text);
+
+  EXPECT_EQ(file.mesh.element_count(), 1U);
+  EXPECT_THAT(find_node_set(file, "lower"), ElementsAre(0, 1));
+  EXPECT_THAT(file.notes(), ElementsAre("there is no NMARK= for its markers"));
+  EXPECT_EQ(written(file), text);
 }
 
 TEST_F(Su2, CarriesTheMeshOfAnotherFormat) {

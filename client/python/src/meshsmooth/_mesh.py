@@ -255,7 +255,7 @@ def node_vectors(mesh: Mesh, name: str) -> NDArray[Any]:
 
 # Cell arrays that tell regions, as the command line takes them: Gmsh's physical groups, Medit's
 # references, TetGen's first attribute, Gmsh's entities; in files that it converted, the materials
-# of Abaqus and the cell zones of OpenFOAM.
+# of Abaqus, the cell zones of OpenFOAM and the zones of SU2.
 _REGION_ARRAYS = (
     "gmsh:physical",
     "medit:ref",
@@ -263,6 +263,7 @@ _REGION_ARRAYS = (
     "gmsh:geometrical",
     "abaqus:material",
     "foam:cell_zone",
+    "su2:zone",
 )
 
 

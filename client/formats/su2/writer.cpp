@@ -1,4 +1,4 @@
-#include "su2_writer.hpp"
+#include "writer.hpp"
 
 #include <algorithm>
 #include <array>
