@@ -130,6 +130,16 @@ void check_node_count(const MeshFile& file) {
   }
 }
 
+void check_held_cells(const std::filesystem::path& path, const MeshFile& file,
+                      std::initializer_list<int> carried) {
+  for (const HeldCells& held : file.held_cells()) {
+    if (std::ranges::find(carried, held.cell_type) != carried.end()) continue;
+    fail("ELEMENT_NOT_SUPPORTED", path,
+         "this format cannot carry the " + std::to_string(held.count) + " cells of the type " +
+             held.name);
+  }
+}
+
 MeshFile make_mesh_file(const std::filesystem::path& path, FileContent content) {
   const Dataset& dataset = *content.dataset;
   const std::int64_t node_count = dataset.node_count();

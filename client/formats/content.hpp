@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <initializer_list>
 #include <memory>
 #include <string>
 #include <vector>
@@ -104,6 +105,11 @@ class FileContent {
 /// Throws `InvalidMesh` (ARRAY_SIZE_MISMATCH) unless the mesh still has as many
 /// nodes as its file.
 void check_node_count(const MeshFile& file);
+
+/// Throws ELEMENT_NOT_SUPPORTED where a mesh of another format has held cells of other types than
+/// these, which the format written can carry.
+void check_held_cells(const std::filesystem::path& path, const MeshFile& file,
+                      std::initializer_list<int> carried);
 
 /// A segment that is a whole file, whose nodes are all of the mesh in their order.
 [[nodiscard]] TextSegment whole_file(std::string text, CoordinateFields fields);

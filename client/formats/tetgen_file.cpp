@@ -6,6 +6,7 @@
 
 #include "content.hpp"
 #include "node_orders.hpp"
+#include "notes.hpp"
 #include "readers.hpp"
 #include "text.hpp"
 
@@ -14,7 +15,44 @@ namespace {
 
 using std::filesystem::path;
 
-path with_extension(path file, const char* extension) { return file.replace_extension(extension); }
+/// In capitals where the file's own is.
+path with_extension(path file, const char* extension) {
+  const bool capitals = file.extension() == ".NODE" || file.extension() == ".ELE";
+  if (!capitals) return file.replace_extension(extension);
+  return file.replace_extension(std::string_view(extension) == ".ele" ? ".ELE" : ".NODE");
+}
+
+/// A number of the first line, which may leave out those at its end.
+std::size_t header_number(Scanner& scanner, std::size_t otherwise) {
+  const std::string_view word = scanner.token_on_line();
+  return word.empty() ? otherwise : scanner.parse<std::size_t>(word);
+}
+
+/// The next word of this line, which must have one.
+std::string_view needed_word(Scanner& scanner) {
+  const std::string_view word = scanner.token_on_line();
+  if (word.empty() && scanner.at_end()) scanner.truncated();
+  if (word.empty()) scanner.refuse("more numbers in the line before", word);
+  return word;
+}
+
+/// TetGen reads line by line, and no further than the header tells.
+void finish_row(Scanner& scanner, std::int64_t id, const char* what, Notes& notes) {
+  if (scanner.token_on_line().empty()) return;
+  scanner.line();
+  notes.add(what, [&] {
+    return std::string(what) + " " + std::to_string(id) +
+           " has more numbers than the first line announces, which are ignored";
+  });
+}
+
+void note_rest(Scanner& scanner, const path& file, Notes& notes) {
+  if (scanner.at_end()) return;
+  notes.add(file.extension() == ".node" ? "nodes" : "elements", [&] {
+    return file.string() +
+           ": the lines after the last one that the first line announces are ignored";
+  });
+}
 
 /// Columns of attributes, and a column of markers, of nodes or tetrahedra.
 struct Columns {
@@ -26,40 +64,55 @@ struct Columns {
     }
     if (has_markers) all.push_back({kMarkerArray, true, {}});
   }
-  void read_row(Scanner& scanner) {
+  /// What a line leaves out at its end is 0, as TetGen has it.
+  void read_row(Scanner& scanner, std::int64_t id, Notes& notes) {
     for (Column& column : all) {
-      column.values.push_back(column.whole ? scanner.number<int>() : scanner.number<double>());
+      const std::string_view word = scanner.token_on_line();
+      double value = 0;
+      if (!word.empty()) {
+        value = column.whole ? scanner.parse<int>(word) : scanner.parse<double>(word);
+      } else {
+        notes.add("fewer", [&] {
+          return "node or element " + std::to_string(id) +
+                 " has fewer numbers than the first line announces; 0 is taken";
+        });
+      }
+      column.values.push_back(value);
     }
   }
 };
 
-void read_nodes(const path& file, FileContent& content, PlainDataset& dataset) {
+void read_nodes(const path& file, FileContent& content, PlainDataset& dataset, Notes& notes) {
   content.text = read_bytes(file);
   Scanner scanner(file, content.text, '#');
   const std::size_t count = scanner.count();
-  const std::string_view dimension = scanner.token();
-  if (dimension != "3") scanner.refuse("dimension 3", dimension);
-  const std::size_t attribute_count = scanner.count();
-  Columns columns(attribute_count, scanner.count() != 0);
+  const std::size_t dimension = header_number(scanner, 3);
+  if (dimension == 2) scanner.refuse("a mesh of TetGen in three dimensions", "2, as of Triangle");
+  if (dimension != 3) scanner.refuse("dimension 3", std::to_string(dimension));
+  const std::size_t attribute_count = header_number(scanner, 0);
+  if (attribute_count > content.text.size()) scanner.truncated();
+  Columns columns(attribute_count, header_number(scanner, 0) != 0);
   for (std::size_t row = 0; row < count; ++row) {
     const auto id = scanner.number<std::int64_t>();
-    const std::string_view x = scanner.token();
-    const std::string_view y = scanner.token();
-    const std::string_view z = scanner.token();
+    const std::string_view x = needed_word(scanner);
+    const std::string_view y = needed_word(scanner);
+    const std::string_view z = needed_word(scanner);
     content.fields.add(id, {x, y, z}, scanner);
-    columns.read_row(scanner);
+    columns.read_row(scanner, id, notes);
+    finish_row(scanner, id, "node", notes);
   }
+  note_rest(scanner, file, notes);
   content.node_ids = content.fields.node_ids;
   dataset.set_positions(content.fields.positions);
   for (Column& column : columns.all) dataset.add_node_column(std::move(column));
 }
 
 std::vector<std::int64_t> read_tetrahedra(const path& file, FileContent& content,
-                                          PlainDataset& dataset) {
+                                          PlainDataset& dataset, Notes& notes) {
   content.companion_text = read_bytes(file);
   Scanner scanner(file, content.companion_text, '#');
   const std::size_t count = scanner.count();
-  const std::size_t width = scanner.count();
+  const std::size_t width = header_number(scanner, 4);
   if (width != 4 && width != 10) {
     fail("ELEMENT_NOT_SUPPORTED", file,
          "its elements have " + std::to_string(width) +
@@ -68,7 +121,9 @@ std::vector<std::int64_t> read_tetrahedra(const path& file, FileContent& content
   const CellKind& kind =
       cell_kind(width == 4 ? ElementType::tetrahedron : ElementType::tetrahedron10);
   const auto places = places_in(NodeOrder::tetgen, kind);
-  Columns columns(scanner.count(), false);
+  const std::size_t attribute_count = header_number(scanner, 0);
+  if (attribute_count > content.companion_text.size()) scanner.truncated();
+  Columns columns(attribute_count, false);
   std::unordered_map<std::int64_t, std::int64_t> nodes;
   nodes.reserve(content.node_ids.size());
   for (const std::int64_t id : content.node_ids) {
@@ -83,7 +138,7 @@ std::vector<std::int64_t> read_tetrahedra(const path& file, FileContent& content
     ids.push_back(scanner.number<std::int64_t>());
     std::array<std::int64_t, 10> own{};  // in TetGen's order
     for (std::size_t place = 0; place < width; ++place) {
-      const std::string_view word = scanner.token();
+      const std::string_view word = needed_word(scanner);
       const auto found = nodes.find(scanner.parse<std::int64_t>(word));
       if (found == nodes.end()) scanner.refuse("the number of a node in the .node file", word);
       own[place] = found->second;
@@ -93,8 +148,10 @@ std::vector<std::int64_t> read_tetrahedra(const path& file, FileContent& content
       cell[node] = own[static_cast<std::size_t>(places[node])];
     }
     dataset.add_cell(kind.vtk_type, std::span(cell).first(width));
-    columns.read_row(scanner);
+    columns.read_row(scanner, ids.back(), notes);
+    finish_row(scanner, ids.back(), "element", notes);
   }
+  note_rest(scanner, file, notes);
   for (Column& column : columns.all) dataset.add_cell_column(std::move(column));
   return ids;
 }
@@ -177,8 +234,10 @@ MeshFile read_tetgen(const path& file) {
   FileContent content;
   content.extension = ".node";
   const auto dataset = std::make_shared<PlainDataset>();
-  read_nodes(with_extension(file, ".node"), content, *dataset);
-  content.cell_ids = read_tetrahedra(with_extension(file, ".ele"), content, *dataset);
+  Notes notes;
+  read_nodes(with_extension(file, ".node"), content, *dataset, notes);
+  content.cell_ids = read_tetrahedra(with_extension(file, ".ele"), content, *dataset, notes);
+  content.notes = notes.texts();
   content.dataset = dataset;
   return make_mesh_file(file, std::move(content));
 }
@@ -200,6 +259,7 @@ void write_tetgen(const path& file, const MeshFile& mesh_file) {
            "TetGen files cannot carry a " + std::string(element_name(block.type)));
     }
   }
+  check_held_cells(file, mesh_file, {});
   const std::shared_ptr<const Dataset> dataset = dataset_of(mesh_file);
   write_bytes(node_file, make_node_text(*dataset, mesh_file.mesh));
   write_bytes(element_file, make_element_text(*dataset, cell_kind(type)));

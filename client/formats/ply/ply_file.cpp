@@ -2,14 +2,14 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <cstring>
 #include <limits>
-#include <map>
 #include <string>
 #include <vector>
 
 #include "cells.hpp"
 #include "content.hpp"
+#include "header.hpp"
+#include "notes.hpp"
 #include "readers.hpp"
 #include "text.hpp"
 
@@ -19,108 +19,6 @@ namespace {
 // VTK's reader crashes on damaged files, and keeps neither float64 nor any
 // property that it does not know; its writer knows no float64 either.
 
-enum class Kind { integer, natural, real };
-
-struct Type {
-  std::size_t bytes;
-  Kind kind;
-};
-
-struct Property {
-  std::string name;
-  Type type;
-  std::optional<Type> count;  // of a list
-};
-
-struct Section {
-  std::string name;
-  std::size_t row_count;
-  std::vector<Property> properties;
-};
-
-struct Header {
-  bool text = false;
-  bool big_endian = false;
-  std::vector<Section> sections;
-};
-
-Type read_type(Scanner& scanner) {
-  static const std::map<std::string_view, Type> types = {
-      {"char", {1, Kind::integer}},   {"int8", {1, Kind::integer}},
-      {"uchar", {1, Kind::natural}},  {"uint8", {1, Kind::natural}},
-      {"short", {2, Kind::integer}},  {"int16", {2, Kind::integer}},
-      {"ushort", {2, Kind::natural}}, {"uint16", {2, Kind::natural}},
-      {"int", {4, Kind::integer}},    {"int32", {4, Kind::integer}},
-      {"uint", {4, Kind::natural}},   {"uint32", {4, Kind::natural}},
-      {"float", {4, Kind::real}},     {"float32", {4, Kind::real}},
-      {"double", {8, Kind::real}},    {"float64", {8, Kind::real}}};
-  const std::string_view name = scanner.token();
-  const auto found = types.find(name);
-  if (found == types.end()) scanner.refuse("a PLY type", name);
-  return found->second;
-}
-
-Header read_header(Scanner& scanner) {
-  Header header;
-  bool has_vertices = false;
-  if (const auto word = scanner.token(); word != "ply") scanner.refuse("ply", word);
-  scanner.line();
-  for (auto word = scanner.token(); word != "end_header"; word = scanner.token()) {
-    if (word == "format") {
-      const std::string_view format = scanner.token();
-      header.text = format == "ascii";
-      header.big_endian = format == "binary_big_endian";
-      if (!header.text && !header.big_endian && format != "binary_little_endian") {
-        scanner.refuse("a PLY format", format);
-      }
-    } else if (word == "element") {
-      std::string name(scanner.token());
-      if (name == "vertex" && has_vertices) scanner.refuse("one list of vertices", name);
-      has_vertices = has_vertices || name == "vertex";
-      header.sections.push_back({std::move(name), scanner.count(), {}});
-    } else if (word == "property") {
-      if (header.sections.empty()) scanner.refuse("element", word);
-      Property property{{}, {}, std::nullopt};
-      Scanner ahead = scanner;
-      if (ahead.token() == "list") {
-        scanner.token();
-        property.count = read_type(scanner);
-      }
-      property.type = read_type(scanner);
-      property.name = scanner.token();
-      header.sections.back().properties.push_back(property);
-    } else if (word != "comment" && word != "obj_info") {
-      scanner.refuse("a PLY header", word);
-    }
-    scanner.line();
-  }
-  scanner.line();
-  return header;
-}
-
-template <class T>
-double decode(std::string_view word, bool big_endian) {
-  std::array<char, sizeof(T)> bytes{};
-  std::copy_n(word.begin(), bytes.size(), bytes.begin());  // it has no other size
-  if (big_endian) std::reverse(bytes.begin(), bytes.end());
-  return static_cast<double>(std::bit_cast<T>(bytes));
-}
-
-double decode(std::string_view word, Type type, bool big_endian) {
-  if (type.kind == Kind::real) {
-    return type.bytes == 4 ? decode<float>(word, big_endian) : decode<double>(word, big_endian);
-  }
-  const bool natural = type.kind == Kind::natural;
-  if (type.bytes == 1) {
-    return natural ? decode<std::uint8_t>(word, big_endian) : decode<std::int8_t>(word, big_endian);
-  }
-  if (type.bytes == 2) {
-    return natural ? decode<std::uint16_t>(word, big_endian)
-                   : decode<std::int16_t>(word, big_endian);
-  }
-  return natural ? decode<std::uint32_t>(word, big_endian) : decode<std::int32_t>(word, big_endian);
-}
-
 /// Reads the rows that the header announces.
 class PlyReader {
  public:
@@ -129,20 +27,22 @@ class PlyReader {
         content_(content),
         dataset_(dataset),
         scanner_(path, content.text),
-        header_(read_header(scanner_)) {
+        header_(read_ply_header(scanner_, notes_)) {
     content_.fields.style = header_.text         ? NumberStyle::shortest
                             : header_.big_endian ? NumberStyle::binary_swapped
                                                  : NumberStyle::binary;
   }
 
   void read() {
-    for (const Section& section : header_.sections) {
+    for (const PlySection& section : header_.sections) {
       if (section.name == "vertex") {
         read_vertices(section);
       } else {
         read_others(section);
       }
     }
+    note_rest();
+    content_.notes = notes_.texts();
   }
 
  private:
@@ -151,16 +51,37 @@ class PlyReader {
     double number;
   };
 
-  Value read_value(Type type) {
+  Value read_value(PlyType type) {
     if (header_.text) {
       const std::string_view word = scanner_.token();
       return {word, scanner_.parse<double>(word)};
     }
     const std::string_view word = scanner_.bytes(type.bytes);
-    return {word, decode(word, type, header_.big_endian)};
+    return {word, decode_ply(word, type, header_.big_endian)};
   }
 
-  std::size_t read_list_length(Type type) {
+  /// A row of a text ends with its line, as other programs have it.
+  void finish_row(const PlySection& section, std::size_t row) {
+    if (!header_.text || section.properties.empty()) return;
+    if (scanner_.token_on_line().empty()) return;
+    scanner_.line();
+    notes_.add("longer row", [&] {
+      return section.name + " " + std::to_string(row) +
+             " has more numbers than the header announces, which are ignored";
+    });
+  }
+  void note_rest() {
+    const std::string_view all = content_.text;
+    const std::size_t rest =
+        all.find_first_not_of(std::string_view(" \t\r\n\0", 5), scanner_.position());
+    if (rest == std::string_view::npos) return;
+    notes_.add("rest", [&] {
+      return std::to_string(all.size() - rest) +
+             " bytes after the last row that the header announces are ignored";
+    });
+  }
+
+  std::size_t read_list_length(PlyType type) {
     const Value length = read_value(type);
     if (!(length.number >= 0) || length.number > static_cast<double>(content_.text.size())) {
       scanner_.truncated();
@@ -168,21 +89,21 @@ class PlyReader {
     return static_cast<std::size_t>(length.number);
   }
 
-  void read_vertices(const Section& section) {
+  void read_vertices(const PlySection& section) {
     static constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"};
     std::vector<std::optional<Column>> columns;
     std::array<bool, 3> has{};
     bool single = true;
-    for (const Property& property : section.properties) {
-      if (property.count) fail("FORMAT_ERROR", path_, "a vertex has a list, " + property.name);
+    for (const PlyProperty& property : section.properties) {
       const auto axis = std::find(kAxes.begin(), kAxes.end(), property.name);
       columns.emplace_back();
+      if (property.count) continue;  // kept in the file
       if (axis == kAxes.end()) {
         columns.back() = Column{property.name, false, {}};
       } else {
         has[static_cast<std::size_t>(axis - kAxes.begin())] = true;
-        single = single && property.type.bytes == 4 && property.type.kind == Kind::real;
-        if (property.type.kind != Kind::real) {
+        single = single && property.type.bytes == 4 && property.type.kind == PlyKind::real;
+        if (property.type.kind != PlyKind::real) {
           fail("FORMAT_ERROR", path_, "its coordinates are integers");
         }
       }
@@ -192,7 +113,11 @@ class PlyReader {
     for (std::size_t row = 0; row < section.row_count; ++row) {
       std::array<std::string_view, 3> words{};
       for (std::size_t place = 0; place < section.properties.size(); ++place) {
-        const Property& property = section.properties[place];
+        const PlyProperty& property = section.properties[place];
+        if (property.count) {
+          skip_list(property);
+          continue;
+        }
         const Value value = read_value(property.type);
         if (columns[place]) {
           columns[place]->values.push_back(value.number);
@@ -201,6 +126,7 @@ class PlyReader {
         }
       }
       content_.fields.add(static_cast<std::int64_t>(row), words, scanner_);
+      finish_row(section, row);
     }
     store_points(single);
     for (std::optional<Column>& column : columns) {
@@ -221,20 +147,39 @@ class PlyReader {
     dataset_.set_positions(std::move(nodes));
   }
 
-  void read_others(const Section& section) {
-    std::vector<std::int64_t> face;
+  void skip_list(const PlyProperty& property) {
+    for (std::size_t count = read_list_length(*property.count); count > 0; --count) {
+      (void)read_value(property.type);
+    }
+  }
+
+  void read_others(const PlySection& section) {
+    const bool strips = section.name == "tristrips";
+    const auto has_nodes = [&](const PlyProperty& property) {
+      return (strips || section.name == "face") && property.count &&
+             (property.name == "vertex_indices" || property.name == "vertex_index");
+    };
+    if ((strips || section.name == "face") && section.row_count > 0 &&
+        std::ranges::none_of(section.properties, has_nodes)) {
+      fail("FORMAT_ERROR", path_,
+           "its element " + section.name + " has no list vertex_indices or vertex_index");
+    }
+    std::vector<std::int64_t> nodes;
     for (std::size_t row = 0; row < section.row_count; ++row) {
-      for (const Property& property : section.properties) {
-        const std::size_t count = property.count ? read_list_length(*property.count) : 1;
-        const bool is_face = section.name == "face" && property.count &&
-                             (property.name == "vertex_indices" || property.name == "vertex_index");
-        face.clear();
-        for (std::size_t value = 0; value < count; ++value) {
-          const Value number = read_value(property.type);
-          if (is_face) face.push_back(node_of(number));
+      for (const PlyProperty& property : section.properties) {
+        if (!has_nodes(property)) {
+          if (property.count) skip_list(property);
+          if (!property.count) (void)read_value(property.type);
+          continue;
         }
-        if (is_face) insert_face(face);
+        nodes.clear();
+        for (std::size_t count = read_list_length(*property.count); count > 0; --count) {
+          nodes.push_back(node_of(read_value(property.type)));
+        }
+        if (strips) insert_strip(nodes);
+        if (!strips) insert_face(nodes);
       }
+      finish_row(section, row);
     }
   }
 
@@ -251,11 +196,28 @@ class PlyReader {
     dataset_.add_cell(kind == nullptr ? kPolygonCell : kind->vtk_type, face);
   }
 
+  /// The triangles of strips, between which -1 stands; every other one is seen from behind. Those
+  /// with a repeated node only lead to the next.
+  void insert_strip(const std::vector<std::int64_t>& nodes) {
+    std::size_t first = 0;
+    for (std::size_t last = 0; last < nodes.size(); ++last) {
+      if (nodes[last] == -1) first = last + 1;
+      if (last < first + 2) continue;
+      std::array<std::int64_t, 3> triangle = {nodes[last - 2], nodes[last - 1], nodes[last]};
+      if ((last - first) % 2 != 0) std::swap(triangle[0], triangle[1]);
+      if (triangle[0] == triangle[1] || triangle[1] == triangle[2] || triangle[2] == triangle[0]) {
+        continue;
+      }
+      dataset_.add_cell(kTriangleCell, triangle);
+    }
+  }
+
   const std::filesystem::path& path_;
   FileContent& content_;
   PlainDataset& dataset_;
+  Notes notes_;
   Scanner scanner_;
-  Header header_;
+  PlyHeader header_;
 };
 
 template <class T>
@@ -264,19 +226,31 @@ void append_bytes(std::string& bytes, T value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
+bool is_face(const Cell& cell) {
+  const CellKind* kind = find_vtk_cell(cell.type, cell.nodes.size());
+  return cell.type == kPolygonCell || (kind != nullptr && kind->dimension == 2);
+}
+
 /// Nodes and faces, binary, in the mesh's own precision.
 std::string make_ply(const MeshFile& file) {
   const std::shared_ptr<const Dataset> dataset = dataset_of(file);
-  std::string faces;
-  std::size_t face_count = 0;
   Cell cell;
+  std::size_t face_count = 0;
+  std::size_t widest = 0;
   for (std::int64_t id = 0; id < dataset->cell_count(); ++id) {
     dataset->get_cell(id, cell);
-    const CellKind* kind = find_vtk_cell(cell.type, cell.nodes.size());
-    if (kind == nullptr || kind->dimension != 2) continue;
-    append_bytes(faces, static_cast<std::uint8_t>(cell.nodes.size()));
-    for (const std::int64_t node : cell.nodes) append_bytes(faces, static_cast<std::int32_t>(node));
+    if (!is_face(cell)) continue;
     ++face_count;
+    widest = std::max(widest, cell.nodes.size());
+  }
+  const bool wide = widest > std::numeric_limits<std::uint8_t>::max();
+  std::string faces;
+  for (std::int64_t id = 0; id < dataset->cell_count(); ++id) {
+    dataset->get_cell(id, cell);
+    if (!is_face(cell)) continue;
+    if (wide) append_bytes(faces, static_cast<std::uint32_t>(cell.nodes.size()));
+    if (!wide) append_bytes(faces, static_cast<std::uint8_t>(cell.nodes.size()));
+    for (const std::int64_t node : cell.nodes) append_bytes(faces, static_cast<std::int32_t>(node));
   }
   return std::visit(
       [&](const auto& nodes) {
@@ -285,8 +259,8 @@ std::string make_ply(const MeshFile& file) {
         std::string bytes = "ply\nformat binary_little_endian 1.0\nelement vertex " +
                             std::to_string(nodes.size()) + '\n';
         for (const char* axis : {"x", "y", "z"}) bytes += "property " + real + ' ' + axis + '\n';
-        bytes += "element face " + std::to_string(face_count) +
-                 "\nproperty list uchar int vertex_indices\nend_header\n";
+        bytes += "element face " + std::to_string(face_count) + "\nproperty list " +
+                 (wide ? "uint" : "uchar") + " int vertex_indices\nend_header\n";
         for (const auto& node : nodes) {
           for (const auto value : {node.x, node.y, node.z}) append_bytes(bytes, value);
         }
@@ -319,6 +293,7 @@ void write_ply(const std::filesystem::path& path, const MeshFile& file) {
            ".ply files cannot carry a " + std::string(element_name(block.type)));
     }
   }
+  check_held_cells(path, file, {kPolygonCell});
   write_bytes(path, make_ply(file));
 }
 
