@@ -10,13 +10,6 @@ namespace meshsmooth::formats {
 namespace {
 
 using std::filesystem::path;
-using Words = std::array<std::string_view, 3>;
-
-Words next_words(Scanner& scanner) {
-  const std::string_view x = scanner.token();
-  const std::string_view y = scanner.token();
-  return {x, y, scanner.token()};
-}
 
 /// Parts of a line between commas; eight of them, missing ones empty.
 std::array<std::string_view, 8> split_commas(std::string_view line) {
