@@ -100,8 +100,7 @@ void add_kept(const MeshFile& file, Contents& contents) {
   if (!file.content()) return;
   const auto add = [&](std::string_view name, int code, std::vector<NodeId> nodes) {
     std::ranges::sort(nodes);
-    const auto twice = std::ranges::unique(nodes);
-    nodes.erase(twice.begin(), twice.end());
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
     Rows rows{name, code, 1, {}};
     for (const NodeId node : nodes) rows.numbers.push_back(std::int64_t{node} + 1);
     if (!nodes.empty()) contents.sections.push_back(std::move(rows));
