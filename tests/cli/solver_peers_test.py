@@ -33,7 +33,24 @@ class Peers(SolverFilesTest):
 
     @program("ccx")
     def test_calculix_solves_the_same_problem(self):
-        path, output = self.check_text("bar.inp", deck())
+        self.check_bar("bar.inp", deck())
+
+    @program("ccx")
+    def test_calculix_reads_the_same_leniencies(self):
+        """What it tolerates in a deck is read here, too, and written so that it still does."""
+        text = "a line before the first keyword\n" + deck().replace("*NODE", "* NODE ", 1)
+        first_node = re.search(r"^1, .*$", text, re.M)[0]
+        extra = ["*NODE", first_node, "*NSET, NSET=some", "1, 99999", "*MATERIAL"]
+        text = text.replace("*MATERIAL", "\n".join(extra), 1)
+        text = re.sub(r"^(1(?:, \d+){8})$", r"\1, 0, 0", text, count=1, flags=re.M)
+        output = self.check_bar("lenient.inp", text)
+        notes = self.run_cli("quality", output).stdout
+        for what in ("before the first keyword", "is defined again", "for this set",
+                     "what follows the 8 nodes of element 1"):
+            self.assertIn(what, notes)
+
+    def check_bar(self, name, text):
+        path, output = self.check_text(name, text)
         for deck_path in (path, output):
             log = self.run_program("ccx", deck_path.stem, cwd=deck_path.parent)
             self.assertIn("Job finished", log)
@@ -43,6 +60,7 @@ class Peers(SolverFilesTest):
             for xx, yy in rows:
                 self.assertAlmostEqual(float(xx), 10, delta=1e-4)
                 self.assertAlmostEqual(float(yy), 0, delta=1e-4)
+        return output
 
     @unittest.skipUnless(importlib.util.find_spec("meshio"), "meshio is not installed")
     def test_meshio_reads_the_same_mesh(self):
