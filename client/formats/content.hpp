@@ -23,6 +23,7 @@ inline constexpr const char* kPhysicalNamesArray = "gmsh:physical_names";  // "D
 inline constexpr const char* kNodeIdArray = "node_id";
 inline constexpr const char* kElementIdArray = "element_id";
 inline constexpr const char* kMaterialArray = "abaqus:material";
+inline constexpr const char* kNastranMaterialArray = "nastran:material";
 inline constexpr const char* kCellZoneArray = "foam:cell_zone";
 inline constexpr const char* kPatchArray = "foam:patch";
 inline constexpr const char* kSu2MarkerArray = "su2:marker";
@@ -32,6 +33,8 @@ inline constexpr const char* kFamilyArray = "med:family";
 inline constexpr const char* kBlockArray = "exodus:block";    // the block's id
 inline constexpr const char* kSectionArray = "cgns:section";  // its place in the file, from 1
 inline constexpr const char* kAttributeArray = "tetgen:attribute_";  // and its number, from 0
+
+class CoordinateSystems;
 
 /// A physical group of Gmsh's: the cells of a dimension that have one of some values in an array.
 struct CellGroup {
@@ -96,6 +99,9 @@ class FileContent {
   std::vector<std::filesystem::path> files;
   std::vector<TextSegment> segments;
   std::vector<std::string> notes;  // what was tolerated, a line each
+  // Of a Nastran deck in which nodes are defined in systems of their own: in its text stand these
+  // coordinates; or null.
+  std::shared_ptr<const CoordinateSystems> systems;
 };
 
 /// Sorts the cells of `content.dataset` into mesh and lower-dimensional cells. Throws

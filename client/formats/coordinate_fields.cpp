@@ -4,7 +4,6 @@
 #include <bit>
 #include <charconv>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <utility>
 
@@ -23,7 +22,7 @@ double copy_bits(std::string_view bytes) {
 }
 
 /// Also "1.5+3" for 1500 and a blank for 0.
-double parse_nastran(std::string_view word, const Scanner& scanner) {
+double parse_deck(std::string_view word, const Scanner& scanner) {
   std::string number;
   for (const char c : word) {
     const bool sign = c == '+' || c == '-';
@@ -48,32 +47,8 @@ double parse_coordinate(std::string_view word, NumberStyle style, const Scanner&
         text.begin(), text.end(), [](char c) { return c == 'D' || c == 'd'; }, 'E');
     return scanner.parse<double>(text);
   }
-  if (style == NumberStyle::nastran || style == NumberStyle::deck) {
-    return parse_nastran(word, scanner);
-  }
+  if (style == NumberStyle::deck) return parse_deck(word, scanner);
   return scanner.parse<double>(word);
-}
-
-/// With as many digits as fit in the columns; a blank or free field (fewer
-/// than 8 columns) takes what it needs.
-std::string format_nastran(double value, std::size_t columns) {
-  std::array<char, 64> text{};
-  for (int digits = 17; digits > 0; --digits) {
-    std::snprintf(text.data(), text.size(), "%.*G", digits, value);
-    std::string number = text.data();
-    const std::size_t exponent = std::min(number.find('E'), number.size());
-    if (number.find('.') == std::string::npos) number.insert(exponent, 1, '.');
-    if (const auto zero = number.find("E-0"); zero != std::string::npos) number.erase(zero + 2, 1);
-    if (number.starts_with("0.")) number.erase(0, 1);
-    if (number.starts_with("-0.")) number.erase(1, 1);
-    if (number == "." || number == "-.") number = "0.";
-    const bool exact = std::strtod(number.c_str(), nullptr) == value;
-    if (columns < 8 ? exact || digits == 17 : number.size() <= columns) {
-      number.resize(std::max(number.size(), columns), ' ');
-      return number;
-    }
-  }
-  return std::string(columns, '*');  // cannot be: "-1.E-308" has 8 columns
 }
 
 /// "1.E-5" of "1E-05", in capitals.
@@ -135,7 +110,6 @@ std::string format_coordinate(double value, NumberStyle style, std::string_view 
     return {text.data(), width};
   }
   if (style == NumberStyle::fortran) return format_fortran(value, before);
-  if (style == NumberStyle::nastran) return format_nastran(value, width);
   if (style == NumberStyle::deck) return format_deck(value, before);
   const auto [end, error] = std::to_chars(text.data(), text.data() + text.size(), value);
   return {text.data(), end};

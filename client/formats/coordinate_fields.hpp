@@ -17,7 +17,6 @@ enum class NumberStyle {
   shortest,        // as few digits as give the same bits back
   fortran,         // 1.0000000000000000D+00; right-aligned in a field of 13 or 25 columns
   deck,            // Abaqus: at most 20 characters, right-aligned, with a D where there was one
-  nastran,         // with a decimal point, in 8 or 16 columns or between commas
   binary,          // IEEE, four or eight bytes, little-endian
   binary_swapped,  // the same, big-endian
 };
@@ -30,6 +29,10 @@ struct CoordinateFields {
     std::size_t begin;
     std::size_t length;
     bool missing = false;  // the line ends before it: a comma comes first
+    // Of Nastran's decks.
+    bool in_next_line = false;  // which is missing, too
+    std::uint8_t columns = 0;   // of a field of fixed width, even where its line is shorter; or 0
+    std::uint8_t lead = 0;      // where missing: columns or commas between the line's end and it
   };
 
   NumberStyle style = NumberStyle::shortest;

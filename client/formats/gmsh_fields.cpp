@@ -43,50 +43,11 @@ CoordinateFields find_in_inp(const path& file, std::string_view text) {
   return found;
 }
 
-/// NASTRAN: GRID cards in fields of 8 or (GRID*) 16 columns, or with commas.
-CoordinateFields find_in_bdf(const path& file, std::string_view text) {
-  CoordinateFields found;
-  found.style = NumberStyle::nastran;
-  Scanner scanner(file, text);
-  while (!scanner.at_end()) {
-    const std::string_view line = scanner.line();
-    if (!line.starts_with("GRID")) continue;
-    const auto column = [&](std::string_view card, std::size_t first, std::size_t width) {
-      if (card.size() <= first) scanner.refuse("three coordinates", card);
-      return card.substr(first, width);
-    };
-    std::array<std::string_view, 5> words{};  // number, coordinate system, x, y, z
-    if (line.substr(0, 8).find(',') != std::string_view::npos) {
-      const auto parts = split_commas(line);
-      std::copy_n(parts.begin() + 1, words.size(), words.begin());
-      if (words[4].empty()) scanner.refuse("three coordinates", line);
-    } else if (line.starts_with("GRID*")) {
-      const std::string_view next = scanner.line();
-      words = {column(line, 8, 16), column(line, 24, 16), column(line, 40, 16),
-               column(line, 56, 16), column(next, 8, 16)};
-    } else {
-      words = {column(line, 8, 8), column(line, 16, 8), column(line, 24, 8), column(line, 32, 8),
-               column(line, 40, 8)};
-    }
-    const auto bare = [](std::string_view word) {
-      word.remove_prefix(std::min(word.find_first_not_of(' '), word.size()));
-      return word.substr(0, word.find(' '));
-    };
-    if (!bare(words[1]).empty() && bare(words[1]) != "0") {
-      scanner.refuse("nodes in the basic coordinate system", line);
-    }
-    const auto id = scanner.parse<std::int64_t>(bare(words[0]));
-    found.add(id, {words[2], words[3], words[4]}, scanner);
-  }
-  return found;
-}
-
 }  // namespace
 
 CoordinateFields find_coordinates(const path& file, std::string_view text) {
   const std::string extension = extension_of(file);
   if (extension == ".msh") return find_msh_coordinates(file, text);
-  if (extension == ".bdf" || extension == ".nas") return find_in_bdf(file, text);
   if (extension == ".inp") return find_in_inp(file, text);
   fail("FORMAT_UNKNOWN", file, "not one of Gmsh's formats");
 }

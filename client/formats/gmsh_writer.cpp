@@ -13,7 +13,6 @@
 #include "cells.hpp"
 #include "gmsh_fields.hpp"
 #include "gmsh_session.hpp"
-#include "nastran_lines.hpp"
 #include "node_orders.hpp"
 #include "readers.hpp"
 #include "temporary_folder.hpp"
@@ -194,12 +193,9 @@ void append_views(const path& file, vtkFieldData* data, const char* kind, const 
   }
 }
 
-/// Gmsh prints too few digits; here every coordinate gets all it needs. And NASTRAN's cards get
-/// marks, without which Gmsh itself does not read them.
+/// Gmsh prints too few digits; here every coordinate gets all it needs.
 void complete_text(const path& file, vtkUnstructuredGrid& grid, const Tags& node_tags) {
-  const std::string extension = extension_of(file);
-  std::string text = read_bytes(file);
-  if (extension == ".bdf" || extension == ".nas") text = mark_continuations(text);
+  const std::string text = read_bytes(file);
   CoordinateFields fields = find_coordinates(file, text);
   constexpr double kOther = std::numeric_limits<double>::quiet_NaN();
   for (Vec3d& read : fields.positions) read = {kOther, kOther, kOther};  // write all anew
@@ -270,7 +266,6 @@ void write_gmsh(const path& file, const MeshFile& mesh_file) {
       model.build();
       gmsh::option::setNumber("Mesh.SaveAll", 1);
       gmsh::option::setNumber("Mesh.MshFileVersion", 4.1);
-      gmsh::option::setNumber("Mesh.BdfFieldFormat", 2);  // 16 columns a number
       gmsh::option::setNumber("Mesh.SaveElementTagType", model.has_physical_groups() ? 2 : 1);
       gmsh::option::setNumber("PostProcessing.SaveMesh", 0);
       gmsh::write(file.string());

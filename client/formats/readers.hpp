@@ -61,6 +61,10 @@ void write_tetgen_pair(const std::filesystem::path& target, const MeshFile& file
 [[nodiscard]] MeshFile read_abaqus(const std::filesystem::path& path);
 void write_abaqus(const std::filesystem::path& target, const MeshFile& file, OutputFiles& files);
 
+/// Also of bulk data alone. Another format becomes a deck in large fields.
+[[nodiscard]] MeshFile read_nastran(const std::filesystem::path& path);
+void write_nastran(const std::filesystem::path& target, const MeshFile& file, OutputFiles& files);
+
 [[nodiscard]] MeshFile read_su2(const std::filesystem::path& path);
 void write_su2(const std::filesystem::path& path, const MeshFile& file);
 
@@ -152,7 +156,8 @@ inline constexpr Format kFoam = {".foam", read_foam, nullptr, {}, false, write_f
 ///   .mesh        own      f64        all other bytes
 ///   .meshb       own      f32, f64   the same
 ///   .unv         own      f64        all other bytes; pyramids are not written
-///   .bdf .nas    Gmsh     columns    all other bytes; digits as the columns allow
+///   .bdf .nas    own      columns    all other bytes, also of included files; digits as the columns
+///                                    allow
 ///   .inp         own      f64        all other bytes, also of included files; another format
 ///                                    becomes one by Gmsh: ids, element sets; no pyramids
 ///   .su2         own      f64        all other bytes
@@ -173,8 +178,8 @@ inline constexpr auto kFormats =
                            {".mesh", read_medit, write_medit},
                            {".meshb", read_medit, write_medit},
                            {".unv", read_unv, write_unv},
-                           gmsh_format(".bdf"),
-                           gmsh_format(".nas"),
+                           several_files(".bdf", read_nastran, write_nastran),
+                           several_files(".nas", read_nastran, write_nastran),
                            several_files(".inp", read_abaqus, write_abaqus),
                            {".su2", read_su2, write_su2},
                            kFoam,

@@ -1,0 +1,236 @@
+#include "nastran/cards.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <utility>
+
+#include "nastran/numbers.hpp"
+#include "text.hpp"
+
+namespace meshsmooth::formats {
+namespace {
+
+constexpr std::size_t kEnd = 72;  // of the columns of data
+constexpr std::size_t kTab = 8;
+
+std::string with_blanks(std::string_view text) {
+  std::string result;
+  for (const char c : text) {
+    if (c == '\t') {
+      result.append(kTab - result.size() % kTab, ' ');
+    } else {
+      result += c;
+    }
+  }
+  return result;
+}
+
+/// The part between commas; null data: the line ends before it.
+std::string_view between_commas(std::string_view text, std::size_t number) {
+  while (number > 0) {
+    const std::size_t comma = text.find(',');
+    if (comma == std::string_view::npos) return {};
+    text.remove_prefix(comma + 1);
+    --number;
+  }
+  return text.substr(0, text.find(','));
+}
+
+NastranCardLine make_card_line(const NastranLine& line) {
+  NastranCardLine result{line, NastranCardLine::Form::small, false, {}};
+  std::string_view text = line.text;
+  if (text.find('\t') != std::string_view::npos) {
+    result.expanded = with_blanks(text);
+    text = result.expanded;
+  }
+  if (text.substr(0, kEnd).find(',') != std::string_view::npos) {
+    result.form = NastranCardLine::Form::free;
+    result.expanded.clear();
+  }
+  const std::string_view first = result.field(-1);
+  result.wide = first.starts_with('*') || first.ends_with('*');
+  if (result.wide && result.form == NastranCardLine::Form::small) {
+    result.form = NastranCardLine::Form::large;
+  }
+  return result;
+}
+
+bool is_continuation(const NastranCardLine& line) {
+  const std::string_view first = line.field(-1);
+  return first.empty() || first.front() == '+' || first.front() == '*';
+}
+
+/// "GRID" of "grid   *".
+std::string name_of(const NastranCardLine& line) {
+  std::string_view first = line.field(-1);
+  if (first.ends_with('*')) first = trimmed(first.substr(0, first.size() - 1));
+  return nastran_capitals(first);
+}
+
+bool starts_with_word(const std::string& text, std::string_view word) {
+  return text.starts_with(word) &&
+         (text.size() == word.size() ||
+          std::isalnum(static_cast<unsigned char>(text[word.size()])) == 0);
+}
+
+/// Whether a line of the text starts so.
+bool has_begin(std::string_view text) {
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    const std::string_view line = trimmed(text.substr(0, std::min(end, kEnd)));
+    if (starts_with_word(nastran_capitals(line.substr(0, 6)), "BEGIN")) return true;
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return false;
+}
+
+}  // namespace
+
+std::string nastran_capitals(std::string_view text) {
+  std::string result(text);
+  std::ranges::transform(result, result.begin(), [](unsigned char letter) {
+    return static_cast<char>(std::toupper(letter));
+  });
+  return result;
+}
+
+std::string_view NastranCardLine::field(std::ptrdiff_t number) const {
+  const auto place = static_cast<std::size_t>(number + 1);
+  if (form == Form::free) return trimmed(between_commas(line.text, place));
+  const std::string_view text = columns();
+  if (number < 0) return trimmed(text.substr(0, kTab));
+  const std::size_t begin = column_of(place - 1);
+  if (begin >= text.size()) return {};
+  return trimmed(text.substr(begin, column_count()));
+}
+
+CoordinateFields::Field NastranCardLine::locate(std::size_t number,
+                                                const NastranLines& lines) const {
+  CoordinateFields::Field found{};
+  const char* const begin = line.text.data();
+  if (form == Form::free) {
+    const std::string_view part = between_commas(line.text, number + 1);
+    const std::string_view word = trimmed(part);
+    const auto commas = static_cast<std::size_t>(std::ranges::count(line.text, ','));
+    found.missing = part.data() == nullptr;
+    found.lead = static_cast<std::uint8_t>(found.missing ? number + 1 - commas : 0);
+    found.begin = lines.offset_of(line, found.missing ? begin + line.text.size() : word.data());
+    found.length = word.size();
+    return found;
+  }
+  // A tab reaches to the next multiple of eight columns, so never beyond the field.
+  const std::size_t first = column_of(number);
+  const std::size_t end = first + column_count();
+  std::size_t column = 0;
+  std::size_t at = 0;
+  const auto step = [&] { return line.text[at] == '\t' ? kTab - column % kTab : 1; };
+  for (; at < line.text.size() && column < first; ++at) column += step();
+  found.begin = lines.offset_of(line, begin + at);
+  found.columns = static_cast<std::uint8_t>(column_count());
+  found.missing = at == line.text.size();
+  found.lead = static_cast<std::uint8_t>(first - column);
+  for (; at < line.text.size() && column < end; ++at, ++found.length) column += step();
+  if (found.length > 0 && line.text[at - 1] == '\t') {  // stays, and needs a column
+    --found.length;
+    --found.columns;
+  }
+  return found;
+}
+
+const NastranCardLine* NastranCard::line_of(std::size_t& number) const {
+  for (const NastranCardLine& line : lines) {
+    if (number < line.field_count()) return &line;
+    number -= line.field_count();
+  }
+  return nullptr;
+}
+
+std::string_view NastranCard::field(std::size_t number) const {
+  const NastranCardLine* const found = line_of(number);
+  return found == nullptr ? std::string_view() : found->field(static_cast<std::ptrdiff_t>(number));
+}
+
+std::size_t NastranCard::field_count() const {
+  std::size_t count = 0;
+  for (const NastranCardLine& line : lines) count += line.field_count();
+  return count;
+}
+
+NastranCards::NastranCards(NastranLines& lines, NastranControl& control)
+    : lines_(lines), control_(control), has_begin_(has_begin(lines.main_text())) {
+  in_bulk_ = !has_begin_;
+}
+
+/// ENDDATA. In an included file it ends the deck, too: what would be left out must not be missed.
+bool NastranCards::ends_here() {
+  const NastranLine& line = lines_.line();
+  const std::string_view text = trimmed(line.text);
+  if (text.size() < 7 || (text.front() != 'E' && text.front() != 'e')) return false;
+  if (!starts_with_word(nastran_capitals(text.substr(0, 8)), "ENDDATA")) return false;
+  if (lines_.is_continued_elsewhere()) {
+    lines_.fail_at(line.file, line.number,
+                   "ENDDATA ends the deck here, but a file that includes this one has more cards; "
+                   "take it out");
+  }
+  lines_.stop();
+  return true;
+}
+
+/// Whether the line is none of bulk data.
+bool NastranCards::take_control_line() {
+  const std::string_view text = trimmed(lines_.line().text);
+  const char first = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
+  if (first == 'B') {
+    const std::string line = nastran_capitals(text);
+    if (starts_with_word(line, "BEGIN")) {
+      in_bulk_ = true;
+      has_begin_ = true;
+      control_.begin_section(trimmed(std::string_view(line).substr(5)));
+      return true;
+    }
+  }
+  if (first == 'C' && starts_with_word(nastran_capitals(text.substr(0, 5)), "CEND")) {
+    in_bulk_ = false;
+    return true;
+  }
+  if (!in_bulk_ && !has_begin_ && starts_with_word(nastran_capitals(text.substr(0, 5)), "GRID")) {
+    in_bulk_ = true;  // without BEGIN BULK
+  }
+  if (!in_bulk_) control_.read_control_line(lines_.line());
+  return !in_bulk_;
+}
+
+bool NastranCards::read_next() {
+  while (lines_.next()) {
+    if (ends_here()) return false;
+    if (take_control_line()) continue;
+    pending_ = make_card_line(lines_.line());
+    const auto& comments = lines_.comments();
+    comments_.insert(comments_.end(), comments.begin(), comments.end());
+    lines_.forget_comments();
+    return true;
+  }
+  return false;
+}
+
+bool NastranCards::next(NastranCard& card) {
+  card.lines.clear();
+  if (!pending_ && !read_next()) return false;
+  const NastranLine start = pending_->line;
+  if (is_continuation(*pending_)) {
+    lines_.refuse(start, "a card before its continuation", start.text);
+  }
+  card.name = name_of(*pending_);
+  card.comments = std::exchange(comments_, {});
+  if (card.name.starts_with('=')) {
+    lines_.refuse(start, "a card written out, not the replication of another one", start.text);
+  }
+  card.lines.push_back(*std::exchange(pending_, std::nullopt));
+  while (read_next() && is_continuation(*pending_) && pending_->line.same_segment(start)) {
+    card.lines.push_back(*std::exchange(pending_, std::nullopt));
+  }
+  return true;
+}
+
+}  // namespace meshsmooth::formats
