@@ -32,7 +32,6 @@ void write_stl(const std::filesystem::path& path, const MeshFile& file);
 /// Of a file that was read as MSH only.
 void write_msh(const std::filesystem::path& path, const MeshFile& file);
 
-[[nodiscard]] MeshFile read_gmsh(const std::filesystem::path& path);
 void write_gmsh(const std::filesystem::path& path, const MeshFile& file);
 
 [[nodiscard]] MeshFile read_unv(const std::filesystem::path& path);
@@ -114,14 +113,8 @@ constexpr Format vtk_format(std::string_view extension) {
 
 #if defined(MESHSMOOTH_WITH_GMSH)
 inline constexpr Format kMsh = {".msh", read_msh, write_gmsh};
-constexpr Format gmsh_format(std::string_view extension) {
-  return {extension, read_gmsh, write_gmsh};
-}
 #else
 inline constexpr Format kMsh = {".msh", read_msh, write_msh, "Gmsh", false, nullptr, true};
-constexpr Format gmsh_format(std::string_view extension) {
-  return {extension, nullptr, nullptr, "Gmsh"};
-}
 #endif
 
 #if defined(MESHSMOOTH_WITH_HDF5)

@@ -14,13 +14,20 @@ namespace {
 constexpr std::size_t kEnd = 72;  // of the columns of data
 constexpr std::size_t kTab = 8;
 
-std::string with_blanks(std::string_view text) {
+/// Columns that a character takes.
+std::size_t width_of(std::string_view text, std::size_t at, std::size_t column, bool separates) {
+  if (text[at] != '\t') return 1;
+  const bool behind_full = at > 0 && column % kTab == 0 && text[at - 1] != '\t';
+  return separates && behind_full ? 0 : kTab - column % kTab;
+}
+
+std::string with_blanks(std::string_view text, bool separates) {
   std::string result;
-  for (const char c : text) {
-    if (c == '\t') {
-      result.append(kTab - result.size() % kTab, ' ');
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    if (text[at] == '\t') {
+      result.append(width_of(text, at, result.size(), separates), ' ');
     } else {
-      result += c;
+      result += text[at];
     }
   }
   return result;
@@ -38,14 +45,17 @@ std::string_view between_commas(std::string_view text, std::size_t number) {
 }
 
 NastranCardLine make_card_line(const NastranLine& line) {
-  NastranCardLine result{line, NastranCardLine::Form::small, false, {}};
+  NastranCardLine result;
+  result.line = line;
   std::string_view text = line.text;
   if (text.find('\t') != std::string_view::npos) {
-    result.expanded = with_blanks(text);
+    result.expanded = with_blanks(text, false);
+    result.has_full_fields = with_blanks(text, true) != result.expanded;
     text = result.expanded;
   }
   if (text.substr(0, kEnd).find(',') != std::string_view::npos) {
     result.form = NastranCardLine::Form::free;
+    result.has_full_fields = false;
     result.expanded.clear();
   }
   const std::string_view first = result.field(-1);
@@ -95,6 +105,20 @@ std::string nastran_capitals(std::string_view text) {
   return result;
 }
 
+void NastranCardLine::separate_by_tabs() {
+  if (!has_full_fields) return;
+  tabs_separate = true;
+  expanded = with_blanks(line.text, true);
+}
+
+bool NastranCard::has_full_fields_before_tabs() const {
+  return std::ranges::any_of(lines, &NastranCardLine::has_full_fields);
+}
+
+void NastranCard::separate_by_tabs() {
+  for (NastranCardLine& line : lines) line.separate_by_tabs();
+}
+
 std::string_view NastranCardLine::field(std::ptrdiff_t number) const {
   const auto place = static_cast<std::size_t>(number + 1);
   if (form == Form::free) return trimmed(between_commas(line.text, place));
@@ -124,8 +148,8 @@ CoordinateFields::Field NastranCardLine::locate(std::size_t number,
   const std::size_t end = first + column_count();
   std::size_t column = 0;
   std::size_t at = 0;
-  const auto step = [&] { return line.text[at] == '\t' ? kTab - column % kTab : 1; };
-  for (; at < line.text.size() && column < first; ++at) column += step();
+  const auto step = [&] { return width_of(line.text, at, column, tabs_separate); };
+  for (; at < line.text.size() && (column < first || step() == 0); ++at) column += step();
   found.begin = lines.offset_of(line, begin + at);
   found.columns = static_cast<std::uint8_t>(column_count());
   found.missing = at == line.text.size();
@@ -186,7 +210,7 @@ bool NastranCards::take_control_line() {
     if (starts_with_word(line, "BEGIN")) {
       in_bulk_ = true;
       has_begin_ = true;
-      control_.begin_section(trimmed(std::string_view(line).substr(5)));
+      section_ = trimmed(std::string_view(line).substr(5));
       return true;
     }
   }
@@ -221,6 +245,7 @@ bool NastranCards::next(NastranCard& card) {
   if (is_continuation(*pending_)) {
     lines_.refuse(start, "a card before its continuation", start.text);
   }
+  if (section_) control_.begin_section(*std::exchange(section_, std::nullopt));
   card.name = name_of(*pending_);
   card.comments = std::exchange(comments_, {});
   if (card.name.starts_with('=')) {

@@ -17,7 +17,11 @@ struct NastranCardLine {
 
   NastranLine line;
   Form form = Form::small;
-  bool wide = false;     // four data fields in a line, not eight
+  bool wide = false;  // four data fields in a line, not eight
+  // Tabs go on to the next eighth column. Some decks have them between fields that fill theirs,
+  // which are then one too far: there they may only separate.
+  bool has_full_fields = false;
+  bool tabs_separate = false;
   std::string expanded;  // with blanks in place of its tabs, where it has any
 
   /// Data fields between the first and the last field, which marks a continuation.
@@ -29,6 +33,7 @@ struct NastranCardLine {
     return 8 + field * column_count();
   }
   [[nodiscard]] std::size_t column_count() const { return form == Form::large ? 16 : 8; }
+  void separate_by_tabs();
   /// Without blanks around it; -1: the first field; `field_count()`: the last one.
   [[nodiscard]] std::string_view field(std::ptrdiff_t number) const;
   /// Where a data field stands in the bytes of the line.
@@ -43,6 +48,9 @@ class NastranCard {
   std::vector<std::string_view> comments;  // before it
 
   [[nodiscard]] const NastranLine& line() const { return lines.front().line; }
+  /// Whether `separate_by_tabs` would change something.
+  [[nodiscard]] bool has_full_fields_before_tabs() const;
+  void separate_by_tabs();
   /// By number from 0, without the name; empty: blank, or not there.
   [[nodiscard]] std::string_view field(std::size_t number) const;
   [[nodiscard]] std::size_t field_count() const;
@@ -78,6 +86,7 @@ class NastranCards {
   bool has_begin_;
   bool has_card_ = false;
   std::vector<std::string_view> comments_;  // before it
+  std::optional<std::string> section_;      // that begins with it
   std::optional<NastranCardLine> pending_;  // was read, and is of no card yet
 };
 

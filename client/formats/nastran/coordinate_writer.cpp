@@ -62,10 +62,14 @@ class NodeWriter {
     if (field.missing && field.in_next_line) {
       result.append(line_end(text_, field.begin)).append(field.columns == 0 ? "*," : "*       ");
     } else if (field.missing) {
+      if (field.begin != end_) written_ = 0;
       const std::size_t lead = field.lead - std::min<std::size_t>(field.lead, written_);
       result.append(lead, field.columns == 0 ? ',' : ' ');
       written_ = field.lead + std::size_t{field.columns};
+    } else if (field.columns > 0) {
+      written_ = field.columns - field.length;
     }
+    end_ = field.begin + field.length;
     if (field.columns > 0) {
       return result + in_columns(value, field.columns, text_.substr(field.begin, field.length));
     }
@@ -77,7 +81,8 @@ class NodeWriter {
  private:
   std::string_view text_;
   const std::array<Field, 3>& fields_;
-  std::size_t written_ = 0;  // columns or commas behind the line's end
+  std::size_t written_ = 0;  // columns or commas more than there were, before ...
+  std::size_t end_ = 0;      // ... the end of the last field that was written
   std::size_t columns_ = 0;  // between commas, when they are known
 };
 

@@ -8,6 +8,22 @@
 namespace meshsmooth::formats {
 namespace {
 
+/// Whether the fields behind the coordinates, and that of the system, may be such.
+bool may_be_grid(const NastranCard& card) {
+  for (const std::size_t field : {0, 1, 5, 6, 7}) {
+    const std::string_view word = card.field(field);
+    if (!word.empty() && !parse_nastran_integer(word)) return false;
+  }
+  return true;
+}
+
+bool has_corners(const NastranCard& card, const NastranElement& type) {
+  for (std::size_t node = 0; node < type.corners; ++node) {
+    if (card.field(type.first + node).empty()) return false;
+  }
+  return true;
+}
+
 /// "CTETRA 5".
 std::string called(const NastranCard& card, std::int64_t id) {
   return card.name + " " + std::to_string(id);
@@ -56,7 +72,8 @@ double NastranModel::real_of(const NastranCard& card, std::size_t field) const {
 
 // --- grid points --------------------------------------------------------------------
 
-void NastranModel::add_grid(const NastranCard& card) {
+void NastranModel::add_grid(NastranCard& card) {
+  if (card.has_full_fields_before_tabs() && !may_be_grid(card)) card.separate_by_tabs();
   constexpr std::size_t kX = 2;
   const std::int64_t id = id_of(card, 0, "the id");
   const std::int64_t system = id_or(card, 1, kBlank);
@@ -150,7 +167,8 @@ std::vector<NodeId> NastranModel::system_nodes() const {
 
 // --- elements -----------------------------------------------------------------------
 
-void NastranModel::add_element(const NastranCard& card, const NastranElement& type) {
+void NastranModel::add_element(NastranCard& card, const NastranElement& type) {
+  if (card.has_full_fields_before_tabs() && !has_corners(card, type)) card.separate_by_tabs();
   const std::int64_t id = id_of(card, 0, "the id");
   const NastranLine& line = card.line();
   const std::int64_t property =
@@ -176,12 +194,26 @@ void NastranModel::add_element(const NastranCard& card, const NastranElement& ty
   }
 }
 
+/// A tenth field in the last line that marks no continuation would be left out.
+void NastranModel::check_fields(const NastranCard& card) const {
+  const NastranCardLine& line = card.lines.back();
+  const std::string_view mark = line.field(static_cast<std::ptrdiff_t>(line.field_count()));
+  if (line.form != NastranCardLine::Form::free || mark.starts_with('+') ||
+      !parse_nastran_integer(mark)) {
+    return;
+  }
+  const std::string most = "at most " + std::to_string(line.field_count());
+  lines_.refuse(line.line,
+                most + " fields behind the name; others go into a next line, behind a comma", mark);
+}
+
 /// Nodes in the middle may be blank, or not be there.
 void NastranModel::add_corners(const NastranCard& card, const NastranElement& type) {
   constexpr std::array<std::size_t, 6> kAlternating = {0, 2, 4, 1, 3, 5};
   const bool alternating = card.name == "CTRIAX6";
   const std::size_t first = corners_.size();
   bool any_in_middle = false;
+  check_fields(card);
   for (std::size_t node = 0; node < type.nodes; ++node) {
     const std::size_t field = type.first + (alternating ? kAlternating[node] : node);
     const std::int64_t id = id_or(card, field, 0);
@@ -195,18 +227,6 @@ void NastranModel::add_corners(const NastranCard& card, const NastranElement& ty
     corners_.push_back(id);
   }
   if (!any_in_middle) corners_.resize(first + type.corners);
-  for (const NastranCardLine& line : card.lines) {  // a tenth field that is none of a mark
-    const std::string_view mark = line.field(static_cast<std::ptrdiff_t>(line.field_count()));
-    if (line.form != NastranCardLine::Form::free || !parse_nastran_integer(mark) ||
-        mark.starts_with('+') || &line != &card.lines.back()) {
-      continue;
-    }
-    lines_.refuse(line.line,
-                  "at most " + std::to_string(line.field_count()) +
-                      " fields behind the name; the others belong into a line that starts with a "
-                      "comma",
-                  mark);
-  }
 }
 
 /// Words that are no ids are left out; ids that are none of grid points later.

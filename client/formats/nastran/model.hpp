@@ -29,11 +29,11 @@ class NastranModel {
   /// A superelement or auxiliary model: its ids count there alone. 0: the main model.
   void enter_scope(const std::string& name);
 
-  void add_grid(const NastranCard& card);
+  void add_grid(NastranCard& card);
   void add_grid_defaults(const NastranCard& card);  // GRDSET
   /// False: the card is none of a coordinate system.
   bool add_system(const NastranCard& card);
-  void add_element(const NastranCard& card, const NastranElement& type);
+  void add_element(NastranCard& card, const NastranElement& type);
   /// An element that nobody here knows, if it turns out to connect grid points.
   void add_unknown(const NastranCard& card);
   void add_material(std::int64_t property, std::int64_t material);
@@ -81,6 +81,7 @@ class NastranModel {
                                    std::int64_t otherwise) const;
   double real_of(const NastranCard& card, std::size_t field) const;
   void define(const NastranCard& card, const CoordinateSystems::Definition& definition);
+  void check_fields(const NastranCard& card) const;
   void add_corners(const NastranCard& card, const NastranElement& type);
   void add_points(const NastranCard& card, const NastranElement& type);
   void add_weighted_points(const NastranCard& card);

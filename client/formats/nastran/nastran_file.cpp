@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <system_error>
 
 #include "content.hpp"
@@ -51,7 +52,7 @@ class BulkDataParser final : public NastranControl {
   }
 
  private:
-  void read_card(const NastranCard& card) {
+  void read_card(NastranCard& card) {
     const std::string& name = card.name;
     if (name == "GRID") {
       model_.add_grid(card);
