@@ -131,31 +131,37 @@ std::string_view NastranCardLine::field(std::ptrdiff_t number) const {
 
 CoordinateFields::Field NastranCardLine::locate(std::size_t number,
                                                 const NastranLines& lines) const {
+  if (form != Form::free) return locate_columns(number, lines);
   CoordinateFields::Field found{};
-  const char* const begin = line.text.data();
-  if (form == Form::free) {
-    const std::string_view part = between_commas(line.text, number + 1);
-    const std::string_view word = trimmed(part);
-    const auto commas = static_cast<std::size_t>(std::ranges::count(line.text, ','));
-    found.missing = part.data() == nullptr;
-    found.lead = static_cast<std::uint8_t>(found.missing ? number + 1 - commas : 0);
-    found.begin = lines.offset_of(line, found.missing ? begin + line.text.size() : word.data());
-    found.length = word.size();
-    return found;
-  }
+  const std::string_view part = between_commas(line.text, number + 1);
+  const std::string_view word = trimmed(part);
+  const auto commas = static_cast<std::size_t>(std::ranges::count(line.text, ','));
+  found.missing = part.data() == nullptr;
+  found.lead = static_cast<std::uint8_t>(found.missing ? number + 1 - commas : 0);
+  const char* const end = line.text.data() + line.text.size();
+  found.begin = lines.offset_of(line, found.missing ? end : word.data());
+  found.length = word.size();
+  return found;
+}
+
+CoordinateFields::Field NastranCardLine::locate_columns(std::size_t number,
+                                                        const NastranLines& lines) const {
+  CoordinateFields::Field found{};
+  // Blanks behind the text are columns, too.
+  const std::string_view bytes(line.text.data(), line.text.size() + line.blanks);
   // A tab reaches to the next multiple of eight columns, so never beyond the field.
   const std::size_t first = column_of(number);
   const std::size_t end = first + column_count();
   std::size_t column = 0;
   std::size_t at = 0;
-  const auto step = [&] { return width_of(line.text, at, column, tabs_separate); };
-  for (; at < line.text.size() && (column < first || step() == 0); ++at) column += step();
-  found.begin = lines.offset_of(line, begin + at);
+  const auto step = [&] { return width_of(bytes, at, column, tabs_separate); };
+  for (; at < bytes.size() && (column < first || step() == 0); ++at) column += step();
+  found.begin = lines.offset_of(line, bytes.data() + at);
   found.columns = static_cast<std::uint8_t>(column_count());
-  found.missing = at == line.text.size();
+  found.missing = at == bytes.size();
   found.lead = static_cast<std::uint8_t>(first - column);
-  for (; at < line.text.size() && column < end; ++at, ++found.length) column += step();
-  if (found.length > 0 && line.text[at - 1] == '\t') {  // stays, and needs a column
+  for (; at < bytes.size() && column < end; ++at, ++found.length) column += step();
+  if (found.length > 0 && bytes[at - 1] == '\t') {  // stays, and needs a column
     --found.length;
     --found.columns;
   }

@@ -38,6 +38,10 @@ struct NastranCardLine {
   [[nodiscard]] std::string_view field(std::ptrdiff_t number) const;
   /// Where a data field stands in the bytes of the line.
   [[nodiscard]] CoordinateFields::Field locate(std::size_t field, const NastranLines& lines) const;
+
+ private:
+  [[nodiscard]] CoordinateFields::Field locate_columns(std::size_t field,
+                                                       const NastranLines& lines) const;
 };
 
 /// An entry of the bulk data, with its continuations.

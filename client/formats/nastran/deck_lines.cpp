@@ -105,7 +105,9 @@ bool NastranLines::next() {
       include(begin, rest);
       continue;
     }
-    line_ = {text, reading.file, reading.line, open_.back()};
+    const std::size_t end = std::min(bytes.find_first_not_of(' ', text.size()), bytes.size());
+    const std::size_t blanks = comment == bytes.size() ? end - text.size() : 0;
+    line_ = {text, reading.file, reading.line, open_.back(), blanks};
     return true;
   }
   return false;

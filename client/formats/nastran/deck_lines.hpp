@@ -18,6 +18,7 @@ struct NastranLine {
   std::uint32_t file;
   std::uint32_t number;  // in its file, from 1
   std::size_t segment;   // of the deck's text
+  std::size_t blanks;    // that follow the text; 0 before a comment
 
   [[nodiscard]] bool same_segment(const NastranLine& other) const {
     return segment == other.segment;

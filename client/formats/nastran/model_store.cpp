@@ -148,6 +148,8 @@ void NastranModel::add_other_cell(const Element& element, std::size_t end, Plain
     type = dataset.own_type(element.type->name);
   } else if (nodes_.size() <= 2) {
     type = nodes_.size() == 1 ? kVertexCell : kLineCell;
+  } else if (element.type->name == "CBEAM3" && nodes_.size() == 3) {
+    type = kEdge3Cell;
   }
   dataset.add_cell(type, nodes_);
 }
