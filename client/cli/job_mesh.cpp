@@ -1,0 +1,66 @@
+#include "job_mesh.hpp"
+
+#include <algorithm>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "fixed_nodes.hpp"
+#include "node_sets.hpp"
+
+namespace meshsmooth::cli {
+namespace {
+
+/// Marks the nodes of lower-dimensional cells, unless the boundary may move: then they follow their
+/// nodes. Prescribed ones move.
+void fix_lower_dimensional(formats::MeshFile& file, const SmoothOptions& options) {
+  if (options.boundary != BoundaryPolicy::fixed) return;
+  std::vector<NodeId> nodes = file.lower_dimensional_nodes();
+  std::vector<NodeId> prescribed(options.prescribed.nodes.begin(), options.prescribed.nodes.end());
+  std::ranges::sort(prescribed);
+  std::erase_if(nodes, [&](NodeId node) { return std::ranges::binary_search(prescribed, node); });
+  mark_fixed(file.mesh.fixed, nodes, file.mesh.node_count());
+}
+
+/// Gives the mesh its regions; with a free boundary they would fix nothing.
+formats::Regions set_regions(formats::MeshFile& file, const JobFlags& flags,
+                             BoundaryPolicy boundary) {
+  const bool automatic = flags.regions == "auto";
+  if (flags.regions == "none" || (automatic && boundary == BoundaryPolicy::free)) return {};
+  if (boundary == BoundaryPolicy::free) {
+    throw InvalidOption("OPTION_MISPLACED",
+                        "--regions " + flags.regions +
+                            " means nothing with --boundary free, which frees interfaces too",
+                        {{"field", "--regions"}});
+  }
+  formats::Regions regions =
+      automatic ? formats::find_regions(file) : formats::find_regions(file, flags.regions);
+  file.mesh.regions = std::move(regions.of_element);
+  return regions;
+}
+
+}  // namespace
+
+void fix_named_nodes(formats::MeshFile& file, const JobFlags& flags) {
+  const std::size_t node_count = file.mesh.node_count();
+  if (flags.fixed_nodes) {
+    mark_fixed(file.mesh.fixed, read_fixed_nodes(*flags.fixed_nodes, node_count), node_count);
+  }
+  for (const std::string& name : flags.fixed_sets) {
+    mark_fixed(file.mesh.fixed, formats::find_node_set(file, name), node_count);
+  }
+  for (const ElementBlock& block : file.mesh.blocks) {
+    const std::string_view type = element_name(block.type);
+    if (std::ranges::find(flags.fixed_types, type) == flags.fixed_types.end()) continue;
+    mark_fixed(file.mesh.fixed, block.nodes, node_count);
+  }
+}
+
+formats::Regions set_up_mesh(formats::MeshFile& file, const JobFlags& flags,
+                             const SmoothOptions& options) {
+  fix_lower_dimensional(file, options);
+  return set_regions(file, flags, options.boundary);
+}
+
+}  // namespace meshsmooth::cli
