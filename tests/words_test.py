@@ -16,7 +16,8 @@ TESTS = pathlib.Path(__file__).resolve().parent
 ROOT = TESTS.parent
 FOLDERS = (".ci", ".github", "client", "cmake", "core", "deploy", "docker", "docs", "examples", "proto",
            "scripts", "server", "tests")
-SKIPPED = ("tests/words.txt", "tests/words_allowed.txt", "tests/fuzz/corpus/", "tests/wire/recorded/")
+SKIPPED = ("tests/words.txt", "tests/words_allowed.txt", "tests/fuzz/corpus/", "tests/wire/recorded/",
+           "tests/corpus/files/", "tests/corpus/expected.json")
 BINARY = {".png", ".svg", ".pyc"}
 
 

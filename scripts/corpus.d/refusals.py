@@ -6,7 +6,7 @@ import re
 from gather import HERE
 
 
-def normalise(row):
+def normalize(row):
     """An error without what differs from file to file: paths, numbers, quoted text."""
     text = row["error"]
     for name in (row["file"], row["file"].rsplit("/", 1)[-1]):

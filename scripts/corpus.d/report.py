@@ -6,7 +6,7 @@ import re
 import subprocess
 
 from gather import HERE
-from refusals import Kinds, normalise
+from refusals import Kinds, normalize
 
 ROOT = HERE.parent.parent
 BAD = ["crash", "hang", "internal", "changed", "inverted"]
@@ -24,7 +24,7 @@ def group_of(row):
 
 def own_counts(row):
     """Nodes, and cells of two or three dimensions by VTK's number. Types that only the format knows are
-    left out: no judge has them."""
+    left out: no peer has them."""
     same = {"8": "9", "11": "12"}
     cells = collections.Counter()
     for kind, number in row["counts"]["cells"].items():
@@ -33,32 +33,32 @@ def own_counts(row):
     return row["counts"]["nodes"], dict(cells)
 
 
-def difference_of(row, judged):
-    """What a judge counts otherwise, or nothing."""
+def difference_of(row, peer):
+    """What a peer counts otherwise, or nothing."""
     nodes, cells = own_counts(row)
     texts = []
-    if row["format"] != "obj" and nodes != judged["nodes"]:  # VTK doubles nodes with two texture points
-        texts.append(f"nodes {nodes}, {judged['judge']} {judged['nodes']}")
-    for kind in sorted(set(cells) | set(judged["cells"]), key=int):
-        if cells.get(kind, 0) != judged["cells"].get(kind, 0):
-            texts.append(f"cells of type {kind} {cells.get(kind, 0)}, {judged['judge']} "
-                         f"{judged['cells'].get(kind, 0)}")
+    if row["format"] != "obj" and nodes != peer["nodes"]:  # VTK doubles nodes with two texture points
+        texts.append(f"nodes {nodes}, {peer['peer']} {peer['nodes']}")
+    for kind in sorted(set(cells) | set(peer["cells"]), key=int):
+        if cells.get(kind, 0) != peer["cells"].get(kind, 0):
+            texts.append(f"cells of type {kind} {cells.get(kind, 0)}, {peer['peer']} "
+                         f"{peer['cells'].get(kind, 0)}")
     return "; ".join(texts)
 
 
-def add_verdicts(outcomes, counts):
-    """Adds to each file: the kind of its refusal, what a judge counts, what differs."""
+def add_explanations(outcomes, counts):
+    """Adds to each file: the kind of its refusal, what a peer counts, what differs."""
     kinds = Kinds()
     explained = json.loads((HERE / "counts.json").read_text())["explained"]
     for row in outcomes:
         if row["outcome"] == "refused":
             kind = kinds.find(row)
             row["kind"] = kind["name"] if kind else None
-        judged = counts.get(row["sha256"], {})
-        if row["counts"] is None or "cells" not in judged:
+        peer = counts.get(row["sha256"], {})
+        if row["counts"] is None or "cells" not in peer:
             continue
-        row["judged"] = judged
-        row["differs"] = difference_of(row, judged)
+        row["peer"] = peer
+        row["differs"] = difference_of(row, peer)
         if row["differs"]:
             why = next((entry["why"] for entry in explained
                         if re.search(entry["file"], row["file"])
@@ -86,15 +86,15 @@ def outcome_rows(outcomes):
     table = []
     for name, rows in sorted(groups.items(), key=lambda item: -len(item[1])) + [("all", outcomes)]:
         of = collections.Counter(row["outcome"] for row in rows)
-        judged = [row for row in rows if "judged" in row]
+        counted = [row for row in rows if "peer" in row]
         table.append([name, len(rows), *(of[outcome] for outcome in ORDER),
                       sum(1 for row in rows if row["outcome"] == "refused" and row["kind"] is None),
-                      len(judged), sum(1 for row in judged if not row["differs"]),
-                      sum(1 for row in judged if row["differs"] and row["differs_because"])])
+                      len(counted), sum(1 for row in counted if not row["differs"]),
+                      sum(1 for row in counted if row["differs"] and row["differs_because"])])
     return table
 
 
-COLUMNS = ["Format", "Files", *(name.capitalize() for name in ORDER), "Unexplained", "Judged", "Same counts",
+COLUMNS = ["Format", "Files", *(name.capitalize() for name in ORDER), "Unexplained", "Counted by a peer", "Same counts",
            "Explained difference"]
 
 
@@ -122,7 +122,7 @@ def text_of(outcomes, missing):
     parts = [aligned(COLUMNS, outcome_rows(outcomes)), "Refusals of accepted kinds:",
              "\n".join(f"{row[2]:5}  {row[1]:22} {row[0]}" for row in kind_rows(outcomes)) or "none"]
     unexplained = collections.Counter(
-        f"{row['reason']:22} {row['at']:8} {normalise(row)}" for row in outcomes
+        f"{row['reason']:22} {row['at']:8} {normalize(row)}" for row in outcomes
         if row["outcome"] == "refused" and row["kind"] is None)
     if unexplained:
         parts += ["Unexplained refusals, by normalized text:",
@@ -137,7 +137,7 @@ def text_of(outcomes, missing):
 def record(outcomes, missing, machine, date):
     commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True,
                             cwd=ROOT, check=True).stdout.strip()
-    notes = "Outcomes and judges as scripts/corpus --help describes them."
+    notes = "Outcomes and counts as scripts/corpus --help describes them."
     if missing:
         notes += " Sources that were not available: " + ", ".join(missing) + "."
     result = {

@@ -11,6 +11,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
 #include <iostream>
 #include <map>
@@ -24,7 +25,7 @@ using meshsmooth::corpus::JsonLine;
 using Clock = std::chrono::steady_clock;
 
 /// Bounds of the process of one file. Wall time is only for what waits: others may use the
-/// processors.
+/// processors. Not every sandbox obeys RLIMIT_CPU: the parent watches the CPU time too.
 struct Limits {
   int processes = 1;
   rlim_t cpu_seconds = 90;
@@ -76,8 +77,16 @@ void report_end(const std::string& id, int status, const rusage& used) {
   print(id, line);
 }
 
-/// Waits for one process to end; kills those that are over their wall time.
-void wait_for_one(std::map<pid_t, Running>& running) {
+/// Of a process that runs, all its threads; 0 where it is not known.
+rlim_t cpu_seconds_of(pid_t pid) {
+  clockid_t clock{};
+  timespec used{};
+  if (::clock_getcpuclockid(pid, &clock) != 0 || ::clock_gettime(clock, &used) != 0) return 0;
+  return static_cast<rlim_t>(used.tv_sec);
+}
+
+/// Waits for one process to end; kills those that are over their time.
+void wait_for_one(std::map<pid_t, Running>& running, const Limits& limits) {
   while (true) {
     int status = 0;
     rusage used{};
@@ -88,7 +97,9 @@ void wait_for_one(std::map<pid_t, Running>& running) {
       return;
     }
     for (const auto& [child, job] : running) {
-      if (Clock::now() > job.deadline) ::kill(child, SIGKILL);
+      if (Clock::now() > job.deadline || cpu_seconds_of(child) > limits.cpu_seconds) {
+        ::kill(child, SIGKILL);
+      }
     }
     ::usleep(2000);
   }
@@ -118,8 +129,8 @@ int main(int argc, char** argv) {
     }
     if (pid == 0) run_child(id, line.substr(tab + 1), folder, limits);
     running.emplace(pid, Running{id, Clock::now() + limits.wall});
-    if (static_cast<int>(running.size()) >= limits.processes) wait_for_one(running);
+    if (static_cast<int>(running.size()) >= limits.processes) wait_for_one(running, limits);
   }
-  while (!running.empty()) wait_for_one(running);
+  while (!running.empty()) wait_for_one(running, limits);
   return 0;
 }

@@ -1,6 +1,6 @@
 """Counts nodes and elements of mesh files by programs of others: VTK, meshio, pyNastran.
 
-    judges.py < LIST     LIST has "ID<TAB>PATH" lines; prints an object of JSON a line
+    peer_counts.py < LIST     LIST has "ID<TAB>PATH" lines; prints an object of JSON a line
 
 Runs in the virtual environment that scripts/corpus makes; each file in a process of its own.
 """
@@ -36,12 +36,12 @@ def count_vtk(path):
         for size, count in sizes.items():
             cells[{3: 5, 4: 9}.get(size, 7)] += count
         cells[6] += data.n_strips
-        return {"judge": "VTK", "nodes": data.n_points, "cells": cells}
+        return {"peer": "VTK", "nodes": data.n_points, "cells": cells}
     if not isinstance(data, pyvista.UnstructuredGrid):
-        return {"judge": "VTK", "problem": type(data).__name__}
+        return {"peer": "VTK", "problem": type(data).__name__}
     for kind in data.celltypes:
         cells[int(kind)] += 1
-    return {"judge": "VTK", "nodes": data.n_points, "cells": cells}
+    return {"peer": "VTK", "nodes": data.n_points, "cells": cells}
 
 
 def count_meshio(path):
@@ -52,9 +52,9 @@ def count_meshio(path):
     for block in mesh.cells:
         number = meshio_to_vtk_type.get(block.type)
         if number is None:
-            return {"judge": "meshio", "problem": block.type}
+            return {"peer": "meshio", "problem": block.type}
         cells[number] += len(block.data)
-    return {"judge": "meshio", "nodes": len(mesh.points), "cells": cells}
+    return {"peer": "meshio", "nodes": len(mesh.points), "cells": cells}
 
 
 CARDS = {"CTRIA3": 5, "CTRIAR": 5, "CQUAD4": 9, "CQUADR": 9, "CSHEAR": 9, "CTRIA6": 22, "CQUAD8": 23,
@@ -77,7 +77,7 @@ def count_nastran(path):
             number = SOLIDS.get((element.type, len(ids)))
             if number is not None and all(ids):
                 cells[number] += 1
-    return {"judge": "pyNastran", "nodes": len(model.nodes), "cells": cells}
+    return {"peer": "pyNastran", "nodes": len(model.nodes), "cells": cells}
 
 
 def has_executive_control(path):
@@ -94,7 +94,7 @@ def count(path):
     elif extension in BY_MESHIO:
         counted = count_meshio(path)
     else:
-        return {"problem": "no judge"}
+        return {"problem": "no peer"}
     if "cells" in counted:
         cells = collections.Counter()
         for kind, number in counted["cells"].items():
@@ -104,7 +104,7 @@ def count(path):
     return counted
 
 
-def judge_in_child(name, path, pipe):
+def count_in_child(name, path, pipe):
     resource.setrlimit(resource.RLIMIT_CPU, (60, 60))
     resource.setrlimit(resource.RLIMIT_AS, (6 << 30, 6 << 30))
     with open(os.devnull, "w") as nowhere:
@@ -112,7 +112,7 @@ def judge_in_child(name, path, pipe):
         os.dup2(nowhere.fileno(), 2)
         try:
             counted = count(path)
-        except BaseException as error:  # whatever it is: this judge does not read it
+        except BaseException as error:  # whatever it is: this peer does not read it
             counted = {"problem": f"{type(error).__name__}: {error}"[:200]}
     os.write(pipe, (json.dumps({"id": name, **counted}, default=int) + "\n").encode())
 
@@ -130,7 +130,7 @@ def main():
         if child == 0:
             os.close(reader)
             try:
-                judge_in_child(name, path, writer)
+                count_in_child(name, path, writer)
             finally:
                 os._exit(0)
         os.close(writer)
