@@ -95,14 +95,14 @@ class Apt:
         return flat
 
 
-def pip_download(pip, source, into):
+def pip_download(python, source, into):
     """Of PyPI, with the recorded SHA-256; a source distribution needs its build backend, which pip
     fetches itself."""
     wanted = into / "requirements.txt"
     wanted.write_text(f"{source['name']}=={source['version']} --hash=sha256:{source['sha256']}\n")
     kind = (["--no-binary", source["name"]] if source["kind"] == "pypi-sdist"
             else ["--only-binary", ":all:"])
-    run([pip, "download", "-q", "--disable-pip-version-check", "--no-deps", *kind,
+    run([python, "-m", "pip", "download", "-q", "--disable-pip-version-check", "--no-deps", *kind,
          "--require-hashes", "-r", wanted, "-d", into], timeout=600)
     wanted.unlink()
     return sorted(into.iterdir())
@@ -173,7 +173,7 @@ def unpack(path, folder):
                 inner.unlink(missing_ok=True)
 
 
-def fetch(source, cache, apt, pip):
+def fetch(source, cache, apt, python):
     """The unpacked folder of a source, downloaded at most once."""
     folder = cache / "sources" / source["name"]
     if (folder / ".complete").exists():
@@ -188,12 +188,28 @@ def fetch(source, cache, apt, pip):
         elif source["kind"] == "deb-src":
             packages = apt.download_source(source["name"], into)
         elif not packages or sha256_of(packages[0]) != source["sha256"]:
-            packages = pip_download(pip, source, into)
+            packages = pip_download(python, source, into)
     for package in packages:
         if ".debian.tar" not in package.name and not package.name.endswith(".asc"):
             unpack(package, folder)
     (folder / ".complete").touch()
     return folder
+
+
+def is_meant(extension, head, path):
+    """Whether a file is what its extension says, as far as extensions are shared with what holds no
+    mesh: compilers' objects, chemistry, MED files of fields alone."""
+    if head.startswith((b"version https://git-lfs", b"#!")):
+        return False  # the pointer to a file that is elsewhere; a script
+    if extension == "obj":
+        return b"\0" not in head
+    if extension == "inp":
+        text = path.read_bytes()
+        return bool(re.search(rb"(?im)^[ >]*\*[ ]*(node|element|include|heading|part)", text)
+                    or re.match(rb"(#.*\n)*\s*\d+ +\d+ +\d+ +\d+ +\d+\s*\n", text))  # UCD
+    if extension == "med":
+        return b"ENS_MAA" in path.read_bytes()
+    return True
 
 
 def is_mesh_file(path):
@@ -208,9 +224,7 @@ def is_mesh_file(path):
     begins = EXTENSIONS[extension]
     with open(path, "rb") as file:
         head = file.read(512)
-    if extension == "obj":
-        return b"\0" not in head  # not a compiler's
-    return begins is None or head.startswith(begins)
+    return (begins is None or head.startswith(begins)) and is_meant(extension, head, path)
 
 
 def digest_of(path):

@@ -30,7 +30,7 @@ class Kinds:
                 continue
             if "step" in kind and kind["step"] != row["at"]:
                 continue
-            if "source" in kind and kind["source"] != row["source"]:
+            if "sources" in kind and row["source"] not in kind["sources"]:
                 continue
             if re.search(kind.get("text", ""), row["error"]):
                 return kind
