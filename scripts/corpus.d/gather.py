@@ -199,8 +199,11 @@ def fetch(source, cache, apt, python):
 def is_meant(extension, head, path):
     """Whether a file is what its extension says, as far as extensions are shared with what holds no
     mesh: compilers' objects, chemistry, MED files of fields alone."""
-    if head.startswith((b"version https://git-lfs", b"#!")):
-        return False  # the pointer to a file that is elsewhere; a script
+    pointer = b"version https://git-lfs"  # to a file that is elsewhere
+    if head.startswith((pointer, b"#!")):
+        return False
+    if extension == "node":
+        return not path.with_suffix(".ele").read_bytes().startswith(pointer)
     if extension == "obj":
         return b"\0" not in head
     if extension == "inp":
@@ -219,8 +222,8 @@ def is_mesh_file(path):
     size = path.stat().st_size
     if size == 0 or size > MAX_BYTES:
         return False
-    if extension == "node":
-        return path.with_suffix(".ele").exists()
+    if extension == "node" and not path.with_suffix(".ele").exists():
+        return False
     begins = EXTENSIONS[extension]
     with open(path, "rb") as file:
         head = file.read(512)
