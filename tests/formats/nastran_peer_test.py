@@ -202,7 +202,7 @@ class Deck:
             text = "".join(fields).rstrip()
             for at in range(len(words)):
                 field = text[at * width:(at + 1) * width]
-                self.pieces.append((field, rf"(?:{re.escape(field)} *|[-+.0-9 ]{{{width}}})"))
+                self.pieces.append((field, rf"(?:{re.escape(field)} *|[-+.0-9 ]{{{width}}} *)"))
             return
         for field in fields:
             self.pieces.append((field, rf"[-+.0-9eEdD ]{{{width}}}"))

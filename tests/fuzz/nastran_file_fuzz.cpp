@@ -11,7 +11,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::size_t between = std::min(bytes.find(kBetween), size);
   const auto path = files.write("given.bdf", bytes.substr(0, between));
   files.write("part.dat", bytes.substr(std::min(between + kBetween.size(), size)));
-  const auto write = [](const std::filesystem::path& target, const formats::MeshFile& file) {
+  const auto write = [](const std::filesystem::path& target, formats::MeshFile file) {
+    // Nodes that define coordinate systems are fixed; moved into a line they would define none.
+    if (!file.mesh.fixed.empty()) file.mesh.positions = file.content()->dataset->positions();
     formats::OutputFiles outputs;
     formats::write_nastran(target, file, outputs);
     outputs.commit();

@@ -161,10 +161,10 @@ std::vector<Vec3d> CoordinateSystems::basic_positions(const Failed& failed) cons
 }
 
 std::vector<Vec3d> CoordinateSystems::local_positions(std::span<const Vec3d> read,
-                                                      std::span<const Vec3d> now) const {
-  const auto ignored = [](std::size_t, const char*) {};  // it was possible as it was read
-  Frames before(*this, ignored);
-  Frames after(*this, ignored);
+                                                      std::span<const Vec3d> now,
+                                                      const Failed& failed) const {
+  Frames before(*this, failed);
+  Frames after(*this, failed);
   after.take_positions([&](NodeId node) { return now[static_cast<std::size_t>(node)]; });
   std::vector<Vec3d> positions(now.begin(), now.end());
   for (std::size_t node = 0; node < local.size(); ++node) {

@@ -62,7 +62,8 @@ class CoordinateSystems {
   /// Where nodes that moved are in their own systems; those that did not keep what was read.
   /// Systems move with the nodes that define them. `read`: as of `basic_positions`. O(nodes).
   [[nodiscard]] std::vector<Vec3d> local_positions(std::span<const Vec3d> read,
-                                                   std::span<const Vec3d> now) const;
+                                                   std::span<const Vec3d> now,
+                                                   const Failed& failed) const;
 };
 
 }  // namespace meshsmooth::formats

@@ -91,7 +91,8 @@ class BulkDataParser final : public NastranControl {
 };
 
 /// As they stand in the text.
-std::vector<Vec3d> written_positions(const FileContent& content, const Mesh& mesh) {
+std::vector<Vec3d> written_positions(const path& target, const FileContent& content,
+                                     const Mesh& mesh) {
   std::vector<Vec3d> now;
   const auto gather = [&](const auto& positions) {
     now.reserve(positions.size());
@@ -100,7 +101,13 @@ std::vector<Vec3d> written_positions(const FileContent& content, const Mesh& mes
   std::visit(gather, mesh.positions);
   if (!content.systems) return now;
   const Positions read = content.dataset->positions();
-  return content.systems->local_positions(std::get<std::vector<Vec3d>>(read), now);
+  const CoordinateSystems& systems = *content.systems;
+  return systems.local_positions(
+      std::get<std::vector<Vec3d>>(read), now, [&](std::size_t system, const char* why) {
+        fail("FORMAT_ERROR", target,
+             "with the nodes where they are now the coordinate system " +
+                 std::to_string(systems.systems[system].definition.id) + " " + why);
+      });
 }
 
 /// The deck without its directives: one file that needs no other.
@@ -147,7 +154,7 @@ void write_nastran(const path& target, const MeshFile& file, OutputFiles& files)
     write_bytes(files.add(target), make_nastran(target, file));
     return;
   }
-  const std::vector<Vec3d> positions = written_positions(*content, file.mesh);
+  const std::vector<Vec3d> positions = written_positions(target, *content, file.mesh);
   std::error_code error;
   if (std::filesystem::equivalent(target, content->files.front(), error)) {
     write_files(*content, positions, files);
