@@ -229,7 +229,7 @@ void NastranModel::add_corners(const NastranCard& card, const NastranElement& ty
   if (!any_in_middle) corners_.resize(first + type.corners);
 }
 
-/// Words that are no ids are left out; ids that are none of grid points later.
+/// Words that are no ids are left out; ids of no grid points are left out later.
 void NastranModel::add_points(const NastranCard& card, const NastranElement& type) {
   if (type.role == NastranElement::Role::no_nodes) return;
   for (const char letter : type.fields) {

@@ -125,7 +125,7 @@ void NastranModel::add_mesh_cell(const Element& element, PlainDataset& dataset) 
   dataset.add_cell(cell, std::span(ordered).first(count));
 }
 
-/// In the main model, or in the element's own: ids that are none of grid points are of scalar ones.
+/// In the main model, or in the element's own: ids of no grid points are scalar points.
 void NastranModel::add_other_cell(const Element& element, std::size_t end, PlainDataset& dataset) {
   const Scope& scope = scopes_[element.scope];
   nodes_.clear();
