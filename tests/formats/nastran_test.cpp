@@ -135,6 +135,16 @@ TEST_F(Nastran, HoldsElementsWithSomeOfTheirNodesInTheMiddle) {
   EXPECT_EQ(file.mesh.fixed.at(10), 0);
 }
 
+// Gmsh writes bricks with 27 nodes.
+TEST_F(Nastran, HoldsSolidsWithMoreNodesThanNastranHas) {
+  const MeshFile file =
+      read(test::ten_grids() + "GRID,11,,0.,0.,-1.\n" +
+           "CTETRA,1,1,1,2,3,4,5,6\n,7,8,9,10,11\nCTRIA3,2,1,1,2,3\n" + "CTETRA,3,1,1,2,3,4\n");
+  EXPECT_EQ(file.mesh.element_count(), 1u);
+  ASSERT_THAT(file.held_cells(), SizeIs(1));
+  EXPECT_EQ(file.held_cells()[0].name, "CTETRA with 11 nodes");
+}
+
 TEST_F(Nastran, TakesElementsWithoutNodesInTheMiddleForLinear) {
   const MeshFile file =
       read(test::ten_grids() +

@@ -57,6 +57,7 @@ constexpr auto kCards = std::to_array<NastranElement>({
     quad("CQUAD8", 8),
     quad("CQUAD", 9),
     quad("CQUADX", 9),
+    quad("CQUAD9", 9),  // Gmsh's
     quad("CQUADX4"),
     quad("CQUADX8", 8),
     quad("CPLSTN4"),

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "cells.hpp"
 #include "nastran/numbers.hpp"
 
 namespace meshsmooth::formats {
@@ -207,7 +208,8 @@ void NastranModel::check_fields(const NastranCard& card) const {
                 most + " fields behind the name; others go into a next line, behind a comma", mark);
 }
 
-/// Nodes in the middle may be blank, or not be there.
+/// Nodes in the middle may be blank, or not be there. Gmsh writes solids with more nodes than
+/// Nastran has, on their faces.
 void NastranModel::add_corners(const NastranCard& card, const NastranElement& type) {
   constexpr std::array<std::size_t, 6> kAlternating = {0, 2, 4, 1, 3, 5};
   const bool alternating = card.name == "CTRIAX6";
@@ -227,6 +229,10 @@ void NastranModel::add_corners(const NastranCard& card, const NastranElement& ty
     corners_.push_back(id);
   }
   if (!any_in_middle) corners_.resize(first + type.corners);
+  if (find_vtk_cell(type.linear_type)->dimension < 3) return;
+  for (std::size_t field = type.first + type.nodes; field < card.field_count(); ++field) {
+    if (const std::int64_t id = id_or(card, field, 0); id != 0) corners_.push_back(id);
+  }
 }
 
 /// Words that are no ids are left out; ids of no grid points are left out later.

@@ -111,8 +111,9 @@ void NastranModel::add_mesh_cell(const Element& element, PlainDataset& dataset) 
   if (without_centre) cell = kQuad8Cell;
   std::erase(nodes_, -1);
   if (given != type.corners && given != type.nodes && !without_centre) {
-    cell = dataset.own_type(std::string(type.name) + " with " + std::to_string(given) + " of " +
-                            std::to_string(type.nodes) + " nodes");
+    const std::string most = given < type.nodes ? " of " + std::to_string(type.nodes) : "";
+    cell = dataset.own_type(std::string(type.name) + " with " + std::to_string(given) + most +
+                            " nodes");
     dataset.add_cell(cell, nodes_);
     return;
   }
