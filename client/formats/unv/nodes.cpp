@@ -55,11 +55,16 @@ void Nodes::read_single(Lines& lines) {
   constexpr std::size_t kColumns = 13;
   while (lines.more()) {
     const Words words = split(lines.peek());
-    const auto node = lines.scanner().parse<std::int64_t>(
-        words.count < 7 ? trimmed(lines.peek().substr(0, 10)) : words.words[0]);
-    const auto system = lines.scanner().parse<std::int64_t>(
-        words.count < 7 ? trimmed(lines.peek().substr(10, 10)) : words.words[1]);
-    fields_.add(node, find_coordinates(lines, kFirst, kColumns, 4), lines.scanner());
+    const auto coordinates = find_coordinates(lines, kFirst, kColumns, 4);
+    // Where words are not seven, the line is long enough for its columns.
+    const bool in_words = words.count == 7;
+    const auto integer = [&](std::size_t field) {
+      return lines.scanner().parse<std::int64_t>(
+          in_words ? words.words[field] : trimmed(lines.peek().substr(field * 10, 10)));
+    };
+    const std::int64_t node = integer(0);
+    const std::int64_t system = integer(1);
+    fields_.add(node, coordinates, lines.scanner());
     note_system(node, system);
     lines.take();
   }
