@@ -6,12 +6,17 @@ import re
 from gather import HERE
 
 
-def normalize(row):
-    """An error without what differs from file to file: paths, numbers, quoted text."""
+def without_path(row):
+    """An error without the path of its file, which may have any word in it."""
     text = row["error"]
     for name in (row["file"], row["file"].rsplit("/", 1)[-1]):
         text = text.replace(name, "FILE")
-    text = re.sub(r"\S*/FILE", "FILE", text)
+    return re.sub(r"\S*/FILE", "FILE", text)
+
+
+def normalize(row):
+    """An error without what differs from file to file: paths, numbers, quoted text."""
+    text = without_path(row)
     text = re.sub(r"\S*/\S*", "PATH", text)
     text = re.sub(r'"[^"]*"', '"…"', text)
     return re.sub(r"\d+(\.\d+)?([eE][-+]?\d+)?", "N", text)
@@ -32,6 +37,6 @@ class Kinds:
                 continue
             if "sources" in kind and row["source"] not in kind["sources"]:
                 continue
-            if re.search(kind.get("text", ""), row["error"]):
+            if re.search(kind.get("text", ""), without_path(row)):
                 return kind
         return None
