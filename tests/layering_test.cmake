@@ -114,6 +114,8 @@ forbid("(hdf5|netcdf)\\.h" "one file each knows the library"
   client/formats/hdf5_file\\.cpp client/formats/netcdf_file\\.cpp tests/)
 forbid("libxml/" "one file knows the library"
   client/formats/xdmf_data\\.)
+forbid("zlib\\.h" "one file knows the library"
+  client/formats/gzip\\.cpp tests/)
 forbid("prometheus/" "only one place knows how metrics are counted"
   server/src/metrics)
 forbid("openssl/" "secrets and certificates are handled in few places"

@@ -1,6 +1,5 @@
 #include <CLI/Option.hpp>
 #include <chrono>
-#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -17,26 +16,25 @@ namespace {
 struct AttachCommand {
   ServerAddress server;
   std::string job;
-  std::filesystem::path input;
+  MeshArgument input;
   JobOutput output;
 };
 
 ExitCode run(const AttachCommand& command) {
   const auto start = std::chrono::steady_clock::now();
   const Interrupt interrupt;
-  check_outputs(command.output, command.input);
-  formats::MeshFile file = formats::read_mesh_file(command.input);
-  set_precision(command.output, file.mesh);
+  const JobOutput output = checked_outputs(command.output, command.input);
+  formats::MeshFile file = read_mesh(command.input);
+  set_precision(output, file.mesh);
   interrupt.check();
 
-  const JobInput input = keep_input(command.output, command.input, file.mesh);
+  const JobInput input = keep_input(output, command.input.path, file.mesh);
   client::Client client = command.server.connect();
   const client::SmoothReport report =
-      run_call(command.output, file, {}, interrupt, {}, [&](const client::RequestOptions& request) {
+      run_call(output, file, {}, interrupt, {}, [&](const client::RequestOptions& request) {
         return client.attach(full_job_name(command.job), file.mesh, request);
       });
-  write_result(command.output, input, file, report, wire::decode_options(report.message->options()),
-               start);
+  write_result(output, input, file, report, wire::decode_options(report.message->options()), start);
   return ExitCode::done;
 }
 
@@ -51,9 +49,8 @@ void add_attach_command(CLI::App& app, Action& action) {
   CLI::App* sub =
       app.add_subcommand("attach", "Wait for a job sent with --result-ttl and write its result");
   sub->add_option("JOB", command->job, "Job name, as `meshsmooth jobs` prints it")->required();
-  sub->add_option("IN", command->input,
-                  "Mesh file that the job was sent with: " + formats::readable_extensions())
-      ->required();
+  add_input_mesh(*sub, command->input, "IN",
+                 "Mesh file that the job was sent with: " + formats::readable_extensions());
   add_server_flags(*sub, command->server);
   add_output_flags(*sub, command->output);
   sub->callback([&action, command] { action = [command] { return run(*command); }; });

@@ -13,6 +13,7 @@
 #include "commands.hpp"
 #include "compare.hpp"
 #include "input_mesh.hpp"
+#include "mesh_argument.hpp"
 #include "mesh_file.hpp"
 #include "meshsmooth/quality.hpp"
 #include "readable.hpp"
@@ -22,7 +23,8 @@ namespace meshsmooth::cli {
 namespace {
 
 struct CompareCommand {
-  std::filesystem::path before, after;
+  MeshArgument before;
+  std::filesystem::path after;
   bool json = false;
 };
 
@@ -192,21 +194,23 @@ std::string as_json(const formats::FileDifference& difference,
       difference.same_topology, list, nodes, json_of(quality.before), json_of(quality.after));
 }
 
-formats::MeshFile read(const std::filesystem::path& path) {
-  formats::MeshFile file = formats::read_mesh_file(path);
+formats::MeshFile read(const MeshArgument& input) {
+  formats::MeshFile file = read_mesh(input);
   try {
     validate(MeshTopology(file.mesh).view(), file.mesh.positions_view());
   } catch (const InvalidMesh& error) {
-    throw InvalidMesh(error.reason(),
-                      path.string() + ": " + error.what() + place_in_file(error.details(), file),
-                      error.details());
+    throw InvalidMesh(
+        error.reason(),
+        input.path.string() + ": " + error.what() + place_in_file(error.details(), file),
+        error.details());
   }
   return file;
 }
 
 ExitCode run(const CompareCommand& command) {
+  check_standard_input(command.before.path, command.after);
   const formats::MeshFile before = read(command.before);
-  const formats::MeshFile after = read(command.after);
+  const formats::MeshFile after = read(beside(command.after, command.before));
   const formats::FileDifference difference = formats::compare_files(before, after);
   const std::optional<Displacements> moves = displacements(before.mesh, after.mesh);
   const Quality quality = measure(before.mesh, after.mesh, difference.same_topology);
@@ -217,7 +221,7 @@ ExitCode run(const CompareCommand& command) {
               << describe_quality(quality) << std::flush;
   }
   if (difference.only_coordinates()) return ExitCode::done;
-  std::cerr << "meshsmooth: " << command.before.string() << " and " << command.after.string()
+  std::cerr << "meshsmooth: " << command.before.path.string() << " and " << command.after.string()
             << " differ in more than coordinates: " << difference.differences.front() << std::endl;
   return ExitCode::incomplete;
 }
@@ -230,8 +234,7 @@ void add_compare_command(CLI::App& app, Action& action) {
       "compare",
       "Compare two mesh files: which nodes moved, how the quality changed, whether anything else "
       "did (exit code 6)");
-  sub->add_option("BEFORE", command->before, "Mesh file: " + formats::readable_extensions())
-      ->required();
+  add_input_mesh(*sub, command->before, "BEFORE", input_help());
   sub->add_option("AFTER", command->after, "Mesh file")->required();
   sub->add_flag("--json", command->json, "Output as JSON");
   sub->callback([&action, command] { action = [command] { return run(*command); }; });

@@ -24,7 +24,7 @@ constexpr const char* kHead =
 
 # Completes by folders and by files, those with one of some extensions (vtu|vtk) if there are any.
 @prefix@_files() {
-  local file pattern="\.($1)\$"
+  local file pattern="\.($1)(\.gz)?\$"
   while IFS= read -r file; do COMPREPLY+=("$file"); done < <(compgen -d -- "$current")
   while IFS= read -r file; do
     [[ -n $1 && ! ${file,,} =~ $pattern ]] || COMPREPLY+=("$file")
@@ -56,7 +56,7 @@ constexpr const char* kBody = R"(
       [[ $word == = ]] || option=
     elif [[ -n $option ]]; then
       [[ $word == = ]] || option= # "--option=value" is three words
-    elif [[ $word == -* ]]; then
+    elif [[ $word == -?* ]]; then
       [[ " $valued " != *" $word "* ]] || option=$word
     elif [[ " $commands " == *" $word "* ]]; then
       path+=" $word"

@@ -10,14 +10,14 @@ constexpr const char* kHead =
 
 # Folders, and files with one of some extensions (vtu|vtk).
 function _@prefix@_files
-    __fish_complete_path (commandline -ct) | string match -rie "(\.($argv[1])|/)(\t.*)?\$"
+    __fish_complete_path (commandline -ct) | string match -rie "(\.($argv[1])(\.gz)?|/)(\t.*)?\$"
 end
 
 # The node sets of the mesh file on the command line: of the first one that is no option's value.
 function _@prefix@_sets
     set -l previous
     for word in (commandline -op)
-        if not contains -- "$previous" @file_options@; and string match -rqi '\.(@extensions@)$' -- $word
+        if not contains -- "$previous" @file_options@; and string match -rqi '\.(@extensions@)(\.gz)?$' -- $word
             timeout 10 @program@ list-sets (string replace -r '^~' $HOME -- $word) 2>/dev/null
             return
         end

@@ -55,7 +55,7 @@ std::string value_spec(const Argument& argument, const std::string& message,
     case ValueKind::file:
       return start + "_files";
     case ValueKind::mesh:
-      return start + "_files -g \"(#i)*.(" + extension_pattern(argument) + ")(-.)\"";
+      return start + "_files -g \"(#i)*.(" + extension_pattern(argument) + ")(|.gz)(-.)\"";
     case ValueKind::node_set:
       return start + prefix + "_sets";
   }

@@ -3,10 +3,11 @@
 #include <fmt/format.h>
 
 #include <charconv>
-#include <fstream>
+#include <sstream>
 #include <string_view>
 
 #include "meshsmooth/error.hpp"
+#include "text.hpp"
 
 namespace meshsmooth::cli {
 namespace {
@@ -48,11 +49,7 @@ std::vector<NodeId> read_fixed_nodes(std::istream& stream, const std::string& na
 }
 
 std::vector<NodeId> read_fixed_nodes(const std::filesystem::path& path, std::size_t node_count) {
-  std::ifstream stream(path);
-  if (!stream || std::filesystem::is_directory(path)) {
-    throw Error("FILE_NOT_FOUND", path.string() + ": no such file, or it cannot be read",
-                {{"path", path.string()}});
-  }
+  std::istringstream stream(formats::read_bytes(path));
   return read_fixed_nodes(stream, path.string(), node_count);
 }
 

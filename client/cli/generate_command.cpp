@@ -1,21 +1,22 @@
 #include <CLI/Formatter.hpp>
 #include <CLI/Option.hpp>
-#include <filesystem>
 #include <iostream>
 #include <memory>
 
 #include "commands.hpp"
 #include "generate_shapes.hpp"
+#include "mesh_argument.hpp"
 #include "readable.hpp"
 
 namespace meshsmooth::cli {
 namespace {
 
-ExitCode run(const std::filesystem::path& output, const std::function<formats::MeshFile()>& make) {
-  formats::check_writable(output);
+ExitCode run(const MeshArgument& output, const std::function<formats::MeshFile()>& make) {
+  formats::check_writable(output.path, {}, output.format);
+  keep_standard_output({{"--output", output.path}});
   const formats::MeshFile file = make();
-  formats::write_mesh_file(output, file);
-  std::cout << output.string() << ": "
+  formats::write_mesh_file(output.path, file, output.format);
+  std::cout << output.path.string() << ": "
             << counted(static_cast<std::int64_t>(file.mesh.node_count()), "node");
   for (const ElementBlock& block : file.mesh.blocks) {
     const std::size_t count = block.nodes.size() / element_width(block.type);
@@ -48,9 +49,11 @@ std::string names_below(const CLI::App& command) {
 CLI::App& ShapeCommands::add(const std::string& shape, const std::string& description,
                              std::function<formats::MeshFile()> make) {
   CLI::App* sub = generate_.add_subcommand(shape, description);
-  auto output = std::make_shared<std::filesystem::path>();
-  sub->add_option("-o,--output", *output, "Where it goes: " + formats::writable_extensions())
+  auto output = std::make_shared<MeshArgument>();
+  sub->add_option("-o,--output", output->path,
+                  "Where it goes: " + output_help(formats::writable_extensions()))
       ->required();
+  add_output_format(*sub, output->format);
   sub->callback([&action = action_, output, make = std::move(make)] {
     action = [output, make] { return run(*output, make); };
   });

@@ -59,7 +59,8 @@ client::SmoothReport call_server(formats::MeshFile& file, const JobFlags& flags,
 formats::MeshFile read_same_elements(const std::filesystem::path& path, const std::string& what,
                                      const std::string& flag, const JobFlags& flags,
                                      const formats::MeshFile& input) {
-  formats::MeshFile file = formats::read_mesh_file(path);
+  check_standard_input(path, flags.input.path);
+  formats::MeshFile file = read_mesh(beside(path, flags.input));
   const auto same = [](const ElementBlock& a, const ElementBlock& b) {
     return a.type == b.type && a.nodes == b.nodes;
   };
@@ -68,7 +69,7 @@ formats::MeshFile read_same_elements(const std::filesystem::path& path, const st
     return file;
   }
   throw InvalidMesh("REFERENCE_DIFFERS",
-                    path.string() + " is no " + what + " of " + flags.input.string() +
+                    path.string() + " is no " + what + " of " + flags.input.path.string() +
                         ": it must have the same elements of the same nodes, in the same order, in "
                         "other positions",
                     {{"field", flag}});
@@ -90,23 +91,25 @@ client::SmoothReport run_job(
                         {{"field", "--backend"}});
   }
   const Interrupt interrupt;
-  check_outputs(flags.output, flags.input);
-  if (!flags.element_quality.empty()) formats::check_writable_with_arrays(flags.output.output);
+  const JobOutput output = checked_outputs(flags.output, flags.input);
+  if (!flags.element_quality.empty()) {
+    formats::check_writable_with_arrays(output.output.path, source_of(flags.input),
+                                        output.output.format);
+  }
 
-  formats::MeshFile file = formats::read_mesh_file(flags.input);
-  set_precision(flags.output, file.mesh);
+  formats::MeshFile file = read_mesh(flags.input);
+  set_precision(output, file.mesh);
   fix_named_nodes(file, flags);
   complete(file, options);
   validate(options);
   const formats::Regions regions = set_up_mesh(file, flags, options);
   interrupt.check();
 
-  const JobInput input = keep_input(flags.output, flags.input, file.mesh);
+  const JobInput input = keep_input(output, flags.input.path, file.mesh);
   const client::SmoothReport report = call_server(file, flags, options, interrupt);
-  write_result(flags.output, input, file, report, options, start);
-  if (!flags.output.quiet)
-    std::cout << describe_notes(file) << describe_held_cells(file) << std::flush;
-  if (!flags.output.quiet && regions.count > 1) {
+  write_result(output, input, file, report, options, start);
+  if (!output.quiet) std::cout << describe_notes(file) << describe_held_cells(file) << std::flush;
+  if (!output.quiet && regions.count > 1) {
     std::cout << counted(static_cast<std::int64_t>(regions.count), "region") << " by "
               << regions.array << ", " << counted(report.summary.nodes.between_regions, "node")
               << " between them\n"
@@ -116,8 +119,7 @@ client::SmoothReport run_job(
 }
 
 void add_job_flags(CLI::App& command, JobFlags& flags, const std::string& input_name) {
-  command.add_option(input_name, flags.input, "Mesh file: " + formats::readable_extensions())
-      ->required();
+  add_input_mesh(command, flags.input, input_name, input_help());
   add_server_flags(command, flags.server, false);
   add_output_flags(command, flags.output);
   command.add_option("--fixed-nodes", flags.fixed_nodes,

@@ -9,6 +9,7 @@
 
 #include "connection.hpp"
 #include "job_output.hpp"
+#include "mesh_argument.hpp"
 #include "mesh_file.hpp"
 #include "meshsmooth/options.hpp"
 
@@ -16,7 +17,7 @@ namespace meshsmooth::cli {
 
 /// What the commands that send a mesh share: where it comes from, what of it stays, who computes.
 struct JobFlags {
-  std::filesystem::path input;
+  MeshArgument input;
   ServerAddress server;
   std::optional<std::filesystem::path> fixed_nodes;
   std::vector<std::string> fixed_sets;

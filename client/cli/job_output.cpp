@@ -33,8 +33,11 @@ void convert_positions(Mesh& mesh) {
 }  // namespace
 
 void add_output_flags(CLI::App& command, JobOutput& job) {
-  command.add_option("-o,--output", job.output, "Output file: " + formats::writable_extensions())
+  command
+      .add_option("-o,--output", job.output.path,
+                  "Output file: " + output_help(formats::writable_extensions()))
       ->required();
+  add_output_format(command, job.output.format);
   command
       .add_option("--precision", job.precision,
                   "Precision of coordinates in transfer, computation and output [the file's]")
@@ -49,9 +52,10 @@ void add_output_flags(CLI::App& command, JobOutput& job) {
   command.add_flag("--quiet", job.quiet, "No output but errors");
 }
 
-void check_outputs(const JobOutput& job, const fs::path& input) {
-  formats::check_writable(job.output, input);
-  std::vector<std::pair<std::string, fs::path>> files = {{"--output", job.output}};
+JobOutput checked_outputs(JobOutput job, const MeshArgument& input) {
+  job.output = output_beside(job.output, input);
+  formats::check_writable(job.output.path, source_of(input), job.output.format);
+  std::vector<std::pair<std::string, fs::path>> files = {{"--output", job.output.path}};
   if (job.report) files.emplace_back("--report", *job.report);
   if (job.html) files.emplace_back("--html", *job.html);
   const auto full = [](const fs::path& path) { return fs::absolute(path).lexically_normal(); };
@@ -64,6 +68,8 @@ void check_outputs(const JobOutput& job, const fs::path& input) {
     }
     check_text_file_writable(files[n].second);
   }
+  keep_standard_output(files);
+  return job;
 }
 
 JobInput keep_input(const JobOutput& job, const fs::path& path, const Mesh& mesh) {
@@ -102,11 +108,12 @@ void write_result(const JobOutput& job, const JobInput& input, formats::MeshFile
                   std::chrono::steady_clock::time_point start) {
   const std::string json = job.report ? report.to_json() : "";  // first, should it have none
   file.element_quality = report.summary.element_quality;
-  formats::write_mesh_file(job.output, file);
+  formats::write_mesh_file(job.output.path, file, job.output.format);
   if (job.report) write_text_file(*job.report, json);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
   if (job.html) {
-    write_text_file(*job.html, job_html(input, job.output, file, report, options, elapsed.count()));
+    write_text_file(*job.html,
+                    job_html(input, job.output.path, file, report, options, elapsed.count()));
   }
   if (job.quiet) return;
   std::cout << describe_summary(report, options, elapsed.count(), [&](std::int64_t id) {

@@ -9,6 +9,7 @@
 
 #include "html_report.hpp"
 #include "interrupt.hpp"
+#include "mesh_argument.hpp"
 #include "mesh_file.hpp"
 #include "meshsmooth/client.hpp"
 #include "progress_display.hpp"
@@ -17,7 +18,7 @@ namespace meshsmooth::cli {
 
 /// What the commands that receive a result share: where it goes and how it is shown.
 struct JobOutput {
-  std::filesystem::path output;
+  MeshArgument output;
   std::optional<std::string> precision;
   std::optional<std::filesystem::path> report;
   std::optional<std::filesystem::path> html;
@@ -28,10 +29,10 @@ struct JobOutput {
 /// Adds the flags to a command; `job` must outlive it.
 void add_output_flags(CLI::App& command, JobOutput& job);
 
-/// Throws `Error` (FILE_NOT_WRITABLE; FORMAT_UNKNOWN, also where `input` cannot be written so) or
-/// `InvalidOption` (OPTION_MISPLACED) before any work is
-/// done.
-void check_outputs(const JobOutput& job, const std::filesystem::path& input);
+/// The outputs with the format that `input` gives them. Where one is standard output, it alone goes
+/// there. Throws `Error` (FILE_NOT_WRITABLE; FORMAT_UNKNOWN, also where `input` cannot be written
+/// so) or `InvalidOption` (OPTION_MISPLACED) before any work is done.
+[[nodiscard]] JobOutput checked_outputs(JobOutput job, const MeshArgument& input);
 
 /// Converts the positions to the precision that was asked for; they travel and are computed in it.
 void set_precision(const JobOutput& job, Mesh& mesh);

@@ -1,12 +1,16 @@
+#include <poll.h>
+#include <unistd.h>
+
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
-#include <cstdio>
+#include <csignal>
 #include <iostream>
 
 #include "commands.hpp"
 #include "exit_code.hpp"
 #include "manual_command.hpp"
+#include "meshsmooth/error.hpp"
 
 namespace {
 
@@ -17,9 +21,21 @@ int report(const std::exception& error, ExitCode code) {
   return static_cast<int>(code);
 }
 
+/// Whether all that was printed has arrived, or nobody wants to read it.
+bool is_printed() {
+  std::cout.flush();
+  if (std::cout) return true;
+  pollfd output{STDOUT_FILENO, POLLOUT, 0};
+  return ::poll(&output, 1, 0) == 1 && (output.revents & POLLERR) != 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  // A file that grows too large and a pipe that nobody reads are errors of their writers, which
+  // clean up.
+  std::signal(SIGXFSZ, SIG_IGN);
+  std::signal(SIGPIPE, SIG_IGN);
   CLI::App app(
       "Smooths finite-element meshes: nodes move, nothing else changes, valid stays valid.\n"
       "Exit codes: 0 done, 1 failed, 2 usage, 3 bad mesh, 4 refused or unavailable, 5 deadline or "
@@ -50,7 +66,11 @@ int main(int argc, char** argv) {
     return report(error, ExitCode::usage);
   }
   try {
-    return static_cast<int>(action());
+    const ExitCode code = action();
+    if (code == ExitCode::done && !is_printed()) {
+      throw meshsmooth::Error("FILE_NOT_WRITABLE", "standard output: cannot write all of it");
+    }
+    return static_cast<int>(code);
   } catch (const std::exception& error) {
     return report(error, exit_code_of(error));
   }

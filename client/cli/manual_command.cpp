@@ -8,6 +8,7 @@
 
 #include "command_tree.hpp"
 #include "completion.hpp"
+#include "file_bytes.hpp"
 #include "man_page.hpp"
 #include "manual_command.hpp"
 #include "mesh_file.hpp"
@@ -185,6 +186,8 @@ void add_manual_commands(CLI::App& app, Action& action, const std::string& versi
   sets->group("")->add_option("IN", *mesh, "Mesh file")->required();
   sets->callback([&, mesh] {
     action = [mesh] {
+      // A shell asks while the user types; its standard input is the user's.
+      if (formats::is_pipe(*mesh)) return ExitCode::done;
       for (const std::string& name : formats::node_set_names(formats::read_mesh_file(*mesh))) {
         std::cout << name << '\n';
       }

@@ -10,6 +10,7 @@
 #include "element_table.hpp"
 #include "html_report.hpp"
 #include "input_mesh.hpp"
+#include "mesh_argument.hpp"
 #include "mesh_file.hpp"
 #include "meshsmooth/quality.hpp"
 #include "quality_report.hpp"
@@ -20,8 +21,9 @@ namespace meshsmooth::cli {
 namespace {
 
 struct QualityCommand {
-  std::filesystem::path input;
+  MeshArgument input;
   std::optional<std::filesystem::path> output;
+  std::string output_format;
   std::optional<std::filesystem::path> html;
   bool json = false;
   ElementTableFlags table;
@@ -73,11 +75,30 @@ std::vector<QualityMetric> metrics_of(const Mesh& mesh) {
   return metrics;
 }
 
+/// What names standard output has it for itself.
+void keep_output_of(const QualityCommand& command) {
+  std::vector<std::pair<std::string, std::filesystem::path>> outputs;
+  const auto add = [&](const char* flag, const std::optional<std::filesystem::path>& path) {
+    if (path) outputs.emplace_back(flag, *path);
+  };
+  add("--output", command.output);
+  add("--html", command.html);
+  add("--csv", command.table.csv);
+  add("--npz", command.table.npz);
+  add("--elements-json", command.table.json);
+  keep_standard_output(outputs);
+}
+
 ExitCode run(const QualityCommand& command) {
-  if (command.output) formats::check_writable_with_arrays(*command.output);
+  const MeshArgument output = output_beside(
+      {command.output.value_or(std::filesystem::path()), command.output_format}, command.input);
+  if (command.output) {
+    formats::check_writable_with_arrays(output.path, source_of(command.input), output.format);
+  }
   const std::vector<Requirement> requirements = check_element_table(command.table);
   if (command.html) check_text_file_writable(*command.html);
-  formats::MeshFile file = formats::read_mesh_file(command.input);
+  keep_output_of(command);
+  formats::MeshFile file = read_mesh(command.input);
   check(file);
   ElementTable table;
   if (command.table.any()) {
@@ -90,11 +111,11 @@ ExitCode run(const QualityCommand& command) {
         measure_elements(topology.view(), positions, SurfaceOrientation(topology.view(), positions),
                          metrics_of(file.mesh));
     add_arrays(file, table);
-    formats::write_mesh_file(*command.output, file);
+    formats::write_mesh_file(output.path, file, output.format);
   }
   write_element_table(command.table, file, table);
   const QualityStats stats = measure_quality(file.mesh);
-  if (command.html) write_text_file(*command.html, quality_html(command.input, file, stats));
+  if (command.html) write_text_file(*command.html, quality_html(command.input.path, file, stats));
   if (command.json) {
     SmoothSummary summary;
     summary.quality_before = stats;
@@ -116,10 +137,11 @@ ExitCode run(const QualityCommand& command) {
 void add_quality_command(CLI::App& app, Action& action) {
   auto command = std::make_shared<QualityCommand>();
   CLI::App* sub = app.add_subcommand("quality", "Evaluate the quality of a mesh file");
-  sub->add_option("IN", command->input, "Mesh file: " + formats::readable_extensions())->required();
-  sub->add_option(
-      "-o,--output", command->output,
-      "Output file: the mesh with a cell array for each metric: " + formats::array_extensions());
+  add_input_mesh(*sub, command->input, "IN", input_help());
+  sub->add_option("-o,--output", command->output,
+                  "Output file: the mesh with a cell array for each metric: " +
+                      output_help(formats::array_extensions()));
+  add_output_format(*sub, command->output_format);
   sub->add_flag("--json", command->json,
                 "Output as meshsmooth.v1.QualityStats in proto3 JSON, with --metrics also "
                 "shape_metrics and faces; requirements are reported on the error output");

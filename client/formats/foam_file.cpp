@@ -30,17 +30,18 @@ class FoamMesh {
   explicit FoamMesh(path folder) : folder_(std::move(folder)) {}
 
   void read(FileContent& content) {
-    FoamReader points(folder_ / "points");
+    const path points_file = foam_file(folder_, "points");
+    FoamReader points(points_file);
     fields_ = points.points();
     single_ = points.scalar_width() == sizeof(float);
-    faces_ = FoamReader(folder_ / "faces").faces();
-    owner_ = FoamReader(folder_ / "owner").labels();
-    neighbour_ = FoamReader(folder_ / "neighbour").labels();
-    patches_ = FoamReader(folder_ / "boundary").entries();
+    faces_ = FoamReader(foam_file(folder_, "faces")).faces();
+    owner_ = FoamReader(foam_file(folder_, "owner")).labels();
+    neighbour_ = FoamReader(foam_file(folder_, "neighbour")).labels();
+    patches_ = FoamReader(foam_file(folder_, "boundary")).entries();
     check();
     sort_faces();
     store(content);
-    content.files.push_back(folder_ / "points");
+    content.files.push_back(points_file);
     content.segments.push_back(whole_file(points.take_text(), std::move(fields_)));
   }
 
@@ -208,8 +209,9 @@ class FoamMesh {
     std::error_code error;
     const auto zones = [&](const char* file, std::size_t limit) {
       std::vector<FoamEntry> found;
-      if (!std::filesystem::exists(folder_ / file, error)) return found;
-      found = FoamReader(folder_ / file).entries();
+      const path zone_file = foam_file(folder_, file);
+      if (!std::filesystem::exists(zone_file, error)) return found;
+      found = FoamReader(zone_file).entries();
       for (const FoamEntry& zone : found) {
         for (const std::int64_t label : zone.labels) {
           if (label >= 0 && std::cmp_less(label, limit)) continue;
@@ -259,17 +261,6 @@ class FoamMesh {
   std::vector<FoamCellFace> cell_faces_;
 };
 
-/// All files of the mesh but its points.
-void copy_topology(const path& from, const path& to, OutputFiles& files) try {
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(from)) {
-    const path name = entry.path().lexically_relative(from);
-    if (!entry.is_regular_file() || name == "points") continue;
-    std::filesystem::copy_file(entry.path(), files.add(to / name));
-  }
-} catch (const std::filesystem::filesystem_error& error) {
-  fail("FILE_NOT_WRITABLE", to, std::string("cannot copy the mesh: ") + error.what());
-}
-
 }  // namespace
 
 path poly_mesh_folder(const path& given) {
@@ -299,19 +290,6 @@ MeshFile read_foam(const path& file) {
   MeshFile result = make_mesh_file(file, std::move(content));
   mesh.fix_patches(result.mesh.fixed, result.mesh.node_count());
   return result;
-}
-
-void write_foam(const path& target, const MeshFile& file, OutputFiles& files) {
-  const auto& content = file.content();
-  const path folder = poly_mesh_folder(target);
-  const path source = content->files.front().parent_path();
-  std::error_code error;
-  if (!std::filesystem::equivalent(folder, source, error)) copy_topology(source, folder, files);
-  write_bytes(files.add(folder / "points"),
-              replace_coordinates(content->segments.front(), file.mesh));
-  if (extension_of(target) == ".foam" && !std::filesystem::exists(target, error)) {
-    write_bytes(files.add(target), "");
-  }
 }
 
 }  // namespace meshsmooth::formats

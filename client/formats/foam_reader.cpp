@@ -12,16 +12,6 @@ using std::filesystem::path;
 constexpr std::string_view kPunctuation = "(){};";
 constexpr std::string_view kBlanks = " \t\r\n";
 
-std::string read_uncompressed(const path& file) {
-  path compressed = file;
-  compressed += ".gz";
-  std::error_code error;
-  if (!std::filesystem::exists(file, error) && std::filesystem::exists(compressed, error)) {
-    fail("FORMAT_ERROR", compressed, "compressed meshes are not read; run gunzip on it");
-  }
-  return read_bytes(file);
-}
-
 template <class Int>
 std::int64_t to_label(std::string bytes, bool swapped) {
   if (swapped) std::ranges::reverse(bytes);
@@ -32,8 +22,17 @@ std::int64_t to_label(std::string bytes, bool swapped) {
 
 }  // namespace
 
+path foam_file(const path& folder, const std::string& name) {
+  std::error_code error;
+  const path plain = folder / name;
+  const path compressed = folder / (name + ".gz");
+  const bool is_compressed =
+      !std::filesystem::exists(plain, error) && std::filesystem::exists(compressed, error);
+  return is_compressed ? compressed : plain;
+}
+
 FoamReader::FoamReader(path file)
-    : path_(std::move(file)), text_(read_uncompressed(path_)), scanner_(path_, text_) {
+    : path_(std::move(file)), text_(read_bytes(path_)), scanner_(path_, text_) {
   read_header();
 }
 

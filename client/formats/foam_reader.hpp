@@ -35,11 +35,16 @@ struct FoamEntry {
   std::vector<std::int64_t> labels;  // of a zone
 };
 
+/// The file of a polyMesh folder, or the compressed one, `name` with ".gz", where there is only
+/// that; OpenFOAM looks for them in this order.
+[[nodiscard]] std::filesystem::path foam_file(const std::filesystem::path& folder,
+                                              const std::string& name);
+
 /// Reads a file of OpenFOAM's polyMesh: its header says whether its lists are text or bytes, and
 /// how wide the numbers in them are.
 class FoamReader {
  public:
-  /// Throws FILE_NOT_FOUND, FORMAT_ERROR (compressed).
+  /// Throws FILE_NOT_FOUND, FORMAT_ERROR.
   explicit FoamReader(std::filesystem::path path);
 
   /// Where the coordinates stand; the nodes are numbered from 0.

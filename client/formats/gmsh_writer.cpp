@@ -15,7 +15,6 @@
 #include "gmsh_session.hpp"
 #include "node_orders.hpp"
 #include "readers.hpp"
-#include "temporary_folder.hpp"
 #include "vtk_content.hpp"
 
 namespace meshsmooth::formats {
@@ -248,13 +247,6 @@ void write_gmsh(const path& file, const MeshFile& mesh_file) {
   if (content && content->extension == extension && !content->text.empty()) {
     write_bytes(
         file, replace_coordinates(content->text, content->fields, mesh_file.mesh.positions_view()));
-    return;
-  }
-  if (file.extension() != extension) {  // Gmsh knows extensions in lower case only
-    const TemporaryFolder folder;
-    const path made = folder.path() / ("made" + extension);
-    write_gmsh(made, mesh_file);
-    write_bytes(file, read_bytes(made));
     return;
   }
   check_cells(file, mesh_file.mesh);

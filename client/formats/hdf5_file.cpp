@@ -64,6 +64,10 @@ herr_t add_name(hid_t, const char* name, const H5L_info_t*, void* names) {
   return 0;
 }
 
+/// HDF5 tries again at the program's end to write what a full disk did not take, and crashes. All
+/// files are closed here, with their errors heard.
+[[maybe_unused]] const herr_t kWithoutExitHandler = H5dont_atexit();
+
 /// Deflate makes 1032 bytes of one at most.
 constexpr std::size_t kHighestCompression = 1100;
 

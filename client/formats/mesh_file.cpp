@@ -3,93 +3,20 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <cstring>
-#include <span>
 
 #include "content.hpp"
-#include "readers.hpp"
+#include "file_bytes.hpp"
+#include "format_lookup.hpp"
+#include "output_target.hpp"
+#include "staged_file.hpp"
 #include "text.hpp"
 
 namespace meshsmooth::formats {
 namespace {
 
 using std::filesystem::path;
-
-template <class Has>
-std::string extensions(Has has) {
-  std::string list;
-  for (const Format& format : kFormats) {
-    if (!has(format)) continue;
-    if (!list.empty()) list += ' ';
-    list += format.extension;
-  }
-  return list;
-}
-
-const Format* find_format(const path& file) {
-  const auto known = [](const std::string& extension) {
-    return std::ranges::find(kFormats, std::string_view(extension), &Format::extension);
-  };
-  const auto* found = known(extension_of(file));
-  if (found == kFormats.end() && !poly_mesh_folder(file).empty()) found = known(".foam");
-  return found == kFormats.end() ? nullptr : found;
-}
-
-[[noreturn]] void fail_unknown(const path& file, const Format* format, const std::string& what,
-                               const std::string& known) {
-  const std::string missing = format == nullptr || format->library.empty()
-                                  ? ""
-                                  : ": this build is without " + std::string(format->library);
-  fail("FORMAT_UNKNOWN", file,
-       "cannot " + what + " \"" + extension_of(file) + "\" files" + missing + "; known are " +
-           known);
-}
-
-const Format& writable_format(const path& file) {
-  const Format* format = find_format(file);
-  if (format == nullptr || !format->is_written()) {
-    fail_unknown(file, format, "write", writable_extensions());
-  }
-  return *format;
-}
-
-/// Throws FORMAT_UNKNOWN where the format is written from its own files only and `source`, a
-/// file's name or extension, is none of them.
-void check_source(const path& file, const path& source) {
-  const Format& format = writable_format(file);
-  if (!format.only_changed) return;
-  const bool is_extension = source.native().starts_with('.') && !source.has_extension();
-  const Format* read = find_format(source);
-  if (read == nullptr && is_extension) read = find_format(path("x") += source);
-  if (read != nullptr && read->read == format.read) return;
-  fail(
-      "FORMAT_UNKNOWN", file,
-      "\"" + std::string(format.extension) +
-          "\" files are written only with the contents of a file of the "
-          "same format, of which the coordinates change; written from any are " +
-          extensions(
-              [](const Format& other) { return other.is_written() && !other.only_changed; }) +
-          (format.library.empty() ? "" : "; this build is without " + std::string(format.library)));
-}
-
-/// Throws unless the file can be replaced, or made where there is none.
-void check_replaceable(const path& file) {
-  std::error_code error;
-  const auto status = std::filesystem::status(file, error);
-  if (!std::filesystem::exists(status)) return;
-  if (!std::filesystem::is_regular_file(status)) {
-    fail("FILE_NOT_WRITABLE", file, "this is no ordinary file");
-  }
-  if (::access(file.c_str(), W_OK) != 0) fail("FILE_NOT_WRITABLE", file, std::strerror(errno));
-}
-
-void check_folder(const path& file, const path& folder) {
-  if (::access(folder.c_str(), W_OK | X_OK) != 0) {
-    fail("FILE_NOT_WRITABLE", file, "folder " + folder.string() + ": " + std::strerror(errno));
-  }
-}
 
 /// Folders of a case are made where they miss.
 void check_case_writable(const path& file) {
@@ -118,13 +45,6 @@ void check_polyhedra(const path& file, const Format& format, const MeshFile& con
 }
 
 }  // namespace
-
-std::string extension_of(const path& file) {
-  std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
-  return extension;
-}
 
 MeshFile::MeshFile(Mesh mesh_of_file, std::shared_ptr<const FileContent> content)
     : mesh(std::move(mesh_of_file)), content_(std::move(content)) {}
@@ -173,71 +93,54 @@ const std::vector<std::string>& MeshFile::notes() const {
   return content_ ? content_->notes : none;
 }
 
-std::string readable_extensions() {
-  return extensions([](const Format& format) { return format.read != nullptr; });
-}
-
-std::string writable_extensions() {
-  return extensions([](const Format& format) { return format.is_written(); });
-}
-
-std::string array_extensions() {
-  return extensions([](const Format& format) { return format.cell_arrays; });
-}
-
-MeshFile read_mesh_file(const path& file) {
+MeshFile read_mesh_file(const path& given, const std::string& named) {
+  const path file = is_standard_input(given) ? path(kStandardStream) : given;
   std::error_code error;
-  if (!std::filesystem::exists(file, error)) fail("FILE_NOT_FOUND", file, "there is no such file");
-  const Format* format = find_format(file);
-  const bool is_case = format != nullptr && format->is_case;
-  if (std::filesystem::is_directory(file, error) && !is_case) {
-    fail("FILE_NOT_READABLE", file, "this is a folder, and no OpenFOAM case");
+  if (file != kStandardStream && !std::filesystem::exists(file, error)) {
+    fail("FILE_NOT_FOUND", file, "there is no such file");
   }
-  if (format == nullptr || format->read == nullptr) {
-    fail_unknown(file, format, "read", readable_extensions());
+  const Format& format = readable_format(file, named);
+  if (file != kStandardStream && ::access(file.c_str(), R_OK) != 0) {
+    fail("FILE_NOT_READABLE", file, std::strerror(errno));
   }
-  if (::access(file.c_str(), R_OK) != 0) fail("FILE_NOT_READABLE", file, std::strerror(errno));
-  if (!is_case && std::filesystem::file_size(file, error) == 0) {
+  if (!format.is_case && std::filesystem::is_regular_file(file, error) &&
+      std::filesystem::file_size(file, error) == 0) {
     fail("FILE_TRUNCATED", file, "the file is empty");
   }
-  return format->read(file);
+  // Formats of several files look for the others beside this one, and read by `read_bytes`.
+  const bool in_place = format.write_all != nullptr || is_plain(file, format);
+  return in_place ? format.read(file) : read_staged(file, format);
 }
 
-void check_writable(const path& file, const path& source) {
-  check_source(file, source);
-  if (writable_format(file).is_case) {
+void check_writable(const path& file, const path& source, const std::string& named) {
+  if (writable_format(file, named, source).is_case) {
     check_case_writable(file);
-    return;
+  } else {
+    check_output(file);
   }
-  check_replaceable(file);
-  const path folder = file.has_parent_path() ? file.parent_path() : path(".");
-  std::error_code error;
-  if (!std::filesystem::is_directory(folder, error)) {
-    fail("FILE_NOT_WRITABLE", file, "there is no folder " + folder.string());
-  }
-  check_folder(file, folder);
 }
 
-void check_writable_with_arrays(const path& file) {
-  if (!writable_format(file).cell_arrays) {
+void check_writable_with_arrays(const path& file, const path& source, const std::string& named) {
+  const Format& format = writable_format(file, named, source);
+  if (!format.cell_arrays) {
     fail("ARRAYS_NOT_SUPPORTED", file,
-         "\"" + extension_of(file) + "\" files are written without cell arrays; with them are " +
-             array_extensions());
+         "\"" + std::string(format.extension) +
+             "\" files are written without cell arrays; with them are " + array_extensions());
   }
-  check_writable(file);
+  check_writable(file, source, named);
 }
 
-void write_mesh_file(const path& file, const MeshFile& content) {
+void write_mesh_file(const path& file, const MeshFile& content, const std::string& named) {
   const std::string source = content.content() ? content.content()->extension : "";
   if (content.element_quality.metrics.empty() && content.element_arrays.empty()) {
-    check_writable(file, source);
+    check_writable(file, source, named);
   } else {
-    check_writable_with_arrays(file);
+    check_writable_with_arrays(file, source, named);
   }
   check_node_count(content);
-  const Format& format = writable_format(file);
+  const Format& format = writable_format(file, named, source);
   check_polyhedra(file, format, content);
-  OutputFiles files;
+  OutputFiles files(file, std::string(format.extension));
   try {
     if (format.write_all != nullptr) {
       format.write_all(file, content, files);
@@ -246,9 +149,10 @@ void write_mesh_file(const path& file, const MeshFile& content) {
     }
     files.commit();
   } catch (const Error& failure) {  // say the caller's name of the file
-    std::string text = files.without_partial_name(failure.what());
-    if (text.starts_with(file.string() + ": ")) text.erase(0, file.string().size() + 2);
-    fail(failure.reason(), file, text);
+    const path name = output_name(file);
+    std::string text = files.with_caller_names(failure.what());
+    if (text.starts_with(name.string() + ": ")) text.erase(0, name.string().size() + 2);
+    fail(failure.reason(), name, text);
   }
 }
 

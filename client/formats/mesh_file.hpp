@@ -79,7 +79,10 @@ class MeshFile {
   std::shared_ptr<const FileContent> content_;
 };
 
-/// The format follows from the extension, in any letter case (`kFormats`); a folder is OpenFOAM's.
+/// The format is the one called `format` ("inp", ".inp") or, where that is empty, follows from the
+/// extension, in any letter case and before ".gz" (`kFormats`); a folder is OpenFOAM's. What gzip
+/// compressed is decompressed, whatever its name. A pipe is read as a file is, "-" is standard
+/// input.
 ///
 /// Written to the format it was read from, a file changes in its coordinates alone. Writing to
 /// another format converts what that format can carry: data arrays, ids, physical groups (VTK and
@@ -94,21 +97,34 @@ class MeshFile {
 /// without the library), FORMAT_ERROR, FILE_TRUNCATED, MESH_EMPTY (nothing to
 /// smooth in it), ELEMENT_NOT_SUPPORTED (higher order, polyhedra …).
 /// O(file size).
-[[nodiscard]] MeshFile read_mesh_file(const std::filesystem::path& path);
+[[nodiscard]] MeshFile read_mesh_file(const std::filesystem::path& path,
+                                      const std::string& format = {});
 
-/// Replaces `path` when all has been written, never before. Errors:
+/// Replaces `path` when all has been written, never before. A symbolic link stays and leads to the
+/// new file, which has the permissions of the one that it replaces. A name in ".gz" compresses. A
+/// pipe or device gets all bytes at last, also standard output, which is called "-"; its format is
+/// that of the file read where neither `format` nor its name tells one. Errors:
 /// FORMAT_UNKNOWN, FILE_NOT_WRITABLE, ELEMENT_NOT_SUPPORTED, ARRAYS_NOT_SUPPORTED; `InvalidMesh`
 /// (ARRAY_SIZE_MISMATCH) when the mesh has not the nodes of its file.
-void write_mesh_file(const std::filesystem::path& path, const MeshFile& file);
+void write_mesh_file(const std::filesystem::path& path, const MeshFile& file,
+                     const std::string& format = {});
 
 /// Throws what `write_mesh_file` would throw for this path as far as it can be
 /// foreseen (format, folder, permission), before the work starts. `source` is the file that was or
 /// will be read, or its extension; empty: there is none. Leaves no file behind.
-void check_writable(const std::filesystem::path& path, const std::filesystem::path& source = {});
+void check_writable(const std::filesystem::path& path, const std::filesystem::path& source = {},
+                    const std::string& format = {});
 
 /// The same for files with `MeshFile::element_quality` or `element_arrays`; also
 /// ARRAYS_NOT_SUPPORTED.
-void check_writable_with_arrays(const std::filesystem::path& path);
+void check_writable_with_arrays(const std::filesystem::path& path,
+                                const std::filesystem::path& source = {},
+                                const std::string& format = {});
+
+/// The extension by which `kFormats` knows the format of a file or, where it is not empty, the one
+/// called `format`: ".inp" of "part.INP.gz"; empty: unknown.
+[[nodiscard]] std::string find_format_name(const std::filesystem::path& path,
+                                           const std::string& format = {});
 
 /// ".vtu .vtk …": what can be read and written here, and written with cell arrays, for messages and
 /// help.

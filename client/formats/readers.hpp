@@ -10,7 +10,7 @@
 
 namespace meshsmooth::formats {
 
-/// ".vtu", in lower case.
+/// ".vtu" of "part.VTU" and "part.vtu.gz".
 [[nodiscard]] std::string extension_of(const std::filesystem::path& file);
 
 // Readers and writers; those of a library choose by the path's extension.
@@ -42,7 +42,6 @@ void write_unv(const std::filesystem::path& path, const MeshFile& file);
 void write_medit(const std::filesystem::path& path, const MeshFile& file);
 
 [[nodiscard]] MeshFile read_tetgen(const std::filesystem::path& path);
-void write_tetgen(const std::filesystem::path& path, const MeshFile& file);
 
 [[nodiscard]] MeshFile read_med(const std::filesystem::path& path);
 [[nodiscard]] MeshFile read_cgns(const std::filesystem::path& path);
@@ -54,8 +53,7 @@ void write_exodus(const std::filesystem::path& path, const MeshFile& file);
 
 // These write `target` and what belongs to it under the names that `files` gives.
 
-void write_tetgen_pair(const std::filesystem::path& target, const MeshFile& file,
-                       OutputFiles& files);
+void write_tetgen(const std::filesystem::path& target, const MeshFile& file, OutputFiles& files);
 
 [[nodiscard]] MeshFile read_abaqus(const std::filesystem::path& path);
 void write_abaqus(const std::filesystem::path& target, const MeshFile& file, OutputFiles& files);
@@ -81,6 +79,9 @@ void write_xdmf(const std::filesystem::path& target, const MeshFile& file, Outpu
 /// writer writes `MeshFile::element_quality`. `write_all`, where one file does not hold all,
 /// takes the place of `write`. `only_changed`: a file is written from one that was read in the same
 /// format only. `is_case`: a path names an OpenFOAM case, be it a folder (`poly_mesh_folder`).
+/// `companion`: without which the file is no mesh. Readers of formats with `write_all` get the
+/// caller's path as it is, whatever it is called, and read by `read_bytes`; all others get a plain
+/// file with the extension.
 struct Format {
   std::string_view extension;
   MeshFile (*read)(const std::filesystem::path&);
@@ -90,6 +91,7 @@ struct Format {
   void (*write_all)(const std::filesystem::path&, const MeshFile&, OutputFiles&) = nullptr;
   bool only_changed = false;
   bool is_case = false;
+  std::string_view companion = {};
 
   [[nodiscard]] constexpr bool is_written() const {
     return write != nullptr || write_all != nullptr;
@@ -97,8 +99,9 @@ struct Format {
 };
 
 constexpr Format several_files(std::string_view extension, decltype(Format::read) read,
-                               decltype(Format::write_all) write, bool only_changed = false) {
-  return {extension, read, nullptr, {}, false, write, only_changed};
+                               decltype(Format::write_all) write, std::string_view companion = {},
+                               bool only_changed = false) {
+  return {extension, read, nullptr, {}, false, write, only_changed, false, companion};
 }
 
 #if defined(MESHSMOOTH_WITH_VTK)
@@ -120,7 +123,7 @@ inline constexpr Format kMsh = {".msh", read_msh, write_msh, "Gmsh", false, null
 #if defined(MESHSMOOTH_WITH_HDF5)
 inline constexpr Format kMed = {".med", read_med, write_hdf5, {}, false, nullptr, true};
 inline constexpr Format kCgns = {".cgns", read_cgns, write_hdf5, {}, false, nullptr, true};
-inline constexpr Format kXdmf = several_files(".xdmf", read_xdmf, write_xdmf, true);
+inline constexpr Format kXdmf = several_files(".xdmf", read_xdmf, write_xdmf, "an HDF5 file", true);
 constexpr Format exodus_format(std::string_view extension) {
   return {extension, read_exodus, write_exodus, {}, false, nullptr, true};
 }
@@ -133,7 +136,8 @@ constexpr Format exodus_format(std::string_view extension) {
 }
 #endif
 
-inline constexpr Format kFoam = {".foam", read_foam, nullptr, {}, false, write_foam, true, true};
+inline constexpr Format kFoam = {".foam", read_foam,          nullptr, {}, false, write_foam, true,
+                                 true,    "a polyMesh folder"};
 
 /// All formats; a new one is one more row.
 ///
@@ -176,8 +180,8 @@ inline constexpr auto kFormats =
                            several_files(".inp", read_abaqus, write_abaqus),
                            {".su2", read_su2, write_su2},
                            kFoam,
-                           several_files(".node", read_tetgen, write_tetgen_pair),
-                           several_files(".ele", read_tetgen, write_tetgen_pair),
+                           several_files(".node", read_tetgen, write_tetgen, "an .ele file"),
+                           several_files(".ele", read_tetgen, write_tetgen, "a .node file"),
                            kMed,
                            kCgns,
                            exodus_format(".exo"),

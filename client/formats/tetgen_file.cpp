@@ -54,6 +54,26 @@ void note_rest(Scanner& scanner, const path& file, Notes& notes) {
   });
 }
 
+/// The file of the pair with this extension, which may be in capitals as the other's.
+path of_pair(const path& file, const char* extension) {
+  const std::string own = extension_of(file);
+  if (own == extension) return file;
+  if (own != ".node" && own != ".ele") {
+    fail("FORMAT_UNKNOWN", file, "TetGen's files are told apart by their names, .node and .ele");
+  }
+  path found = with_extension(file, extension);
+  const path folder = file.has_parent_path() ? file.parent_path() : path(".");
+  std::error_code error;
+  if (std::filesystem::exists(found, error)) return found;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    const path name = entry.path().filename();
+    if (name.stem() == file.stem() && extension_of(name) == extension) {
+      return file.parent_path() / name;
+    }
+  }
+  return found;
+}
+
 /// Columns of attributes, and a column of markers, of nodes or tetrahedra.
 struct Columns {
   std::vector<Column> all;
@@ -128,7 +148,7 @@ std::vector<std::int64_t> read_tetrahedra(const path& file, FileContent& content
   nodes.reserve(content.node_ids.size());
   for (const std::int64_t id : content.node_ids) {
     if (!nodes.emplace(id, static_cast<std::int64_t>(nodes.size())).second) {
-      fail("FORMAT_ERROR", with_extension(file, ".node"),
+      fail("FORMAT_ERROR", of_pair(file, ".node"),
            "two nodes have the number " + std::to_string(id));
     }
   }
@@ -235,16 +255,16 @@ MeshFile read_tetgen(const path& file) {
   content.extension = ".node";
   const auto dataset = std::make_shared<PlainDataset>();
   Notes notes;
-  read_nodes(with_extension(file, ".node"), content, *dataset, notes);
-  content.cell_ids = read_tetrahedra(with_extension(file, ".ele"), content, *dataset, notes);
+  read_nodes(of_pair(file, ".node"), content, *dataset, notes);
+  content.cell_ids = read_tetrahedra(of_pair(file, ".ele"), content, *dataset, notes);
   content.notes = notes.texts();
   content.dataset = dataset;
   return make_mesh_file(file, std::move(content));
 }
 
-void write_tetgen(const path& file, const MeshFile& mesh_file) {
-  const path node_file = with_extension(file, ".node");
-  const path element_file = with_extension(file, ".ele");
+void write_tetgen(const path& file, const MeshFile& mesh_file, OutputFiles& files) {
+  const path node_file = files.add(of_pair(file, ".node"));
+  const path element_file = files.add(of_pair(file, ".ele"));
   if (mesh_file.content() && mesh_file.content()->extension == ".node") {
     const FileContent& content = *mesh_file.content();
     write_bytes(node_file,
@@ -263,12 +283,6 @@ void write_tetgen(const path& file, const MeshFile& mesh_file) {
   const std::shared_ptr<const Dataset> dataset = dataset_of(mesh_file);
   write_bytes(node_file, make_node_text(*dataset, mesh_file.mesh));
   write_bytes(element_file, make_element_text(*dataset, cell_kind(type)));
-}
-
-void write_tetgen_pair(const path& target, const MeshFile& file, OutputFiles& files) {
-  const path node_file = files.add(with_extension(target, ".node"));
-  (void)files.add(with_extension(target, ".ele"));
-  write_tetgen(node_file, file);
 }
 
 }  // namespace meshsmooth::formats

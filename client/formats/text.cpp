@@ -1,15 +1,14 @@
 #include "text.hpp"
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
-#include <fstream>
-#include <sstream>
+
+#include "file_bytes.hpp"
 
 namespace meshsmooth::formats {
 
 void fail(const std::string& reason, const std::filesystem::path& path, const std::string& what) {
-  throw Error(reason, path.string() + ": " + what, {{"path", path.string()}});
+  const std::string name = path == kStandardStream ? "standard input" : path.string();
+  throw Error(reason, name + ": " + what, {{"path", path.string()}});
 }
 
 void fail_unknown_name(const std::string& what_is_called, const std::string& name,
@@ -22,30 +21,18 @@ void fail_unknown_name(const std::string& what_is_called, const std::string& nam
       {{"name", name}});
 }
 
-std::string read_bytes(const std::filesystem::path& path) {
-  std::error_code error;
-  if (!std::filesystem::exists(path, error)) fail("FILE_NOT_FOUND", path, "there is no such file");
-  if (std::filesystem::is_directory(path, error)) {
-    fail("FILE_NOT_READABLE", path, "this is a folder");
-  }
-  std::ifstream stream(path, std::ios::binary);
-  std::ostringstream bytes;
-  if (stream && stream.peek() != std::ifstream::traits_type::eof()) bytes << stream.rdbuf();
-  if (!stream && !stream.eof()) fail("FILE_NOT_READABLE", path, std::strerror(errno));
-  return std::move(bytes).str();
-}
-
-void write_bytes(const std::filesystem::path& path, std::string_view bytes) {
-  std::ofstream stream(path, std::ios::binary | std::ios::trunc);
-  stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  stream.close();
-  if (!stream) fail("FILE_NOT_WRITABLE", path, std::strerror(errno));
-}
-
 std::string_view trimmed(std::string_view text) {
   const std::size_t first = text.find_first_not_of(" \t\r");
   if (first == std::string_view::npos) return text.substr(0, 0);
   return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  for (std::size_t at = text.find(from); at != std::string::npos;
+       at = text.find(from, at + to.size())) {
+    text.replace(at, from.size(), to);
+  }
+  return text;
 }
 
 void Scanner::skip_space(bool over_lines) {
@@ -59,6 +46,12 @@ void Scanner::skip_space(bool over_lines) {
       return;
     }
   }
+}
+
+Scanner::Scanner(std::filesystem::path path, std::string_view text, char comment)
+    : path_(std::move(path)), text_(text), comment_(comment) {
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // of UTF-8, by editors
+  if (text.starts_with(kByteOrderMark)) position_ = kByteOrderMark.size();
 }
 
 bool Scanner::at_end() {

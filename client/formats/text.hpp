@@ -11,7 +11,8 @@
 
 namespace meshsmooth::formats {
 
-/// The whole file. Throws FILE_NOT_FOUND, FILE_NOT_READABLE.
+/// The whole file, be it a pipe or "-" (standard input); what gzip compressed is decompressed.
+/// Throws FILE_NOT_FOUND, FILE_NOT_READABLE, and FORMAT_ERROR or FILE_TRUNCATED of gzip's data.
 [[nodiscard]] std::string read_bytes(const std::filesystem::path& path);
 
 /// Throws FILE_NOT_WRITABLE.
@@ -19,6 +20,10 @@ void write_bytes(const std::filesystem::path& path, std::string_view bytes);
 
 /// Without blanks before and behind.
 [[nodiscard]] std::string_view trimmed(std::string_view text);
+
+/// `text` with each `from` replaced by `to`.
+[[nodiscard]] std::string replaced(std::string text, const std::string& from,
+                                   const std::string& to);
 
 /// Throws `Error`: "PATH: what".
 [[noreturn]] void fail(const std::string& reason, const std::filesystem::path& path,
@@ -33,9 +38,9 @@ void write_bytes(const std::filesystem::path& path, std::string_view bytes);
 /// with path and line.
 class Scanner {
  public:
-  /// Texts after `comment` up to the end of the line are no tokens; 0: none.
-  Scanner(std::filesystem::path path, std::string_view text, char comment = 0)
-      : path_(std::move(path)), text_(text), comment_(comment) {}
+  /// Texts after `comment` up to the end of the line are no tokens; 0: none. Begins behind a byte
+  /// order mark.
+  Scanner(std::filesystem::path path, std::string_view text, char comment = 0);
 
   /// The next token on any line.
   std::string_view token();

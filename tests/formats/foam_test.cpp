@@ -354,7 +354,7 @@ TEST_F(Foam, NeedsAllItsFiles) {
     std::filesystem::rename(mesh_file(name), mesh_file("away"));
     EXPECT_EQ(error().first, "FILE_NOT_FOUND") << name;
     put_bytes(mesh_file(std::string(name) + ".gz"), "x");
-    EXPECT_THAT(error().second, HasSubstr("compressed meshes are not read; run gunzip"));
+    EXPECT_THAT(error().second, HasSubstr(mesh_file(std::string(name) + ".gz: ").string()));
     std::filesystem::remove(mesh_file(std::string(name) + ".gz"));
     std::filesystem::rename(mesh_file("away"), mesh_file(name));
   }

@@ -55,6 +55,15 @@ inline void move_nodes(Mesh& mesh) {
       mesh.positions);
 }
 
+/// Moves nodes by something that takes no digit more than they have.
+inline void double_positions(Mesh& mesh) {
+  std::visit(
+      [](auto& nodes) {
+        for (auto& node : nodes) node += node;
+      },
+      mesh.positions);
+}
+
 inline void expect_same_connectivity(const Mesh& a, const Mesh& b) {
   ASSERT_EQ(a.blocks.size(), b.blocks.size());
   for (std::size_t block = 0; block < a.blocks.size(); ++block) {

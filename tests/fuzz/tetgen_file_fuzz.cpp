@@ -10,7 +10,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::size_t between = std::min(bytes.find(kBetween), size);
   const auto path = files.write("given.node", bytes.substr(0, between));
   files.write("given.ele", bytes.substr(std::min(between + kBetween.size(), size)));
-  testing::read_and_write(path, files.path("written.node"), formats::read_tetgen,
-                          formats::write_tetgen);
+  const auto write = [](const std::filesystem::path& target, const formats::MeshFile& file) {
+    formats::OutputFiles outputs;
+    formats::write_tetgen(target, file, outputs);
+    outputs.commit();
+  };
+  testing::read_and_write(path, files.path("written.node"), formats::read_tetgen, write);
   return 0;
 }
