@@ -113,7 +113,7 @@ forbid("vtk[A-Z][A-Za-z0-9]*\\.h" "builds without VTK have the other formats"
 forbid("(hdf5|netcdf)\\.h" "one file each knows the library"
   client/formats/hdf5_file\\.cpp client/formats/netcdf_file\\.cpp tests/)
 forbid("libxml/" "one file knows the library"
-  client/formats/xdmf_data\\.)
+  client/formats/xdmf/data\\.)
 forbid("zlib\\.h" "one file knows the library"
   client/formats/gzip\\.cpp tests/)
 forbid("prometheus/" "only one place knows how metrics are counted"

@@ -5,15 +5,27 @@
 #include "cell_sides.hpp"
 
 namespace meshsmooth::formats {
+namespace {
+
+/// Unsigned, for any number may stand in a file.
+std::int64_t counted_from_zero(std::int64_t node, std::int64_t first_node) {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(node) -
+                                   static_cast<std::uint64_t>(first_node));
+}
+
+}  // namespace
+
 void CellList::add(const CellKind& kind, NodeOrder order, std::span<const std::int64_t> nodes,
                    std::int64_t first_node) {
-  // Unsigned, for any number may stand in a file.
   for (const std::int8_t place : places_in(order, kind)) {
-    nodes_.push_back(static_cast<std::int64_t>(
-        static_cast<std::uint64_t>(nodes[static_cast<std::size_t>(place)]) -
-        static_cast<std::uint64_t>(first_node)));
+    nodes_.push_back(counted_from_zero(nodes[static_cast<std::size_t>(place)], first_node));
   }
-  kinds_.push_back(&kind);
+  entries_.push_back({&kind, kind.vtk_type, static_cast<std::uint32_t>(kind.node_count)});
+}
+
+void CellList::add(int type, std::span<const std::int64_t> nodes, std::int64_t first_node) {
+  for (const std::int64_t node : nodes) nodes_.push_back(counted_from_zero(node, first_node));
+  entries_.push_back({nullptr, type, static_cast<std::uint32_t>(nodes.size())});
 }
 
 void CellList::store(PlainDataset& dataset) const {
@@ -27,9 +39,8 @@ void CellList::store(PlainDataset& dataset) const {
       dataset.positions());
   std::array<std::int64_t, kElementTypeCount> sides{};  // by type
   std::size_t first = 0;
-  for (const CellKind* kind : kinds_) {
-    const auto count = static_cast<std::size_t>(kind->node_count);
-    if (kind->dimension == 3) {
+  for (const auto& [kind, type, count] : entries_) {
+    if (kind != nullptr && kind->dimension == 3) {
       sides[static_cast<std::size_t>(*kind->element)] +=
           side_of<std::int64_t>(*kind, std::span(nodes_).subspan(first, count), positions);
     }
@@ -37,14 +48,13 @@ void CellList::store(PlainDataset& dataset) const {
   }
   first = 0;
   std::vector<std::int64_t> cell;
-  for (const CellKind* kind : kinds_) {
-    const auto count = static_cast<std::size_t>(kind->node_count);
+  for (const auto& [kind, type, count] : entries_) {
     const auto nodes = std::span(nodes_).subspan(first, count);
     cell.assign(nodes.begin(), nodes.end());
-    if (kind->element && sides[static_cast<std::size_t>(*kind->element)] < 0) {
+    if (kind != nullptr && kind->element && sides[static_cast<std::size_t>(*kind->element)] < 0) {
       mirror(*kind, std::span(cell));
     }
-    dataset.add_cell(kind->vtk_type, cell);
+    dataset.add_cell(type, cell);
     first += count;
   }
 }

@@ -17,7 +17,9 @@ class CellList {
   /// from `first_node`; as many as the cell has.
   void add(const CellKind& kind, NodeOrder order, std::span<const std::int64_t> nodes,
            std::int64_t first_node);
-  [[nodiscard]] std::size_t size() const { return kinds_.size(); }
+  /// A cell that cannot be smoothed: a polygon, a polyhedron, a line of many nodes, an own type.
+  void add(int type, std::span<const std::int64_t> nodes, std::int64_t first_node);
+  [[nodiscard]] std::size_t size() const { return entries_.size(); }
 
   /// Into the data set, which has its positions. Programs disagree with the formats'
   /// documents, and with one another, on the order of nodes: where most cells of a type are
@@ -25,7 +27,12 @@ class CellList {
   void store(PlainDataset& dataset) const;
 
  private:
-  std::vector<const CellKind*> kinds_;
+  struct Entry {
+    const CellKind* kind;  // null: none
+    int type;              // VTK's number
+    std::uint32_t count;   // of nodes
+  };
+  std::vector<Entry> entries_;
   std::vector<std::int64_t> nodes_;  // in VTK's order, from 0
 };
 

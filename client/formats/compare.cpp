@@ -175,11 +175,11 @@ bool has_text(const FileContent& content) {
   return !content.text.empty() || !content.segments.empty();
 }
 
-/// Whether the bytes are compared by writing: HDF5, netCDF, and files of which it is not known
+/// Whether the bytes are compared by writing: HDF5, netCDF, ADF, and files of which it is not known
 /// where each coordinate stands (VTK's, STL).
 bool is_container(const FileContent& content) {
   const bool has_fields = !content.fields.fields.empty() || !content.segments.empty();
-  return !content.arrays.names.empty() || (!content.text.empty() && !has_fields);
+  return !content.arrays.empty() || (!content.text.empty() && !has_fields);
 }
 
 /// Whether the first file with the coordinates of the second is the second, byte for byte.

@@ -32,6 +32,8 @@ inline constexpr const char* kMarkerArray = "tetgen:marker";
 inline constexpr const char* kFamilyArray = "med:family";
 inline constexpr const char* kBlockArray = "exodus:block";    // the block's id
 inline constexpr const char* kSectionArray = "cgns:section";  // its place in the file, from 1
+inline constexpr const char* kZoneArray = "cgns:zone";        // the same; of files with several
+inline constexpr const char* kGridArray = "xdmf:grid";        // the same
 inline constexpr const char* kAttributeArray = "tetgen:attribute_";  // and its number, from 0
 
 class CoordinateSystems;
@@ -89,9 +91,10 @@ class FileContent {
   std::vector<NodeId> lower_dimensional_nodes;
   std::int64_t lower_dimensional_cell_count = 0;
   std::vector<HeldCells> held_cells;
-  std::string text;            // the file, or empty
-  CoordinateFields fields;     // in the text; one per node
-  CoordinateArrays arrays;     // in an HDF5 or netCDF file
+  std::string text;         // the file, or empty
+  CoordinateFields fields;  // in the text; one per node
+  // In an HDF5, netCDF or ADF file: of all nodes; several may hold the same nodes.
+  std::vector<CoordinateArrays> arrays;
   std::string companion_text;  // of the .ele file beside a .node file, of an .xdmf file's .h5 file
   std::filesystem::path companion;  // its name as the text has it, or empty
   std::filesystem::path folder;     // from which the text names other files; or empty

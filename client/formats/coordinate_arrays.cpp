@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <type_traits>
 
 #include "content.hpp"
 #include "hdf5_file.hpp"
@@ -75,13 +76,38 @@ Positions positions_of(const std::filesystem::path& path, const CoordinateArrays
   return gather<Vec3d>(arrays, numbers, count);
 }
 
+void append_positions(Positions& to, const Positions& more) {
+  const auto size_of = [](const auto& nodes) { return nodes.size(); };
+  if (std::visit(size_of, to) == 0) {
+    to = more;
+    return;
+  }
+  if (to.index() != more.index() && std::holds_alternative<std::vector<Vec3f>>(to)) {
+    std::vector<Vec3d> wider;
+    for (const Vec3f& node : std::get<std::vector<Vec3f>>(to)) {
+      wider.push_back(vec3_cast<double>(node));
+    }
+    to = std::move(wider);
+  }
+  std::visit(
+      [](auto& all, const auto& nodes) {
+        using Real = decltype(all[0].x);
+        for (const auto& node : nodes)
+          all.push_back(vec3_cast<std::remove_reference_t<Real>>(node));
+      },
+      to, more);
+}
+
 std::vector<std::vector<double>> numbers_of(const std::filesystem::path& path,
                                             const CoordinateArrays& arrays,
                                             const PositionsView& positions) {
   std::vector<Place> places;
+  places.reserve(arrays.node_count);
   std::visit(
       [&](const auto& nodes) {
-        for (const auto& node : nodes) places.push_back(place_of(node));
+        for (const auto& node : nodes.subspan(arrays.first_node, arrays.node_count)) {
+          places.push_back(place_of(node));
+        }
       },
       positions);
   if (arrays.dimension == 2) check_flat(path, places);
@@ -117,10 +143,12 @@ void write_hdf5(const std::filesystem::path& path, const std::string& bytes, con
   write_bytes(path, bytes);
   const PositionsView positions = file.mesh.positions_view();
   if (!has_moved(content.dataset->positions(), positions)) return;
-  const auto numbers = numbers_of(path, content.arrays, positions);
   Hdf5File changed(path);
-  for (std::size_t array = 0; array < numbers.size(); ++array) {
-    changed.overwrite(content.arrays.names[array], numbers[array]);
+  for (const CoordinateArrays& arrays : content.arrays) {
+    const auto numbers = numbers_of(path, arrays, positions);
+    for (std::size_t array = 0; array < numbers.size(); ++array) {
+      changed.overwrite(arrays.names[array], numbers[array]);
+    }
   }
   changed.close();
 }

@@ -16,6 +16,16 @@ namespace {
 /// Deflate makes 1032 bytes of one at most.
 constexpr std::uintmax_t kHighestCompression = 1100;
 
+/// The k of "NAMEk"; none: it is not so called.
+std::optional<std::size_t> number_behind(std::string_view name, std::string_view found) {
+  if (!found.starts_with(name)) return std::nullopt;
+  found.remove_prefix(name.size());
+  std::size_t value = 0;
+  const auto [end, error] = std::from_chars(found.begin(), found.end(), value);
+  if (error != std::errc() || end != found.end() || found.starts_with('0')) return std::nullopt;
+  return value;
+}
+
 }  // namespace
 
 NetcdfFile::NetcdfFile(std::filesystem::path path, Access access)
@@ -66,14 +76,22 @@ std::vector<std::size_t> NetcdfFile::numbers_behind(const std::string& name) con
   for (int id = 0; id < variables; ++id) {
     std::array<char, NC_MAX_NAME + 1> found{};
     check(nc_inq_varname(file_, id, found.data()), "its variables");
-    std::string_view number(found.data());
-    if (!number.starts_with(name)) continue;
-    number.remove_prefix(name.size());
-    std::size_t value = 0;
-    const auto [end, error] = std::from_chars(number.begin(), number.end(), value);
-    if (error == std::errc() && end == number.end() && !number.starts_with('0')) {
-      numbers.push_back(value);
-    }
+    if (const auto number = number_behind(name, found.data())) numbers.push_back(*number);
+  }
+  std::ranges::sort(numbers);
+  return numbers;
+}
+
+std::vector<std::size_t> NetcdfFile::dimension_numbers(const std::string& name) const {
+  int count = 0;
+  check(nc_inq_ndims(file_, &count), "its dimensions");
+  std::vector<int> ids(static_cast<std::size_t>(count));
+  check(nc_inq_dimids(file_, &count, ids.data(), 0), "its dimensions");
+  std::vector<std::size_t> numbers;
+  for (const int id : ids) {
+    std::array<char, NC_MAX_NAME + 1> found{};
+    check(nc_inq_dimname(file_, id, found.data()), "its dimensions");
+    if (const auto number = number_behind(name, found.data())) numbers.push_back(*number);
   }
   std::ranges::sort(numbers);
   return numbers;

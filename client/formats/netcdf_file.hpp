@@ -27,6 +27,8 @@ class NetcdfFile {
   /// The k, ascending, of the variables "NAMEk" that there are. O(variables), whatever number of
   /// them the file claims.
   [[nodiscard]] std::vector<std::size_t> numbers_behind(const std::string& name) const;
+  /// The same of dimensions.
+  [[nodiscard]] std::vector<std::size_t> dimension_numbers(const std::string& name) const;
   [[nodiscard]] std::vector<double> reals(const std::string& variable) const;
   [[nodiscard]] std::vector<std::int64_t> integers(const std::string& variable) const;
   /// The rows of a variable of characters with two dimensions, without what pads them; none
@@ -35,6 +37,9 @@ class NetcdfFile {
   [[nodiscard]] std::string text_attribute(const std::string& variable,
                                            const std::string& name) const;
   [[nodiscard]] bool is_single_precision(const std::string& variable) const;
+  [[nodiscard]] std::vector<std::size_t> shape(const std::string& variable) const {
+    return shape(find(variable), variable);
+  }
 
   /// Replaces all numbers of a variable, in its own type.
   void overwrite(const std::string& variable, std::span<const double> values);

@@ -19,7 +19,9 @@ void mark_nodes(const Dataset& dataset, const CellGroup& group, std::vector<std:
     const double value = column->values[static_cast<std::size_t>(id)];
     if (std::ranges::find(group.values, value) == group.values.end()) continue;
     dataset.get_cell(id, cell);
-    if (cell_dimension(cell.type, cell.nodes.size()) != group.dimension) continue;
+    // Cells that only their format knows are of any dimension.
+    const auto dimension = cell_dimension(cell.type, cell.nodes.size());
+    if (dimension.value_or(group.dimension) != group.dimension) continue;
     for (const std::int64_t node : cell.nodes) {
       if (static_cast<std::size_t>(node) < marks.size()) marks[static_cast<std::size_t>(node)] = 1;
     }

@@ -45,6 +45,7 @@ void write_medit(const std::filesystem::path& path, const MeshFile& file);
 
 [[nodiscard]] MeshFile read_med(const std::filesystem::path& path);
 [[nodiscard]] MeshFile read_cgns(const std::filesystem::path& path);
+void write_cgns(const std::filesystem::path& path, const MeshFile& file);
 /// Of files that are HDF5.
 void write_hdf5(const std::filesystem::path& path, const MeshFile& file);
 
@@ -122,7 +123,7 @@ inline constexpr Format kMsh = {".msh", read_msh, write_msh, "Gmsh", false, null
 
 #if defined(MESHSMOOTH_WITH_HDF5)
 inline constexpr Format kMed = {".med", read_med, write_hdf5, {}, false, nullptr, true};
-inline constexpr Format kCgns = {".cgns", read_cgns, write_hdf5, {}, false, nullptr, true};
+inline constexpr Format kCgns = {".cgns", read_cgns, write_cgns, {}, false, nullptr, true};
 inline constexpr Format kXdmf = several_files(".xdmf", read_xdmf, write_xdmf, "an HDF5 file", true);
 constexpr Format exodus_format(std::string_view extension) {
   return {extension, read_exodus, write_exodus, {}, false, nullptr, true};

@@ -82,7 +82,9 @@ INSTANTIATE_TEST_SUITE_P(Hdf5Formats, EveryHdf5File,
                                            "compressed.e", "mixed_meshio.xdmf", "dolfinx.xdmf",
                                            "flat_inline.xdmf", "second_order.med",
                                            "second_order.cgns", "second_order.exo",
-                                           "second_order.xdmf"),
+                                           "second_order.xdmf", "zones.cgns", "zones_adf.cgns",
+                                           "polyhedra.cgns", "polyhedra_adf.cgns", "polyhedra.exo",
+                                           "shells.exo", "polyhedra.med", "checkpoint.xdmf"),
                          [](const auto& param) {
                            std::string name = param.param;
                            std::ranges::replace(name, '.', '_');
@@ -122,9 +124,9 @@ TEST_P(EveryHdf5File, KeepsItsBytesWhereNothingMoved) {
   if (const auto pair = std::filesystem::path(path).replace_extension(".h5");
       std::filesystem::exists(pair)) {
     EXPECT_EQ(bytes_of(scratch_.path("out.h5")), bytes_of(pair));
-    const std::string old_name = pair.filename().string() + ":/";
+    const std::string old_name = pair.filename().string() + ":";
     for (auto at = expected.find(old_name); at != std::string::npos; at = expected.find(old_name)) {
-      expected.replace(at, old_name.size(), "out.h5:/");
+      expected.replace(at, old_name.size(), "out.h5:");
     }
   }
   EXPECT_EQ(bytes_of(scratch_.path("out" + extension)), expected);
@@ -134,7 +136,8 @@ TEST_P(EveryHdf5File, GivesBackPositionsThatMoved) {
   const std::string extension = std::filesystem::path(GetParam()).extension();
   MeshFile file = read_mesh_file(copied(scratch_, GetParam()));
   test::move_nodes(file.mesh);
-  if (std::string(GetParam()) == "flat_inline.xdmf") {
+  const std::string name = GetParam();
+  if (name == "flat_inline.xdmf" || name == "checkpoint.xdmf") {
     for (Vec3d& node : std::get<std::vector<Vec3d>>(file.mesh.positions)) node.z = 0;
   }
 
@@ -174,7 +177,9 @@ TEST_P(EveryHdf5File, IsReadOrRefusedWhereverItIsCutOff) {
   for (const auto& each : {path, std::filesystem::path(path).replace_extension(".h5")}) {
     if (!std::filesystem::exists(each)) continue;
     const std::string bytes = bytes_of(each);
-    for (double share = 0.01; share < 0.99; share += 0.035) {
+    // At its end an ADF file has free space.
+    const double last = path.string().ends_with("_adf.cgns") ? 0.75 : 0.99;
+    for (double share = 0.01; share < last; share += 0.035) {
       put_bytes(each, bytes.substr(0, static_cast<std::size_t>(share * double(bytes.size()))));
       const auto [reason, text] = error_of([&] { (void)read_mesh_file(path); });
       EXPECT_THAT(reason, AnyOf("FILE_TRUNCATED", "FORMAT_ERROR")) << share << ": " << text;

@@ -4,7 +4,7 @@
 
 #include <sstream>
 
-#include "exodus_sides.hpp"
+#include "exodus/sides.hpp"
 #include "node_sets.hpp"
 #include "scratch.hpp"
 #include "second_order.hpp"
@@ -107,7 +107,7 @@ TEST(SecondOrderCgns, RefusesThePyramidWith14Nodes) {
   put_bytes(scratch.path("a.cgns"), bytes);
   const auto [reason, text] = error_of([&] { (void)read_mesh_file(scratch.path("a.cgns")); });
   EXPECT_EQ(reason, "ELEMENT_NOT_SUPPORTED");
-  EXPECT_THAT(text, HasSubstr("elements of CGNS's type 13; only linear"));
+  EXPECT_THAT(text, HasSubstr("elements of the type PYRA_14; only linear"));
 }
 
 TEST(SecondOrderExodus, HasSidesWithNodesInTheMiddle) {
@@ -119,7 +119,7 @@ TEST(SecondOrderExodus, HasSidesWithNodesInTheMiddle) {
 
 TEST(SecondOrderExodus, HasTheSidesOfTheManual) {
   const auto side = [](const char* type, std::size_t width, std::int64_t number) {
-    return nodes_of_exodus_side(find_exodus_shape(type, width).value(), number);
+    return nodes_of_exodus_side(find_exodus_shape(type, width, 2).value(), number);
   };
   EXPECT_THAT(side("TETRA", 10, 2), UnorderedElementsAre(1, 2, 3, 5, 9, 8));
   EXPECT_THAT(side("HEX", 20, 5), UnorderedElementsAre(0, 3, 2, 1, 11, 10, 9, 8));
@@ -147,7 +147,7 @@ TEST(SecondOrderExodus, RefusesOtherNumbersOfNodes) {
                                     {"TRI", 7},
                                     {"QUAD", 5},
                                     {"BAR", 4}}) {
-    EXPECT_FALSE(find_exodus_shape(type, width).has_value()) << type << width;
+    EXPECT_FALSE(find_exodus_shape(type, width, 2).has_value()) << type << width;
   }
 }
 

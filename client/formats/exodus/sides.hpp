@@ -15,9 +15,13 @@ struct ExodusShape {
   bool shell;  // its sides 1 and 2 are its faces, the others its edges
 };
 
-/// "TETRA", "HEX8" …, in any case; none: of a higher order, or unknown.
-[[nodiscard]] std::optional<ExodusShape> find_exodus_shape(std::string type,
-                                                           std::size_t node_count);
+/// "TETRA", "HEX8" …, in any case, of a mesh in two or three dimensions; none: of a higher order,
+/// or unknown.
+[[nodiscard]] std::optional<ExodusShape> find_exodus_shape(const std::string& type,
+                                                           std::size_t node_count,
+                                                           std::size_t dimension);
+/// Whether the type is one of Exodus', of whatever order.
+[[nodiscard]] bool is_exodus_type(const std::string& type);
 
 /// The nodes of a side, which counts from 1, by their places in the element, from 0, in Exodus'
 /// order, the corners first; empty: it has no such side. From the tables of side sets in "EXODUS

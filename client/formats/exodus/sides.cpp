@@ -1,8 +1,9 @@
-#include "exodus_sides.hpp"
+#include "exodus/sides.hpp"
 
 #include <algorithm>
 #include <cctype>
 #include <span>
+#include <string_view>
 
 #include "dataset.hpp"
 #include "node_orders.hpp"
@@ -50,32 +51,55 @@ const CellKind* find_kind(int linear_cell, std::size_t node_count) {
   return find_vtk_cell(linear_cell, node_count);
 }
 
-}  // namespace
-
-std::optional<ExodusShape> find_exodus_shape(std::string type, std::size_t node_count) {
+std::string in_capitals(std::string type) {
   std::ranges::transform(type, type.begin(),
                          [](unsigned char letter) { return std::toupper(letter); });
-  const auto is = [&](const char* prefix) { return type.starts_with(prefix); };
-  const bool surface = is("SHELL");
-  const bool shell = surface || is("TRISH");
-  int cell = 0;
-  if (is("TET")) cell = kTetrahedronCell;
-  if (is("HEX")) cell = kHexahedronCell;
-  if (is("WED")) cell = kWedgeCell;
-  if (is("PYR")) cell = kPyramidCell;
-  if (is("TRI") || (surface && (node_count == 3 || node_count == 6))) cell = kTriangleCell;
-  if (is("QUA") || (surface && !(node_count == 3 || node_count == 6))) cell = kQuadCell;
-  if (is("BAR") || is("BEA") || is("EDG") || is("ROD") || is("TRU")) cell = kLineCell;
-  if (is("SPH") || is("CIR") || is("POI") || is("NOD")) cell = kVertexCell;
+  return type;
+}
+
+/// The linear cell by the first letters of its name; 0: none has such a name.
+int cell_named(std::string_view name) {
+  const auto is = [&](const char* prefix) { return name.starts_with(prefix); };
+  if (is("TET")) return kTetrahedronCell;
+  if (is("HEX")) return kHexahedronCell;
+  if (is("WED")) return kWedgeCell;
+  if (is("PYR")) return kPyramidCell;
+  if (is("TRI")) return kTriangleCell;
+  if (is("QUA")) return kQuadCell;
+  if (is("BAR") || is("BEA") || is("EDG") || is("ROD") || is("TRU")) return kLineCell;
+  if (is("SPH") || is("CIR") || is("POI") || is("NOD")) return kVertexCell;
+  return 0;
+}
+
+}  // namespace
+
+std::optional<ExodusShape> find_exodus_shape(const std::string& type, std::size_t node_count,
+                                             std::size_t dimension) {
+  const std::string name = in_capitals(type);
+  const bool is_shell = name.starts_with("SHELL");
+  int cell = cell_named(name);
+  if (is_shell && node_count == 2) {
+    cell = kLineCell;  // in two dimensions
+  } else if (is_shell) {
+    cell = node_count == 3 || node_count == 6 ? kTriangleCell : kQuadCell;
+  }
   const CellKind* kind = find_kind(cell, node_count);
   if (kind == nullptr) return std::nullopt;
-  return ExodusShape{kind, shell};
+  // A surface in space has two faces, whatever it is called.
+  const bool named_so = is_shell || name.starts_with("TRISH");
+  return ExodusShape{kind, kind->dimension == 2 && (dimension == 3 || named_so)};
+}
+
+bool is_exodus_type(const std::string& type) {
+  const std::string name = in_capitals(type);
+  return cell_named(name) != 0 || name.starts_with("SHELL");
 }
 
 std::vector<int> nodes_of_exodus_side(const ExodusShape& shape, std::int64_t side) {
-  const bool point = shape.kind->dimension == 0;
+  if (shape.kind->dimension == 0 && side == 1) return {0};
   const Sides& sides = sides_of(shape);
-  if (point || side < 1 || side > static_cast<std::int64_t>(sides.size())) return {};
+  if (shape.kind->dimension == 0 || side < 1 || side > static_cast<std::int64_t>(sides.size()))
+    return {};
   const std::vector<int>& corners = sides[static_cast<std::size_t>(side - 1)];
   std::vector<int> nodes = corners;
   if (!shape.kind->element) return nodes;
