@@ -7,6 +7,7 @@
 #include <span>
 #include <utility>
 
+#include "cgns/parents.hpp"
 #include "cgns/types.hpp"
 #include "foam_cells.hpp"
 #include "text.hpp"
@@ -113,7 +114,10 @@ void CgnsElements::read_section(const CgnsZone& zone, const CgnsSection& section
   } else if (section.type == kCgnsPolyhedra) {
     read_polyhedra(zone, section);
   } else {
-    const std::vector<std::int64_t> stream = tree_.integers(section.node + "/ElementConnectivity");
+    std::vector<std::int64_t> stream = tree_.integers(section.node + "/ElementConnectivity");
+    if (is_given_by_parents(tree_, section, stream)) {
+      stream = connectivity_by_parents(tree_, find_sections(zone), section);
+    }
     std::size_t place = 0;
     std::int64_t left = section.size();
     for (; place < stream.size() && left > 0; --left) {

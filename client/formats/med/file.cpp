@@ -27,9 +27,12 @@ std::vector<std::string> children(const Hdf5File& file, const std::string& paren
 }
 
 /// The one of these names, for one mesh of one time step can be smoothed.
-std::string only_name(const Hdf5File& file, const std::string& parent,
+std::string only_name(const Hdf5File& file, const path& path, const std::string& parent,
                       const std::vector<std::string>& names, const std::string& what) {
-  if (names.empty()) file.fail("there is no " + what + " in it: \"" + parent + "\" is empty");
+  if (names.empty()) {
+    fail(file.has("/INFOS_GENERALES") ? "MESH_EMPTY" : "FORMAT_ERROR", path,
+         "there is no " + what + " in it: \"" + parent + "\" is empty");
+  }
   if (names.size() > 1) {
     file.fail("only a file with one " + what + " can be smoothed; this one has " +
               std::to_string(names.size()) + ": " + list_of(names));
@@ -38,7 +41,7 @@ std::string only_name(const Hdf5File& file, const std::string& parent,
 }
 
 /// The one mesh in the file; of several the one with elements.
-std::string find_mesh(const Hdf5File& file) {
+std::string find_mesh(const Hdf5File& file, const path& path) {
   const std::string parent = "/ENS_MAA";
   std::vector<std::string> names = children(file, parent);
   if (names.size() > 1) {
@@ -52,9 +55,12 @@ std::string find_mesh(const Hdf5File& file) {
       const bool structured = file.integer_attribute(mesh, "TYP").value_or(0) != 0;
       if (has_elements || structured) with_elements.push_back(name);
     }
+    if (with_elements.empty()) {
+      fail("MESH_EMPTY", path, "none of its meshes has elements: " + list_of(names));
+    }
     if (with_elements.size() == 1) names = std::move(with_elements);
   }
-  return only_name(file, parent, names, "mesh");
+  return only_name(file, path, parent, names, "mesh");
 }
 
 MedFamilies read_families(const Hdf5File& file, const std::string& parent) {
@@ -79,6 +85,7 @@ void read_nodes(const Hdf5File& file, const path& path, const std::string& step,
                 FileContent& content, PlainDataset& dataset) {
   const std::string folder = step + "/NOE";
   const std::string name = folder + "/COO";
+  if (!file.has(name)) fail("MESH_EMPTY", path, "there are no nodes in it: no \"" + name + "\"");
   const std::vector<double> numbers = file.reals(name);
   const std::int64_t count = file.integer_attribute(name, "NBR").value_or(0);
   if (count < 1 || numbers.size() % static_cast<std::size_t>(count) != 0) {
@@ -122,7 +129,11 @@ MeshFile read_med(const path& path) {
   content.extension = ".med";
   content.text = read_bytes(path);
   const Hdf5File file(path, content.text);
-  const std::string mesh = find_mesh(file);
+  const std::string infos = "/INFOS_GENERALES";
+  if (file.has(infos) && file.integer_attribute(infos, "MAJ").value_or(3) < 3) {
+    file.fail("it is of version 2 of the MED format; medimport converts it");
+  }
+  const std::string mesh = find_mesh(file, path);
   const std::string folder = "/ENS_MAA/" + mesh;
   if (file.integer_attribute(folder, "TYP").value_or(0) != 0) {
     fail("ELEMENT_NOT_SUPPORTED", path, "the mesh \"" + mesh + "\" is structured");
@@ -131,7 +142,7 @@ MeshFile read_med(const path& path) {
     file.fail("it is of version 2 of the MED format; medimport converts it");
   }
   const std::string step =
-      folder + "/" + only_name(file, folder, children(file, folder), "time step");
+      folder + "/" + only_name(file, path, folder, children(file, folder), "time step");
 
   const auto dataset = std::make_shared<PlainDataset>();
   read_nodes(file, path, step, content, *dataset);

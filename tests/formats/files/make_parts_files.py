@@ -70,7 +70,14 @@ def zones_tree():
         path = "/Base/" + name
         tree += section(path + "/bricks", 17, 1, 3, cells)
         end = [shared[0], shared[1], shared[3], shared[2]]
-        tree += section(path + "/facets", 20, 4, 4, [7] + end)
+        if name == "left":  # by its parent, the third cube, whose third facet it is
+            tree += section(path + "/facets", 7, 4, 4, [0, 0, 0, 0])
+            tree += [(path + "/facets/ParentElements", "DataArray_t",
+                      np.array([[3], [0]], dtype="i4")),
+                     (path + "/facets/ParentElementsPosition", "DataArray_t",
+                      np.array([[3], [0]], dtype="i4"))]
+        else:
+            tree += section(path + "/facets", 20, 4, 4, [7] + end)
         tree += [(path + "/ZoneBC", "ZoneBC_t", None),
                  (path + "/ZoneBC/end", "BC_t", "BCWall"),
                  (path + "/ZoneBC/end/PointList", "IndexArray_t", np.array([[4]], dtype="i4")),
