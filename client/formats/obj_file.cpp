@@ -16,7 +16,6 @@ namespace {
 // surface; and everything but nodes and faces would be lost. So the lines are
 // kept, and nodes and faces picked from them.
 
-constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 constexpr auto kFreeForms =
     std::to_array<std::string_view>({"curv", "curv2", "surf", "bzp", "bsp", "cdc", "cdp"});
 
@@ -104,7 +103,6 @@ MeshFile read_obj(const std::filesystem::path& path) {
 
   const auto dataset = std::make_shared<PlainDataset>();
   Scanner scanner(path, content.text, '#');
-  if (content.text.starts_with(kByteOrderMark)) scanner.bytes(kByteOrderMark.size());
   Notes notes;
   std::int64_t node_id = 0;
   while (!scanner.at_end()) {

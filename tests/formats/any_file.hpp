@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "compare.hpp"
+#include "content.hpp"
 #include "full_disk.hpp"
 #include "gzip.hpp"
 #include "scratch.hpp"

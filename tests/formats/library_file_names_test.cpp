@@ -23,12 +23,7 @@ class LibraryFile : public ::testing::TestWithParam<const char*> {
   std::filesystem::path plain_ = scratch_.path(std::string("plain") + GetParam());
 };
 INSTANTIATE_TEST_SUITE_P(Formats, LibraryFile,
-                         ::testing::Values(".vtu", ".vtk", ".vtp", ".stl"
-#if defined(MESHSMOOTH_WITH_GMSH)
-                                           ,
-                                           ".msh", ".mesh", ".unv"
-#endif
-                                           ),
+                         ::testing::Values(".vtu", ".vtk", ".vtp", ".stl", ".msh", ".mesh", ".unv"),
                          [](const auto& param) { return std::string(param.param).substr(1); });
 
 TEST_P(LibraryFile, IsTheSameByAnyName) { test::expect_same_by_any_name(scratch_, plain_); }

@@ -93,7 +93,6 @@ void DeckReader::open(const path& path) {
   Source& source = sources_.back();
   source.fields.style = NumberStyle::deck;
   if (!source.text.starts_with(kByteOrderMark)) return;
-  source.scanner.bytes(kByteOrderMark.size());
   if (sources_.size() > 1) close_segment(source, kByteOrderMark.size(), true);  // not in a line
 }
 
