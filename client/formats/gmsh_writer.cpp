@@ -192,10 +192,25 @@ void append_views(const path& file, vtkFieldData* data, const char* kind, const 
   }
 }
 
+/// Gmsh does not report a full disk: what it has written must be readable to its end.
+CoordinateFields find_written_coordinates(const path& file, const std::string& text) {
+  constexpr const char* kUnfinished = "Gmsh could not write it to its end";
+  try {
+    CoordinateFields fields = find_coordinates(file, text);
+    const bool msh = extension_of(file) == ".msh";
+    if (msh && text.find("\n$EndElements") == std::string::npos) {
+      fail("FILE_NOT_WRITABLE", file, kUnfinished);
+    }
+    return fields;
+  } catch (const Error&) {
+    fail("FILE_NOT_WRITABLE", file, kUnfinished);
+  }
+}
+
 /// Gmsh prints too few digits; here every coordinate gets all it needs.
 void complete_text(const path& file, vtkUnstructuredGrid& grid, const Tags& node_tags) {
   const std::string text = read_bytes(file);
-  CoordinateFields fields = find_coordinates(file, text);
+  CoordinateFields fields = find_written_coordinates(file, text);
   constexpr double kOther = std::numeric_limits<double>::quiet_NaN();
   for (Vec3d& read : fields.positions) read = {kOther, kOther, kOther};  // write all anew
   std::unordered_map<std::int64_t, vtkIdType> index_of;
