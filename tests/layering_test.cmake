@@ -109,7 +109,7 @@ forbid("google/protobuf/" "protobuf stays behind the codec"
 forbid("(vtk|gmsh|tetgen)[A-Za-z0-9_]*\\.h" "file formats live on the client's side"
   client/formats/ tests/)
 forbid("vtk[A-Z][A-Za-z0-9]*\\.h" "builds without VTK have the other formats"
-  client/formats/vtk_ client/formats/gmsh_ tests/)
+  client/formats/vtk/ client/formats/vtk_ client/formats/gmsh_ tests/)
 forbid("(hdf5|netcdf)\\.h" "one file each knows the library"
   client/formats/hdf5_file\\.cpp client/formats/netcdf_file\\.cpp tests/)
 forbid("libxml/" "one file knows the library"

@@ -18,7 +18,7 @@ enum class NodeOrder {
   cgns,
   med,
   tetgen,
-  unv,  // nodes on edges stand between their corners
+  unv,      // nodes on edges stand between their corners
   mirrored  // of no format: the cell seen in a mirror
 };
 

@@ -154,7 +154,8 @@ inline constexpr Format kFoam = {".foam", read_foam,          nullptr, {}, false
 ///   .mesh        own      f64        all other bytes
 ///   .meshb       own      f32, f64   the same
 ///   .unv         own      f64        all other bytes; pyramids are not written
-///   .bdf .nas    own      columns    all other bytes, also of included files; digits as the columns
+///   .bdf .nas    own      columns    all other bytes, also of included files; digits as the
+///   columns
 ///                                    allow
 ///   .inp         own      f64        all other bytes, also of included files; another format
 ///                                    becomes one by Gmsh: ids, element sets; no pyramids

@@ -211,8 +211,11 @@ std::vector<Carrier> carriers() {
   cases.push_back({"a.node", cube});
 #endif
 #if defined(MESHSMOOTH_WITH_GMSH)
-  cases.insert(cases.end(), {{"a.msh", mixed}, {"a.msh", sphere}, {"a.mesh", sphere}, {"a.mesh", mixed},
-                {"a.meshb", mixed}});
+  cases.insert(cases.end(), {{"a.msh", mixed},
+                             {"a.msh", sphere},
+                             {"a.mesh", sphere},
+                             {"a.mesh", mixed},
+                             {"a.meshb", mixed}});
 #endif
 #if defined(MESHSMOOTH_WITH_GMSH) && defined(MESHSMOOTH_WITH_TETGEN)
   cases.insert(cases.end(), {{"a.mesh", cube}, {"a.unv", cube}});
