@@ -319,7 +319,7 @@ MeshFile read_stl(const std::filesystem::path& path) {
       return;
     }
     std::ranges::sort(corners);
-    const auto behind = std::ranges::unique(corners).begin();
+    const auto behind = std::unique(corners.begin(), corners.end());
     dataset->add_cell(dataset->own_type(kDegenerateFacet), {corners.begin(), behind});
   });
   dataset->set_positions(std::move(nodes.positions()));

@@ -19,8 +19,7 @@ using std::filesystem::path;
 /// A polyhedron lists the nodes of its parts; here each once, in any order.
 void keep_first_of_each(std::vector<std::int64_t>& nodes) {
   std::ranges::sort(nodes);
-  const auto rest = std::ranges::unique(nodes);
-  nodes.erase(rest.begin(), rest.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
 }
 
 /// Adds the elements with Gmsh's order of nodes turned into VTK's.
