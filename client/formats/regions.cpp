@@ -65,7 +65,8 @@ Regions find_regions(const MeshFile& file) {
   for (const std::string& array :
        {std::string(kPhysicalArray), std::string(kReferenceArray), attribute,
         std::string(kFamilyArray), std::string(kBlockArray), std::string(kEntityArray),
-        std::string(kMaterialArray), std::string(kCellZoneArray), std::string(kSu2ZoneArray)}) {
+        std::string(kMaterialArray), std::string(kCellZoneArray), std::string(kSu2ZoneArray),
+        std::string(kZoneArray)}) {
     const auto column = element_column(*file.content(), array);
     if (!column) continue;
     const auto tells = [](double value) { return value != 0; };
