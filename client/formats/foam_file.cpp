@@ -37,6 +37,7 @@ class FoamMesh {
     faces_ = FoamReader(foam_file(folder_, "faces")).faces();
     owner_ = FoamReader(foam_file(folder_, "owner")).labels();
     neighbour_ = FoamReader(foam_file(folder_, "neighbour")).labels();
+    while (!neighbour_.empty() && neighbour_.back() == -1) neighbour_.pop_back();
     patches_ = FoamReader(foam_file(folder_, "boundary")).entries();
     check();
     sort_faces();
@@ -110,7 +111,7 @@ class FoamMesh {
     fail("FORMAT_ERROR", folder_ / file, "face " + std::to_string(face) + " " + what);
   }
   /// A cell has four faces or more, so there are fewer cells than faces. -1 is no neighbour, as
-  /// old versions write for faces of the boundary.
+  /// old versions write for faces of the boundary; at the end they are dropped.
   void check_cells(const char* file, const std::vector<std::int64_t>& cells) {
     const bool none_is_known = &cells == &neighbour_;
     for (std::size_t face = 0; face < cells.size(); ++face) {

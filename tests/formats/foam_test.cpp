@@ -64,6 +64,19 @@ TEST_F(Foam, RecognizesCellsByTheirFaces) {
   EXPECT_EQ(file.lower_dimensional_cell_count(), 19) << "the faces of patches";
 }
 
+// Old versions list the neighbours of all faces, with -1 for those of the boundary.
+TEST_F(Foam, TakesAListOfNeighboursThatEndsInNone) {
+  const MeshFile expected = read_mesh_file(case_);
+  std::string text = bytes_of(mesh_file("neighbour"));
+  const std::string four = "4(1 2 4 3)";
+  text.replace(text.find(four), four.size(), "6(1 2 4 3 -1 -1)");
+  put_bytes(mesh_file("neighbour"), text);
+
+  const MeshFile file = read_mesh_file(case_);
+
+  test::expect_same_connectivity(file.mesh, expected.mesh);
+}
+
 /// Seen along the element's ideal axis: all corners of valid elements turn the same way.
 TEST_F(Foam, TurnsEveryElementOutward) {
   const MeshFile file = read_mesh_file(case_);
