@@ -19,6 +19,10 @@ def float_arrays(path):
     arrays = {}
     for match in re.finditer(rb"\n(\w+) 1 (\d+) float\n", data):
         count = int(match.group(2))
+        if b"\nASCII\n" in data[:400]:
+            arrays[match.group(1).decode()] = tuple(
+                map(float, data[match.end():].split(maxsplit=count)[:count]))
+            continue
         values = data[match.end():match.end() + 4 * count]
         arrays[match.group(1).decode()] = struct.unpack(f">{count}f", values)
     return arrays
