@@ -3,6 +3,7 @@
 import os
 import re
 import signal
+import struct
 import subprocess
 import tempfile
 import threading
@@ -147,8 +148,13 @@ def vtk_text(points, cells, cell_type=10):
 
 
 def read_vtk_points(path):
-    """The points of a legacy VTK file, as bytes of big-endian doubles."""
+    """The points of a legacy VTK file in text or binary, as big-endian bytes."""
     data = Path(path).read_bytes()
     match = re.search(rb"POINTS (\d+) (double|float)\n", data)
-    size = int(match.group(1)) * 3 * (8 if match.group(2) == b"double" else 4)
+    count = int(match.group(1)) * 3
+    kind = "d" if match.group(2) == b"double" else "f"
+    if data.split(b"\n", 3)[2] == b"ASCII":
+        numbers = data[match.end():].split(maxsplit=count)[:count]
+        return struct.pack(f">{count}{kind}", *map(float, numbers))
+    size = count * struct.calcsize(kind)
     return data[match.end():match.end() + size]

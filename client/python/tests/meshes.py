@@ -79,12 +79,17 @@ class Case(NamedTuple):
 
 
 def read_vtk_points(path: pathlib.Path) -> Any:
-    """The points of a binary file of VTK's old format."""
+    """The points of a file of VTK's old format, in text or binary."""
     content = path.read_bytes()
     match = re.search(rb"\nPOINTS (\d+) (float|double)\n", content)
     assert match
     dtype = np.dtype(">f4" if match[2] == b"float" else ">f8")
-    points = np.frombuffer(content, dtype, 3 * int(match[1]), match.end())
+    count = 3 * int(match[1])
+    if content.split(b"\n", 3)[2] == b"ASCII":
+        words = content[match.end() :].split(maxsplit=count)[:count]
+        points = np.array([float(word) for word in words], dtype)
+    else:
+        points = np.frombuffer(content, dtype, count, match.end())
     return points.reshape(-1, 3).astype(dtype.newbyteorder("="))
 
 
