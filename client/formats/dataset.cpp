@@ -104,8 +104,10 @@ std::optional<std::vector<Vec3d>> PlainDataset::node_vectors(const std::string& 
 }
 
 std::string PlainDataset::cell_name(int type) const {
+  // A file may give any number for a type, also one of these.
   if (type >= kFirstOwnCellType) {
-    return own_types_.at(static_cast<std::size_t>(type - kFirstOwnCellType));
+    const auto own = static_cast<std::size_t>(type - kFirstOwnCellType);
+    if (own < own_types_.size()) return own_types_[own];
   }
   if (type == kPolygonCell) return "polygon";
   if (type == kTriangleStripCell) return "triangle strip";

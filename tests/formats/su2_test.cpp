@@ -120,6 +120,8 @@ TEST_F(Su2, SaysWhatIsWrongWithAFileAndWhere) {
       {"NDIME= 3\nNPOIN= 2\n0 0\n1 1 1\n", "FORMAT_ERROR", "more numbers in the line before"},
       {"NDIME= 2\nNPOIN= 1\n0 x\n", "FORMAT_ERROR", "line 3: expected a number, found \"x\""},
       {"NDIME= 2\nNPOIN= -1\n", "FORMAT_ERROR", "line 2: expected a number, found \"-1\""},
+      {"NDIME= 2\nNELEM= 1\n2147483647 0 1 2\n", "ELEMENT_NOT_SUPPORTED",
+       "element 0 is of the type VTK cell type 2147483647"},
       {"NDIME= 2\nNELEM= 1\n22 0 1 2 3 4 5\n", "ELEMENT_NOT_SUPPORTED",
        "element 0 is of the type VTK cell type 22; only linear"},
       {"NDIME= 2\nNELEM= 1\n5 0 1 2\nNPOIN= 2\n0 0\n1 0\n", "FORMAT_ERROR",
