@@ -37,7 +37,7 @@ std::string decompressed(const std::filesystem::path& path) {
 class Compressed : public ::testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(Files, Compressed,
                          ::testing::Values("roof.obj", "tile.ply", "tile_big_endian.ply",
-                                           "mixed.su2", "deck.inp", "parts.inp"),
+                                           "mixed.su2", "deck.inp", "parts.inp", "plate.bdf"),
                          [](const auto& param) {
                            std::string name = param.param;
                            std::replace(name.begin(), name.end(), '.', '_');

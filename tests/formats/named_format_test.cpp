@@ -31,7 +31,8 @@ struct Named {
 class NamedFormat : public ::testing::TestWithParam<Named> {};
 INSTANTIATE_TEST_SUITE_P(Files, NamedFormat,
                          ::testing::Values(Named{"roof.obj", "obj"}, Named{"tile.ply", ".ply"},
-                                           Named{"mixed.su2", "SU2"}, Named{"deck.inp", ".INP"}),
+                                           Named{"mixed.su2", "SU2"}, Named{"deck.inp", ".INP"},
+                                           Named{"plate.bdf", "nas"}),
                          [](const auto& param) {
                            return std::filesystem::path(param.param.fixture).stem().string();
                          });

@@ -33,7 +33,7 @@ class BulkDataParser final : public NastranControl {
 
   MeshFile store(const path& file) {
     FileContent content;
-    content.extension = extension_of(file);
+    content.extension = ".bdf";  // whatever the deck is called
     model_.store(names_, content);
     lines_.store(content, model_.node_of_grid());
     MeshFile mesh_file = make_mesh_file(file, std::move(content));
@@ -148,8 +148,7 @@ MeshFile read_nastran(const path& file) {
 
 void write_nastran(const path& target, const MeshFile& file, OutputFiles& files) {
   const auto& content = file.content();
-  const bool nastran = content && !content->segments.empty() &&
-                       (content->extension == ".bdf" || content->extension == ".nas");
+  const bool nastran = content && content->extension == ".bdf";
   if (!nastran) {
     write_bytes(files.add(target), make_nastran(target, file));
     return;
