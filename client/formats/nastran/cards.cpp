@@ -188,8 +188,8 @@ std::size_t NastranCard::field_count() const {
 }
 
 NastranCards::NastranCards(NastranLines& lines, NastranControl& control)
-    : lines_(lines), control_(control), has_begin_(has_begin(lines.main_text())) {
-  in_bulk_ = !has_begin_;
+    : lines_(lines), control_(control) {
+  in_bulk_ = !has_begin(lines.main_text());
 }
 
 /// ENDDATA. In an included file it ends the deck, too: what would be left out must not be missed.
@@ -215,7 +215,6 @@ bool NastranCards::take_control_line() {
     const std::string line = nastran_capitals(text);
     if (starts_with_word(line, "BEGIN")) {
       in_bulk_ = true;
-      has_begin_ = true;
       section_ = trimmed(std::string_view(line).substr(5));
       return true;
     }
@@ -224,8 +223,8 @@ bool NastranCards::take_control_line() {
     in_bulk_ = false;
     return true;
   }
-  if (!in_bulk_ && !has_begin_ && starts_with_word(nastran_capitals(text.substr(0, 5)), "GRID")) {
-    in_bulk_ = true;  // without BEGIN BULK
+  if (!in_bulk_ && starts_with_word(nastran_capitals(text.substr(0, 5)), "GRID")) {
+    in_bulk_ = true;  // without BEGIN BULK, or before it: no node may get lost
   }
   if (!in_bulk_) control_.read_control_line(lines_.line());
   return !in_bulk_;

@@ -87,7 +87,6 @@ class NastranCards {
   NastranLines& lines_;
   NastranControl& control_;
   bool in_bulk_;
-  bool has_begin_;
   bool has_card_ = false;
   std::vector<std::string_view> comments_;  // before it
   std::optional<std::string> section_;      // that begins with it
