@@ -34,6 +34,10 @@ Coordinates find_coordinates(const Lines& lines, std::size_t first, std::size_t 
   for (std::size_t axis = 0; axis < found.size(); ++axis) {
     found[axis] = field(axis);
     if (trimmed(found[axis]).empty()) lines.scanner().refuse("three coordinates", line);
+    // Else a longer one in its place would move the next.
+    if (axis < 2 && found[axis].ends_with(' ')) {
+      lines.scanner().refuse("a number at the end of its columns", found[axis]);
+    }
     while (found[axis].ends_with(' ')) found[axis].remove_suffix(1);
   }
   return found;
