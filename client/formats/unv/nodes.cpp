@@ -68,7 +68,7 @@ void Nodes::read_single(Lines& lines) {
     };
     const std::int64_t node = integer(0);
     const std::int64_t system = integer(1);
-    for (const std::size_t field : {2U, 3U}) {  // what is no number there moves the columns
+    for (const std::size_t field : {2U, 3U}) {  // anything else there shifts the columns
       const bool blank = !in_words && trimmed(lines.peek().substr(field * 10, 10)).empty();
       if (!blank) (void)integer(field);
     }
