@@ -10,6 +10,7 @@
 #include <string_view>
 #include <utility>
 
+#include "quality_report.hpp"
 #include "readable.hpp"
 #include "report/charts.hpp"
 #include "report/encoding.hpp"
@@ -230,9 +231,7 @@ std::string quality_html(const std::filesystem::path& path, const formats::MeshF
       "{} ({}) inverted, {} ({}) degenerate\n", counted(stats.inverted_count, "element"),
       percentage(stats.inverted_count, stats.element_count), with_commas(stats.degenerate_count),
       percentage(stats.degenerate_count, stats.element_count));
-  if (stats.inverted_count == stats.element_count) {
-    findings += "Every element is inverted: it is their node order (VTK's is expected)\n";
-  }
+  findings += describe_mirrored(stats, [&](std::int64_t id) { return file.file_element_id(id); });
   findings += describe_volume(stats);
   const Content content{.kind = "meshsmooth: report on the quality of a mesh",
                         .heading = file_name(path),

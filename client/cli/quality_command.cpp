@@ -12,6 +12,7 @@
 #include "input_mesh.hpp"
 #include "mesh_argument.hpp"
 #include "mesh_file.hpp"
+#include "meshsmooth/numbering.hpp"
 #include "meshsmooth/quality.hpp"
 #include "quality_report.hpp"
 #include "text_file.hpp"
@@ -100,6 +101,12 @@ ExitCode run(const QualityCommand& command) {
   keep_output_of(command);
   formats::MeshFile file = read_mesh(command.input);
   check(file);
+  const QualityStats stats = measure_quality(file.mesh);
+  if (stats.mirrored_count > 0) {  // a file that is written keeps its own order of the nodes
+    const MeshTopology topology(file.mesh);
+    mirror_elements(file.mesh,
+                    find_numbering(topology.view(), file.mesh.positions_view()).mirrored);
+  }
   ElementTable table;
   if (command.table.any()) {
     table = measure_table(file.mesh, table_metrics(command.table, requirements, file.mesh));
@@ -114,7 +121,6 @@ ExitCode run(const QualityCommand& command) {
     formats::write_mesh_file(output.path, file, output.format);
   }
   write_element_table(command.table, file, table);
-  const QualityStats stats = measure_quality(file.mesh);
   if (command.html) write_text_file(*command.html, quality_html(command.input.path, file, stats));
   if (command.json) {
     SmoothSummary summary;

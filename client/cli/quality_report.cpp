@@ -66,10 +66,21 @@ std::string describe_quality(const QualityStats& stats,
                       percentage(stats.inverted_count, stats.element_count),
                       with_commas(stats.degenerate_count),
                       percentage(stats.degenerate_count, stats.element_count));
-  if (stats.element_count > 0 && stats.inverted_count == stats.element_count) {
-    text += "every element is inverted: it is their node order (VTK's is expected)\n";
+  return text + describe_mirrored(stats, file_element_id) + worst_lines(stats, file_element_id);
+}
+
+std::string describe_mirrored(const QualityStats& stats,
+                              const std::function<std::int64_t(std::int64_t)>& file_element_id) {
+  if (stats.mirrored_count == 0) return "";
+  std::string ids;
+  for (const std::int64_t element : stats.mirrored) {
+    ids += (ids.empty() ? "" : ", ") + std::to_string(file_element_id(element));
   }
-  return text + worst_lines(stats, file_element_id);
+  const auto listed = static_cast<std::int64_t>(stats.mirrored.size());
+  return fmt::format(
+      "{} {} numbered the other way round and read as if {} were not: {}{}\n",
+      counted(stats.mirrored_count, "element"), stats.mirrored_count == 1 ? "is" : "are",
+      stats.mirrored_count == 1 ? "it" : "they", ids, stats.mirrored_count > listed ? " …" : "");
 }
 
 std::string describe_notes(const formats::MeshFile& file) {

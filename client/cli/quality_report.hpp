@@ -21,6 +21,10 @@ namespace meshsmooth::cli {
 /// `MeshFile::notes`, a line each.
 [[nodiscard]] std::string describe_notes(const formats::MeshFile& file);
 
+/// One line on the elements that are numbered the other way round; empty: none are.
+[[nodiscard]] std::string describe_mirrored(
+    const QualityStats& stats, const std::function<std::int64_t(std::int64_t)>& file_element_id);
+
 /// One line on the cells that hold their nodes because they cannot be smoothed; empty: none do.
 [[nodiscard]] std::string describe_held_cells(const formats::MeshFile& file);
 

@@ -234,10 +234,10 @@ std::string state_sentences(const client::SmoothReport& report, const SmoothOpti
     text += fmt::format("{} {} degenerate (no volume that double precision can tell from 0)\n",
                         counted(degenerate, "element"), degenerate == 1 ? "is" : "are");
   }
-  return text + describe_volume(summary.quality_after) +
-         locked_sentence(summary.locked, file_element_id) + poor_sentence(summary.poor) +
-         nodes_sentence(summary, options) + deviation_sentence(summary) +
-         times_sentence(report, total_seconds);
+  return text + describe_mirrored(summary.quality_before, file_element_id) +
+         describe_volume(summary.quality_after) + locked_sentence(summary.locked, file_element_id) +
+         poor_sentence(summary.poor) + nodes_sentence(summary, options) +
+         deviation_sentence(summary) + times_sentence(report, total_seconds);
 }
 
 std::string cause_of_inversion(const SmoothOptions& options) {
@@ -272,9 +272,7 @@ std::string describe_inverted(const SmoothSummary& summary, const SmoothOptions&
                   percentage(after, total), after == 1 ? "is" : "are");
   if (before == 0) return text + "; they were valid before" + cause_of_inversion(options);
   text += fmt::format("; {} {} before", with_commas(before), before == 1 ? "was" : "were");
-  if (before == total) {
-    text += ": when all are, it is their node order (VTK's is expected)";
-  } else if (summary.locked.inverted_count > 0) {
+  if (summary.locked.inverted_count > 0) {
     text += fmt::format("; {} of them locked by fixed nodes",
                         with_commas(summary.locked.inverted_count));
   }

@@ -103,6 +103,8 @@ void encode_quality(const QualityStats& stats, v1::QualityStats* message) {
   message->set_degenerate_element_count(stats.degenerate_count);
   message->set_sum_absolute_volume(stats.sum_absolute_volume);
   message->set_enclosed_volume(stats.enclosed_volume);
+  message->set_mirrored_element_count(stats.mirrored_count);
+  for (const std::int64_t element : stats.mirrored) message->add_mirrored_elements(element);
   for (const MetricStats& metric : stats.metrics) {
     encode_metric_stats(metric, message->add_metrics());
   }
@@ -118,6 +120,8 @@ QualityStats decode_quality(const v1::QualityStats& message) {
   stats.degenerate_count = message.degenerate_element_count();
   stats.sum_absolute_volume = message.sum_absolute_volume();
   stats.enclosed_volume = message.enclosed_volume();
+  stats.mirrored_count = message.mirrored_element_count();
+  stats.mirrored.assign(message.mirrored_elements().begin(), message.mirrored_elements().end());
   for (const v1::MetricStats& metric : message.metrics()) {
     if (metric.metric() < v1::QUALITY_METRIC_MEAN_RATIO ||
         metric.metric() > v1::QUALITY_METRIC_MAX_ANGLE) {

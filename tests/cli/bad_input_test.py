@@ -69,10 +69,15 @@ class BadMesh(CliTest):
         result = self.run_cli("smooth", self.path("in.vtk"), "-o", self.path("out.vtk"))
         self.assertIn("1 in no element", result.stdout)
 
-    def test_wholly_inverted_mesh_is_the_node_order(self):
-        error = self.smooth_error(vtk_text(BALL, [(b, a, c, d) for a, b, c, d in BALL_CELLS]))
-        self.assertIn("MESH_MIRRORED", error)
-        self.assertIn("order", error)
+    def test_wholly_mirrored_mesh_is_smoothed_and_keeps_its_node_order(self):
+        cells = [(b, a, c, d) for a, b, c, d in BALL_CELLS]
+        (self.folder / "in.vtk").write_text(vtk_text(BALL, cells))
+        result = self.run_cli("smooth", self.path("in.vtk"), "-o", self.path("out.vtk"))
+        self.assertIn(f"{len(cells)} elements are numbered the other way round", result.stdout)
+        self.assertIn("no element is inverted", result.stdout)
+        quality = self.run_cli("quality", self.path("out.vtk"))
+        self.assertIn(f"{len(cells)} elements are numbered the other way round", quality.stdout)
+        self.assertIn("inverted 0", quality.stdout)
 
     def test_tangled_mesh_is_refused_on_request(self):
         mesh = self.generate("tangled.vtu", tangle=0.05)

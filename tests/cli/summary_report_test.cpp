@@ -188,8 +188,10 @@ TEST(DescribeQuality, ShowsEveryMetricWithItsHistogramAndTheWorstElements) {
     EXPECT_THAT(text, HasSubstr(metric.element_count > 0 ? name : "")) << name;
   }
   EXPECT_THAT(text, HasSubstr("8 elements"));
-  EXPECT_THAT(text, HasSubstr("inverted 8 (100.0 %), degenerate 0 (0.0 %)"));
-  EXPECT_THAT(text, HasSubstr("it is their node order"));
+  EXPECT_THAT(text, HasSubstr("inverted 0 (0.0 %), degenerate 0 (0.0 %)"));
+  EXPECT_THAT(text,
+              HasSubstr("8 elements are numbered the other way round and read as if they were "
+                        "not: 100, 101, 102, 103, 104, 105, 106, 107\n"));
   EXPECT_THAT(text, HasSubstr("tetrahedron"));
   EXPECT_THAT(text, HasSubstr("10" + std::to_string(stats.worst[0].element)));
 }

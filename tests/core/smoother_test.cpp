@@ -613,29 +613,6 @@ TEST(Summary, NamesTheLowestOfEquallyBadElements) {
 
 // --- bad input ------------------------------------------------------------------
 
-TEST(BadInput, AWhollyInvertedMeshIsToldItsNodeOrder) {
-  for (const ElementType type : {ElementType::tetrahedron, ElementType::pyramid, ElementType::wedge,
-                                 ElementType::hexahedron}) {
-    for (const TangledPolicy policy : {TangledPolicy::repair, TangledPolicy::refuse}) {
-      const auto error = error_of<InvalidMesh>(test::inverted(noisy_lattice(type)),
-                                               {.method = SmartLaplacian{}, .tangled = policy});
-
-      EXPECT_EQ(error.reason(), "MESH_MIRRORED");
-      EXPECT_THAT(error.what(), HasSubstr("node order"));
-    }
-  }
-}
-
-TEST(BadInput, AMirroredMeshWithElementsTurnedRightByChanceIsToldItsNodeOrder) {
-  const Mesh mesh =
-      test::inverted(test::noisy(test::lattice(ElementType::tetrahedron, 6), 0.45, 2));
-  const QualityStats stats = measure_quality(mesh);
-  ASSERT_LT(stats.inverted_count, stats.element_count);
-  ASSERT_LT(stats.enclosed_volume, 0);
-
-  EXPECT_EQ(error_of<InvalidMesh>(mesh, {}).reason(), "MESH_MIRRORED");
-}
-
 TEST(BadInput, ATangledMeshIsRefusedWhenTheCallerSaysSo) {
   const Mesh mesh = test::noisy(test::lattice(ElementType::tetrahedron, 5), 0.5, 2);
   const QualityStats stats = measure_quality(mesh);

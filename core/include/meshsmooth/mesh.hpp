@@ -28,6 +28,8 @@ struct TopologyView {
   /// [element_count()]: the facets between two regions keep their shape as the boundary does. Or
   /// empty: one region.
   std::span<const std::int32_t> regions = {};
+  /// The elements are known to be numbered alike (see numbering.hpp): jobs need not look.
+  bool consistent = false;
 
   [[nodiscard]] std::size_t element_count() const;
 };

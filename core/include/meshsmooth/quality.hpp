@@ -79,7 +79,13 @@ struct QualityStats {
   double enclosed_volume = 0;
   std::vector<MetricStats> metrics;
   std::vector<ElementQuality> worst;  // by mean ratio, then id; worst first; at most 10
+  /// Elements whose nodes are numbered the other way round than those of their neighbours (see
+  /// numbering.hpp). They are evaluated as if they were numbered like them, so they are not
+  /// inverted for that.
+  std::int64_t mirrored_count = 0;
+  std::vector<std::int64_t> mirrored;  // the first ids, at most `kMostListedMirrored`
 };
+inline constexpr std::size_t kMostListedMirrored = 10;
 
 /// Some metrics of every element.
 struct ElementQualityArrays {
@@ -171,7 +177,8 @@ class SurfaceOrientation {
                                            std::span<const std::uint32_t> element_ids = {},
                                            QualityDetail quality_detail = QualityDetail::full);
 
-/// Evaluates a mesh with its own orientation.
+/// Evaluates a mesh with its own orientation, mirrored elements as if they were numbered like the
+/// others.
 [[nodiscard]] QualityStats measure_quality(const Mesh& mesh);
 
 /// Measures some metrics of every element of a valid mesh: the values that `measure_quality`

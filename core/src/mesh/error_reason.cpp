@@ -46,8 +46,6 @@ constexpr ErrorReason kReasons[] = {
      "a coordinate is infinite or not a number"},
     {"FACET_OVERUSED", server, invalid_argument, bad_mesh, "facet_nodes",
      "a facet belongs to more than two elements"},
-    {"MESH_MIRRORED", server, invalid_argument, bad_mesh, "inverted_element_count",
-     "most elements are inverted, and so is the boundary: the node order is not VTK's"},
     {"MESH_TANGLED", server, invalid_argument, bad_mesh, "inverted_element_count",
      "inverted elements, and the caller asked to refuse them"},
     {"NON_FINITE_RESULT", server, invalid_argument, failed, "",

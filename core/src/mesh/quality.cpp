@@ -15,6 +15,7 @@
 #include "mesh/metric_columns.hpp"
 #include "mesh/parallel.hpp"
 #include "mesh/spread.hpp"
+#include "meshsmooth/numbering.hpp"
 
 namespace meshsmooth {
 namespace {
@@ -196,8 +197,18 @@ QualityStats measure_quality(const TopologyView& topology, const PositionsView& 
 QualityStats measure_quality(const Mesh& mesh) {
   const MeshTopology topology(mesh);
   const PositionsView positions = mesh.positions_view();
-  return measure_quality(topology.view(), positions,
-                         SurfaceOrientation(topology.view(), positions));
+  const SurfaceOrientation orientation(topology.view(), positions);
+  QualityStats stats = measure_quality(topology.view(), positions, orientation);
+  // Where none is inverted, all are numbered alike; on a curved surface none is against its own
+  // normal.
+  if (stats.inverted_count == 0 && orientation.normals().empty()) return stats;
+  const Numbering numbering = find_numbering(topology.view(), positions);
+  if (numbering.mirrored_count == 0) return stats;
+  const ConsistentTopology consistent(topology.view(), numbering.mirrored);
+  stats = measure_quality(consistent.view(), positions,
+                          SurfaceOrientation(consistent.view(), positions));
+  list_mirrored(numbering, stats);
+  return stats;
 }
 
 ElementQualityArrays measure_elements(const TopologyView& topology, const PositionsView& positions,

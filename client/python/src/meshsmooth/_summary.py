@@ -86,6 +86,8 @@ class QualityStats:
     worst_elements: tuple[ElementQuality, ...] = ()
     sum_absolute_volume: float = 0.0
     enclosed_volume: float = 0.0
+    mirrored_element_count: int = 0
+    mirrored_elements: tuple[int, ...] = ()
 
     def metric(self, name: str) -> MetricStats | None:
         """Returns the values of a metric; None if no element has it or nobody asked for it."""
@@ -313,7 +315,7 @@ def _decode(kind: Any, message: Any, caller_element: Callable[[int], int]) -> An
             values[name] = enum_name(*_ENUMS[name], value)
         elif dataclasses.is_dataclass(hint):
             values[name] = _decode(hint, value, caller_element)
-        elif name == "blocking_elements":
+        elif name in ("blocking_elements", "mirrored_elements"):
             values[name] = tuple(map(caller_element, value))
         elif origin is tuple:
             item = typing.get_args(hint)[0]

@@ -65,7 +65,8 @@ bool is_second_order(const MeshSize& size) {
   });
 }
 
-CornerMesh::CornerMesh(const TopologyView& topology) : regions_(topology.regions) {
+CornerMesh::CornerMesh(const TopologyView& topology)
+    : regions_(topology.regions), consistent_(topology.consistent) {
   mark_corners(topology);
   find_mids(topology);
   number_corners(topology);
@@ -162,7 +163,9 @@ void CornerMesh::number_corners(const TopologyView& topology) {
   for (const ElementBlock& block : blocks_) views_.push_back({block.type, block.nodes});
 }
 
-TopologyView CornerMesh::view() const { return {nodes_.size(), views_, fixed_, regions_}; }
+TopologyView CornerMesh::view() const {
+  return {nodes_.size(), views_, fixed_, regions_, consistent_};
+}
 
 std::int64_t CornerMesh::bytes() const {
   std::size_t bytes = fixed_.capacity() + first_corner_.capacity() * sizeof(std::size_t);

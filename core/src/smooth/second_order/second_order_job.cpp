@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "mesh/parallel.hpp"
+#include "smooth/mirrored_elements.hpp"
 #include "smooth/motion/prescribed.hpp"
 #include "smooth/second_order/carry.hpp"
 #include "smooth/second_order/cure.hpp"
@@ -85,8 +86,8 @@ class Job {
     QualityStats before;
     if (carry_.any_curved()) {
       before = measure(positions_);
-      // Whether the mesh is mirrored its corners tell.
-      refuse_tangled(before, options_.tangled, false);
+      if (before.inverted_count > 0) throw_mirrored(topology_, positions_);
+      refuse_tangled(before, options_.tangled);
       if (moves) refuse_tangled_reference(before);
     }
     const bool keeps_shape = options_.boundary == BoundaryPolicy::slide ||

@@ -3,6 +3,7 @@
 #include <span>
 #include <utility>
 
+#include "smooth/mirrored_elements.hpp"
 #include "smooth/steps/constrain.hpp"
 #include "smooth/steps/deviations.hpp"
 #include "smooth/steps/find_targets.hpp"
@@ -50,7 +51,10 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
         backend.kept_reference() != nullptr
             ? backend.kept_reference()->quality(options.quality_detail, evaluate)
             : evaluate();
-    refuse_tangled(summary.quality_before, sweeping.tangled, job.volume());
+    // In a mesh without inverted elements all are numbered alike; on a curved surface none is
+    // inverted against its own normal.
+    if (summary.quality_before.inverted_count > 0 || surface) throw_mirrored(topology, given);
+    refuse_tangled(summary.quality_before, sweeping.tangled);
     if (moves) refuse_tangled_reference(summary.quality_before);
   }
   {

@@ -57,22 +57,10 @@ void refuse_too_large(const TopologyView& topology) {
   }
 }
 
-void refuse_tangled(const QualityStats& quality, TangledPolicy policy, bool volume) {
+void refuse_tangled(const QualityStats& quality, TangledPolicy policy) {
   if (quality.inverted_count == 0) return;
-  const std::string inverted = std::to_string(quality.inverted_count);
-  const bool all = quality.inverted_count == quality.element_count;
-  const bool most = 2 * quality.inverted_count > quality.element_count &&
-                    quality.enclosed_volume < -1e-9 * quality.sum_absolute_volume;
-  if (volume && (all || most)) {
-    throw InvalidMesh(
-        "MESH_MIRRORED",
-        inverted + " of " + std::to_string(quality.element_count) +
-            " elements are inverted, and the boundary encloses a negative volume: the nodes of an "
-            "element are in the other orientation; use VTK's node order (swap two nodes of every "
-            "element)",
-        {{"inverted_element_count", inverted}});
-  }
   if (policy == TangledPolicy::refuse) {
+    const std::string inverted = std::to_string(quality.inverted_count);
     const std::string element = std::to_string(quality.worst.front().element);
     throw InvalidMesh("MESH_TANGLED",
                       inverted + " of " + std::to_string(quality.element_count) +

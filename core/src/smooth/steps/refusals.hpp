@@ -13,10 +13,8 @@ void refuse_too_large(const TopologyView& topology);
 /// once a backend has found that there is one; O(elements log elements).
 [[noreturn]] void throw_overused_facet(const TopologyView& topology);
 
-/// Throws InvalidMesh where inverted elements end the job: MESH_MIRRORED, whatever the policy, in a
-/// volume mesh most of whose elements are inverted and whose boundary encloses a negative volume
-/// (what happens inside does not change that); MESH_TANGLED if the policy is to refuse.
-void refuse_tangled(const QualityStats& quality, TangledPolicy policy, bool volume);
+/// Throws InvalidMesh (MESH_TANGLED) where there are inverted elements and the policy is to refuse.
+void refuse_tangled(const QualityStats& quality, TangledPolicy policy);
 
 /// Throws InvalidMesh (REFERENCE_TANGLED) where a mesh to move is not valid before it moves.
 void refuse_tangled_reference(const QualityStats& quality);

@@ -1,0 +1,331 @@
+#include "meshsmooth/numbering.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "mesh/curved_jacobian.hpp"
+#include "mesh/facet_rows.hpp"
+#include "mesh/parallel.hpp"
+#include "meshsmooth/quality.hpp"
+
+namespace meshsmooth {
+namespace {
+
+using detail::FacetUse;
+
+/// Whether both uses run through the facet's corners in the same direction.
+bool same_direction(const FacetUse& a, const FacetUse& b) {
+  const FacetShape& in_a = element_shape(a.type).facets[a.number];
+  const FacetShape& in_b = element_shape(b.type).facets[b.number];
+  if (in_a.node_count == 2) return a.nodes[in_a.nodes[0]] == b.nodes[in_b.nodes[0]];
+  const auto next = [](const FacetUse& use, const FacetShape& facet, NodeId node) {
+    int at = 0;
+    while (use.nodes[facet.nodes[at]] != node) ++at;
+    return use.nodes[facet.nodes[(at + 1) % facet.node_count]];
+  };
+  const NodeId start = a.nodes[in_a.nodes[0]];
+  return next(a, in_a, start) == next(b, in_b, start);
+}
+
+/// A pair of elements that share a facet.
+struct Link {
+  std::uint32_t a, b;  // ids
+  bool same;           // direction: one of the two is mirrored against the other
+};
+
+/// Calls `take(link)` for every two elements that share a facet, in an order that depends on the
+/// topology alone. The links of some nodes at a time are found by many threads and taken by one.
+template <class Take>
+void for_each_link(const TopologyView& topology, const Take& take) {
+  constexpr std::size_t kNodes = std::size_t{1} << 16;
+  const detail::FacetRows rows(topology);
+  std::vector<std::vector<Link>> links;
+  for (std::size_t begin = 0; begin < topology.node_count; begin += kNodes) {
+    const std::size_t end = std::min(topology.node_count, begin + kNodes);
+    constexpr std::size_t kTask = 1024;
+    links.resize((end - begin + kTask - 1) / kTask);
+    detail::parallel_for(links.size(), [&](std::size_t task) {
+      links[task].clear();
+      std::vector<FacetUse> row;
+      const std::size_t first = begin + task * kTask;
+      for (std::size_t node = first; node < std::min(end, first + kTask); ++node) {
+        rows.visit_row(node, row, [&](std::span<const FacetUse> uses) {
+          if (uses.size() != 2) return;
+          links[task].push_back({static_cast<std::uint32_t>(uses[0].element),
+                                 static_cast<std::uint32_t>(uses[1].element),
+                                 same_direction(uses[0], uses[1])});
+        });
+      }
+    });
+    for (const auto& of_task : links) std::ranges::for_each(of_task, take);
+  }
+}
+
+/// Components of elements, and which of them are mirrored against the first of their component:
+/// a union-find whose links carry a parity.
+class Components {
+ public:
+  explicit Components(std::size_t count) : parents_(count), odd_(count, 0) {
+    std::iota(parents_.begin(), parents_.end(), 0U);
+  }
+
+  struct Place {
+    std::uint32_t root;
+    std::uint8_t odd;
+  };
+
+  /// With the path shortened to the root.
+  Place find(std::uint32_t element) {
+    std::uint32_t root = element;
+    std::uint8_t odd = 0;
+    for (; parents_[root] != root; root = parents_[root]) odd ^= odd_[root];
+    const Place found{root, odd};
+    while (parents_[element] != root) {
+      const std::uint32_t next = std::exchange(parents_[element], root);
+      odd ^= std::exchange(odd_[element], odd);
+      element = next;
+    }
+    return found;
+  }
+
+  /// Returns false where the two are of one component whose parities contradict the link.
+  bool join(const Link& link) {
+    const Place a = find(link.a);
+    const Place b = find(link.b);
+    const auto odd = static_cast<std::uint8_t>(a.odd ^ b.odd ^ (link.same ? 1 : 0));
+    if (a.root == b.root) return odd == 0;
+    const auto [low, high] = std::minmax(a.root, b.root);
+    parents_[high] = low;
+    odd_[high] = odd;
+    return true;
+  }
+
+ private:
+  std::vector<std::uint32_t> parents_;
+  std::vector<std::uint8_t> odd_;  // against the parent
+};
+
+/// What an element adds to the decision on the sign of its component.
+struct Weight {
+  double volume = 0;  // signed; of a surface element that of the cone to the first node
+  double absolute = 0;
+  Vec3d area{0, 0, 0};  // of a surface element
+};
+
+Weight weigh(ElementType linear, const Vec3d* at, Vec3d origin) {
+  if (element_shape(linear).dimension == 3) {
+    const double volume = measure_element(linear, at, {0, 0, 0}).volume;
+    return {volume, std::abs(volume), {0, 0, 0}};
+  }
+  const Vec3d area = linear == ElementType::triangle ? cross(at[1] - at[0], at[2] - at[0])
+                                                     : cross(at[2] - at[0], at[3] - at[1]);
+  return {dot(area, at[0] - origin), norm(area), area};
+}
+
+/// Calls `take(element, weight)` in the order of the elements. Those of some elements at a time are
+/// found by many threads and taken by one.
+template <class Real, class Take>
+void for_each_weight(const TopologyView& topology, std::span<const Vec3<Real>> positions,
+                     const Take& take) {
+  constexpr std::size_t kElements = std::size_t{1} << 16;
+  const Vec3d origin =
+      vec3_cast<double>(positions[static_cast<std::size_t>(topology.blocks.front().nodes.front())]);
+  std::vector<Weight> weights;
+  std::size_t first = 0;
+  for (const ElementBlockView& block : topology.blocks) {
+    const ElementType type = linear_type(block.type);
+    const std::size_t width = element_width(block.type);
+    const std::size_t count = block.element_count();
+    for (std::size_t begin = 0; begin < count; begin += kElements) {
+      weights.resize(std::min(kElements, count - begin));
+      detail::parallel_for_ranges(weights.size(), [&](std::size_t from, std::size_t to) {
+        for (std::size_t e = from; e < to; ++e) {
+          const std::span<const NodeId> corners(&block.nodes[(begin + e) * width],
+                                                element_width(type));
+          weights[e] = weigh(type, detail::positions_of(corners, positions).data(), origin);
+        }
+      });
+      for (std::size_t e = 0; e < weights.size(); ++e) take(first + begin + e, weights[e]);
+    }
+    first += count;
+  }
+}
+
+/// A component, each element counted as it is numbered against the first of them.
+struct Component {
+  Weight sum;
+  std::size_t even = 0, odd = 0;
+
+  void add(const Weight& weight, bool is_odd) {
+    const double sign = is_odd ? -1 : 1;
+    sum.volume += sign * weight.volume;
+    sum.area += sign * weight.area;
+    sum.absolute += weight.absolute;
+    ++(is_odd ? odd : even);
+  }
+
+  /// Whether the elements that are numbered like the first are mirrored. What cancels but for
+  /// rounding decides nothing. Of a surface every side is right, unless it is closed; so that the
+  /// answer does not depend on which elements are mirrored, it is the one along the first axis of
+  /// those that its normal is nearest to.
+  [[nodiscard]] bool turned(bool volume) const {
+    constexpr double kRounding = 1e-9;
+    if (volume) return sum.volume < -kRounding * sum.absolute;
+    double along = 0;
+    for (const double part : {sum.area.x, sum.area.y, sum.area.z}) {
+      if (std::abs(part) > (1 + kRounding) * std::abs(along)) along = part;
+    }
+    return std::abs(along) > kRounding * sum.absolute ? along < 0 : sum.volume < 0;
+  }
+};
+
+/// In the order of a type's nodes, which one stands there in the mirrored element.
+using MirroredOrder = std::array<std::int8_t, kMaxElementNodes>;
+
+MirroredOrder mirrored_corners(ElementType linear) {
+  switch (linear) {
+    case ElementType::triangle:
+    case ElementType::tetrahedron:
+      return {0, 2, 1, 3};
+    case ElementType::quad:
+    case ElementType::pyramid:
+      return {0, 3, 2, 1, 4};
+    case ElementType::wedge:
+      return {0, 2, 1, 3, 5, 4};
+    default:
+      return {0, 3, 2, 1, 4, 7, 6, 5};
+  }
+}
+
+/// Nodes in the middle go where their corners go.
+MirroredOrder find_mirrored_order(ElementType type) {
+  MirroredOrder order = mirrored_corners(linear_type(type));
+  const auto mids = mid_nodes(type);
+  const auto corner_count = static_cast<std::size_t>(element_shape(type).node_count);
+  for (std::size_t m = 0; m < mids.size(); ++m) {
+    const auto corners_of = [&](const MidNode& mid, bool mirrored) {
+      unsigned corners = 0;  // a bit each
+      for (int c = 0; c < mid.corner_count; ++c) {
+        const std::int8_t corner = mid.corners[c];
+        corners |= 1U << (mirrored ? order[corner] : corner);
+      }
+      return corners;
+    };
+    for (std::size_t other = 0; other < mids.size(); ++other) {
+      if (corners_of(mids[other], false) == corners_of(mids[m], true)) {
+        order[corner_count + m] = static_cast<std::int8_t>(corner_count + other);
+      }
+    }
+  }
+  return order;
+}
+
+void reorder(const MirroredOrder& order, std::span<NodeId> nodes) {
+  std::array<NodeId, kMaxElementNodes> copy{};
+  std::ranges::copy(nodes, copy.begin());
+  for (std::size_t n = 0; n < nodes.size(); ++n) nodes[n] = copy[order[n]];
+}
+
+/// Of the elements of a block.
+void mirror_block(ElementType type, std::span<NodeId> nodes,
+                  std::span<const std::uint8_t> mirrored) {
+  const MirroredOrder order = find_mirrored_order(type);
+  const std::size_t width = element_width(type);
+  detail::parallel_for_ranges(mirrored.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t e = begin; e < end; ++e) {
+      if (mirrored[e] != 0) reorder(order, nodes.subspan(e * width, width));
+    }
+  });
+}
+
+}  // namespace
+
+Numbering find_numbering(const TopologyView& topology, const PositionsView& positions) {
+  Numbering result;
+  const std::size_t count = topology.element_count();
+  Components components(count);
+  for_each_link(topology, [&](const Link& link) {
+    if (!components.join(link)) ++result.cut_facet_count;
+  });
+  constexpr auto kUnseen = static_cast<std::uint32_t>(-1);
+  std::vector<std::uint32_t> index_of(count, kUnseen);  // of each root
+  std::vector<Component> found;
+  std::visit(
+      [&](const auto& span) {
+        for_each_weight(topology, span, [&](std::size_t e, const Weight& weight) {
+          const auto [root, odd] = components.find(static_cast<std::uint32_t>(e));
+          if (index_of[root] == kUnseen) {
+            index_of[root] = static_cast<std::uint32_t>(found.size());
+            found.emplace_back();
+          }
+          found[index_of[root]].add(weight, odd != 0);
+        });
+      },
+      positions);
+  const bool volume = element_shape(topology.blocks.front().type).dimension == 3;
+  const bool curved = !volume && !SurfaceOrientation(topology, positions).plane();
+  result.mirrored.resize(count);
+  for (std::size_t e = 0; e < count; ++e) {
+    const auto [root, odd] = components.find(static_cast<std::uint32_t>(e));
+    const Component& component = found[index_of[root]];
+    const bool mixed = component.odd > 0;
+    const bool mirrored = (mixed || !curved) && (odd != 0) != component.turned(volume);
+    result.mirrored[e] = mirrored ? 1 : 0;
+    result.mirrored_count += result.mirrored[e];
+  }
+  // A surface whose elements are all numbered alike has no wrong side.
+  if (!volume && static_cast<std::size_t>(result.mirrored_count) == count)
+    result.mirrored_count = 0;
+  if (result.mirrored_count == 0) result.mirrored.clear();
+  return result;
+}
+
+void mirror_nodes(ElementType type, std::span<NodeId> nodes) {
+  reorder(find_mirrored_order(type), nodes);
+}
+
+void mirror_elements(Mesh& mesh, std::span<const std::uint8_t> mirrored) {
+  if (mirrored.empty()) return;
+  std::size_t first = 0;
+  for (ElementBlock& block : mesh.blocks) {
+    const std::size_t count = block.nodes.size() / element_width(block.type);
+    mirror_block(block.type, block.nodes, mirrored.subspan(first, count));
+    first += count;
+  }
+}
+
+void list_mirrored(const Numbering& numbering, QualityStats& stats) {
+  stats.mirrored_count = numbering.mirrored_count;
+  stats.mirrored.clear();
+  for (std::size_t e = 0; e < numbering.mirrored.size(); ++e) {
+    if (numbering.mirrored[e] == 0) continue;
+    if (stats.mirrored.size() == kMostListedMirrored) break;
+    stats.mirrored.push_back(static_cast<std::int64_t>(e));
+  }
+}
+
+ConsistentTopology::ConsistentTopology(const TopologyView& topology,
+                                       std::span<const std::uint8_t> mirrored)
+    : view_(topology) {
+  std::size_t first = 0;
+  for (const ElementBlockView& block : topology.blocks) {
+    const std::size_t count = block.element_count();
+    auto& nodes = nodes_.emplace_back(block.nodes.begin(), block.nodes.end());
+    mirror_block(block.type, nodes, mirrored.subspan(first, count));
+    blocks_.push_back({block.type, nodes});
+    first += count;
+  }
+  view_.blocks = blocks_;
+  view_.consistent = true;
+}
+
+std::int64_t ConsistentTopology::bytes() const {
+  std::int64_t sum = 0;
+  for (const auto& nodes : nodes_) sum += static_cast<std::int64_t>(nodes.size() * sizeof(NodeId));
+  return sum;
+}
+
+}  // namespace meshsmooth

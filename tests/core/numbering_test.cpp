@@ -1,0 +1,245 @@
+// Elements that are numbered the other way round: in the connectivity, not tangled.
+
+#include "meshsmooth/numbering.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <random>
+
+#include "core/smoothing.hpp"
+#include "support/second_order.hpp"
+#include "support/surfaces.hpp"
+
+namespace meshsmooth {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+Numbering numbering_of(const Mesh& mesh) {
+  const MeshTopology topology(mesh);
+  return find_numbering(topology.view(), mesh.positions_view());
+}
+
+std::vector<ElementType> all_types() { return {kElementTypes.begin(), kElementTypes.end()}; }
+
+Mesh lattice_of(ElementType type, int n) {
+  const Mesh linear = test::noisy(test::lattice(linear_type(type), n), 0.15, 3);
+  if (!is_second_order(type)) return linear;
+  for (const bool full : {false, true}) {
+    Mesh mesh = test::second_order(linear, full);
+    if (mesh.blocks[0].type == type) return mesh;
+  }
+  return test::second_order(linear);
+}
+
+/// Which elements to mirror: single ones, layers, runs, all, none.
+std::vector<std::uint8_t> some_elements(std::size_t count, std::mt19937_64& random) {
+  std::vector<std::uint8_t> chosen(count);
+  const int kind = std::uniform_int_distribution<int>(0, 4)(random);
+  const double share = std::uniform_real_distribution<double>(0, 1)(random);
+  for (std::size_t e = 0; e < count; ++e) {
+    const double place = static_cast<double>(e) / static_cast<double>(count);
+    const double dice = std::uniform_real_distribution<double>(0, 1)(random);
+    const bool is_chosen = kind == 0   ? dice < share
+                           : kind == 1 ? place < share
+                           : kind == 2 ? e / 7 % 3 == 0
+                           : kind == 3 ? e == count / 2
+                                       : true;
+    chosen[e] = is_chosen ? 1 : 0;
+  }
+  return chosen;
+}
+
+TEST(FindNumbering, FindsNothingInMeshesNumberedAlike) {
+  for (const ElementType type : all_types()) {
+    const Numbering found = numbering_of(lattice_of(type, 3));
+    EXPECT_EQ(found.mirrored_count, 0) << element_name(type);
+    EXPECT_THAT(found.mirrored, IsEmpty());
+    EXPECT_EQ(found.cut_facet_count, 0);
+  }
+  EXPECT_EQ(numbering_of(test::mixed_stack(3)).mirrored_count, 0);
+}
+
+TEST(FindNumbering, FindsTheMirroredElementsOfEveryType) {
+  for (const ElementType type : all_types()) {
+    Mesh mesh = lattice_of(type, 3);
+    std::vector<std::uint8_t> mirrored(mesh.element_count());
+    for (const std::size_t e : {1U, 2U, 7U}) mirrored[e] = 1;
+    mirror_elements(mesh, mirrored);
+
+    EXPECT_EQ(numbering_of(mesh).mirrored, mirrored) << element_name(type);
+    EXPECT_EQ(numbering_of(mesh).mirrored_count, 3);
+  }
+}
+
+TEST(FindNumbering, TurnsAWhollyMirroredVolumeMeshAndEachComponentByItself) {
+  for (const ElementType type : all_types()) {
+    if (element_shape(type).dimension == 2) continue;
+    Mesh mesh = lattice_of(type, 3);
+    mirror_elements(mesh, std::vector<std::uint8_t>(mesh.element_count(), 1));
+    EXPECT_EQ(numbering_of(mesh).mirrored_count, static_cast<std::int64_t>(mesh.element_count()));
+  }
+  Mesh apart = test::tet_ball();
+  const std::size_t count = apart.element_count();
+  const auto nodes = static_cast<NodeId>(apart.node_count());
+  const std::vector<Vec3d> points = test::points(apart);
+  for (Vec3d p : points) test::points(apart).push_back({p.x + 100, p.y, p.z});
+  const std::vector<NodeId> first = apart.blocks[0].nodes;
+  for (const NodeId node : first) apart.blocks[0].nodes.push_back(node + nodes);
+  std::vector<std::uint8_t> second(2 * count);
+  std::fill(second.begin() + static_cast<std::ptrdiff_t>(count), second.end(), 1);
+  mirror_elements(apart, second);
+
+  EXPECT_EQ(numbering_of(apart).mirrored, second);
+}
+
+TEST(FindNumbering, LeavesASurfaceThatIsNumberedAlikeOnItsSide) {
+  for (Mesh mesh : {test::lattice(ElementType::quad, 3), test::sphere(2)}) {
+    mirror_elements(mesh, std::vector<std::uint8_t>(mesh.element_count(), 1));
+    EXPECT_EQ(numbering_of(mesh).mirrored_count, 0);
+  }
+}
+
+TEST(FindNumbering, CutsAMoebiusStripAndSaysSo) {
+  constexpr int kSides = 12;
+  std::vector<Vec3d> points;
+  std::vector<NodeId> quads;
+  for (int s = 0; s < kSides; ++s) {
+    const double turn = 2 * 3.14159265358979 * s / kSides;
+    for (const double side : {-0.3, 0.3}) {
+      const double radius = 1 + side * std::cos(turn / 2);
+      points.push_back(
+          {radius * std::cos(turn), radius * std::sin(turn), side * std::sin(turn / 2)});
+    }
+    const auto at = [](int section, int side) {
+      const bool round = section == kSides;
+      return static_cast<NodeId>(2 * (section % kSides) + (round ? 1 - side : side));
+    };
+    for (const NodeId node : {at(s, 0), at(s + 1, 0), at(s + 1, 1), at(s, 1)})
+      quads.push_back(node);
+  }
+  const Mesh strip = test::make_mesh(points, {{ElementType::quad, quads}});
+
+  EXPECT_EQ(numbering_of(strip).cut_facet_count, 1);
+}
+
+TEST(FindNumbering, TellsATangledMeshFromAMirroredOne) {
+  Mesh mesh = test::noisy(test::lattice(ElementType::tetrahedron, 5), 0.5, 2);
+  ASSERT_GT(measure_quality(mesh).inverted_count, 0);
+
+  EXPECT_EQ(numbering_of(mesh).mirrored_count, 0);
+
+  std::vector<std::uint8_t> some(mesh.element_count());
+  for (std::size_t e = 0; e < some.size(); e += 3) some[e] = 1;
+  const std::int64_t inverted = measure_quality(mesh).inverted_count;
+  mirror_elements(mesh, some);
+  EXPECT_EQ(numbering_of(mesh).mirrored, some);
+  EXPECT_EQ(measure_quality(mesh).inverted_count, inverted);
+}
+
+TEST(FindNumbering, ListsTheFirstIds) {
+  Mesh mesh = lattice_of(ElementType::hexahedron, 3);
+  std::vector<std::uint8_t> mirrored(mesh.element_count());
+  mirrored[4] = mirrored[9] = 1;
+  mirror_elements(mesh, mirrored);
+
+  const QualityStats stats = measure_quality(mesh);
+
+  EXPECT_EQ(stats.mirrored_count, 2);
+  EXPECT_THAT(stats.mirrored, ElementsAre(4, 9));
+  EXPECT_EQ(stats.inverted_count, 0);
+}
+
+TEST(MirrorNodes, IsItsOwnInverseAndChangesTheSign) {
+  for (const ElementType type : all_types()) {
+    const Mesh mesh = lattice_of(type, 1);
+    std::vector<NodeId> nodes(
+        mesh.blocks[0].nodes.begin(),
+        mesh.blocks[0].nodes.begin() + static_cast<std::ptrdiff_t>(element_width(type)));
+    const std::vector<NodeId> before = nodes;
+    mirror_nodes(type, nodes);
+    EXPECT_NE(nodes, before);
+    mirror_nodes(type, nodes);
+    EXPECT_EQ(nodes, before) << element_name(type);
+  }
+}
+
+/// Random meshes (MESHSMOOTH_MIRRORED_MESHES, 120 by default) of every element type, plane, curved
+/// and volume, random elements of them mirrored.
+TEST(MirroredMeshes, HaveTheBitsOfTheMeshNumberedAlike) {
+  const char* const wish = std::getenv("MESHSMOOTH_MIRRORED_MESHES");
+  const int count = wish == nullptr ? 120 : std::atoi(wish);
+  const std::vector<test::Way> ways = test::ways(false);
+  int mirrored_meshes = 0;
+  for (int seed = 0; seed < count; ++seed) {
+    std::mt19937_64 random(static_cast<unsigned>(seed));
+    const auto types = all_types();
+    const ElementType type = types[static_cast<std::size_t>(seed) % types.size()];
+    const bool surface = element_shape(type).dimension == 2;
+    Mesh mesh = surface && seed % 2 == 0 && !is_second_order(type)
+                    ? test::wavy_if_surface(lattice_of(type, 4))
+                    : lattice_of(type, 3);
+    const test::Way& way = ways[random() % ways.size()];
+    const SmoothOptions options{.method = way.method, .form = way.form, .max_iterations = 4};
+    Mesh other = mesh;
+    const auto chosen = some_elements(mesh.element_count(), random);
+    mirror_elements(other, chosen);
+    const bool all = std::ranges::all_of(chosen, [](auto c) { return c != 0; });
+    if (all && surface) continue;  // is numbered alike itself
+
+    const test::Job expected = test::smooth(mesh, options);
+    const test::Job found = test::smooth(other, options);
+
+    EXPECT_TRUE(test::same_bits(expected.mesh, found.mesh))
+        << seed << " " << element_name(type) << " " << way.name;
+    EXPECT_EQ(found.summary.quality_before.inverted_count, 0);
+    // Averaging on a curved surface does not depend on the numbering, so nobody looks.
+    if (surface && !std::holds_alternative<Optimize>(way.method)) continue;
+    const auto mirrored = std::ranges::count(chosen, 1);
+    EXPECT_EQ(found.summary.quality_before.mirrored_count, mirrored) << seed;
+    mirrored_meshes += mirrored > 0 ? 1 : 0;
+  }
+  EXPECT_GT(mirrored_meshes, count / 3);
+}
+
+TEST(MirroredMeshes, MoveAndUntangleLikeTheMeshNumberedAlike) {
+  Mesh tangled = test::noisy(test::lattice(ElementType::tetrahedron, 5), 0.5, 2);
+  Mesh other = tangled;
+  std::vector<std::uint8_t> some(tangled.element_count());
+  for (std::size_t e = 0; e < some.size(); e += 2) some[e] = 1;
+  mirror_elements(other, some);
+
+  const test::Job expected = test::smooth(tangled, {});
+  const test::Job found = test::smooth(other, {});
+
+  EXPECT_TRUE(test::same_bits(expected.mesh, found.mesh));
+  EXPECT_EQ(expected.summary.quality_before.inverted_count,
+            found.summary.quality_before.inverted_count);
+  EXPECT_EQ(found.summary.quality_after.mirrored_count, std::ranges::count(some, 1));
+}
+
+TEST(MirroredMeshes, KeepTheirTopologyPreparedForManyJobs) {
+  const Mesh mesh = lattice_of(ElementType::tetrahedron, 4);
+  Mesh other = mesh;
+  std::vector<std::uint8_t> some(mesh.element_count());
+  for (std::size_t e = 0; e < some.size(); e += 5) some[e] = 1;
+  mirror_elements(other, some);
+  const auto smoother = make_smoother("cpu", 2);
+  const MeshTopology topology(other);
+  const auto prepared = smoother->prepare(topology.view());
+  const Mesh expected = test::smooth(mesh, {}).mesh;
+
+  for (int job = 0; job < 3; ++job) {
+    Mesh result = other;
+    const SmoothSummary summary = smoother->smooth(*prepared, result.positions_span(), {}, {});
+    EXPECT_TRUE(test::same_bits(expected, result)) << job;
+    EXPECT_EQ(summary.quality_after.mirrored_count, std::ranges::count(some, 1));
+  }
+}
+
+}  // namespace
+}  // namespace meshsmooth
