@@ -15,6 +15,7 @@
 #include "input_mesh.hpp"
 #include "mesh_argument.hpp"
 #include "mesh_file.hpp"
+#include "meshsmooth/canonical_topology.hpp"
 #include "meshsmooth/quality.hpp"
 #include "readable.hpp"
 #include "wire/codec.hpp"
@@ -74,12 +75,16 @@ struct Quality {
 
 /// With the same topology, surface elements count as inverted against the first mesh.
 Quality measure(const Mesh& before, const Mesh& after, bool same_topology) {
-  const MeshTopology own(before), other(after);
-  const SurfaceOrientation orientation(own.view(), before.positions_view());
-  const SurfaceOrientation of_other =
-      same_topology ? orientation : SurfaceOrientation(other.view(), after.positions_view());
-  return {measure_quality(own.view(), before.positions_view(), orientation),
-          measure_quality(other.view(), after.positions_view(), of_other)};
+  if (!same_topology) return {measure_quality(before), measure_quality(after)};
+  const MeshTopology topology(before);
+  const CanonicalTopology canonical(topology.view(), before.positions_view());
+  const SurfaceOrientation orientation(canonical.view(), before.positions_view());
+  const auto measure_at = [&](const PositionsView& positions) {
+    QualityStats stats = measure_quality(canonical.view(), positions, orientation);
+    canonical.complete(stats);
+    return stats;
+  };
+  return {measure_at(before.positions_view()), measure_at(after.positions_view())};
 }
 
 std::string point(Vec3d p) { return fmt::format("({:.6g}, {:.6g}, {:.6g})", p.x, p.y, p.z); }
@@ -197,7 +202,8 @@ std::string as_json(const formats::FileDifference& difference,
 formats::MeshFile read(const MeshArgument& input) {
   formats::MeshFile file = read_mesh(input);
   try {
-    validate(MeshTopology(file.mesh).view(), file.mesh.positions_view());
+    const MeshTopology topology(file.mesh);
+    validate(CanonicalTopology(topology.view()).view(), file.mesh.positions_view());
   } catch (const InvalidMesh& error) {
     throw InvalidMesh(
         error.reason(),

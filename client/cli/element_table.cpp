@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 #include <utility>
 
 #include "cells.hpp"
+#include "meshsmooth/canonical_topology.hpp"
 #include "npz_file.hpp"
 #include "readable.hpp"
 #include "report/shown_elements.hpp"
@@ -217,8 +219,17 @@ std::vector<ElementMetric> table_metrics(const ElementTableFlags& flags,
 ElementTable measure_table(const Mesh& mesh, std::vector<ElementMetric> metrics) {
   const MeshTopology topology(mesh);
   const PositionsView positions = mesh.positions_view();
-  return tabulate_elements(topology.view(), positions,
-                           SurfaceOrientation(topology.view(), positions), std::move(metrics));
+  const CanonicalTopology canonical(topology.view(), positions);
+  ElementTable table =
+      tabulate_elements(canonical.view(), positions,
+                        SurfaceOrientation(canonical.view(), positions), std::move(metrics));
+  for (auto& column : table.columns) {
+    column = canonical.in_caller_order(std::span<const double>(column),
+                                       std::numeric_limits<double>::quiet_NaN());
+  }
+  table.states =
+      canonical.in_caller_order(std::span<const ElementState>(table.states), ElementState::valid);
+  return table;
 }
 
 void write_element_table(const ElementTableFlags& flags, const formats::MeshFile& file,

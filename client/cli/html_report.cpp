@@ -10,6 +10,7 @@
 #include <string_view>
 #include <utility>
 
+#include "meshsmooth/canonical_topology.hpp"
 #include "quality_report.hpp"
 #include "readable.hpp"
 #include "report/charts.hpp"
@@ -184,6 +185,12 @@ std::optional<Outcome> outcome_of(const std::optional<MotionStats>& motion,
                                      100 * motion->reached)};
 }
 
+/// A report draws interface elements, too: so it names all elements by the file's ids.
+TopologyView drawn_topology(const CanonicalTopology& canonical, const TopologyView& given) {
+  const bool same_ids = canonical.view().element_count() == given.element_count();
+  return same_ids ? canonical.view() : given;
+}
+
 }  // namespace
 
 std::string job_html(const JobInput& input, const std::filesystem::path& output,
@@ -193,8 +200,10 @@ std::string job_html(const JobInput& input, const std::filesystem::path& output,
   const MeshTopology topology(file.mesh);
   const PositionsView before =
       std::visit([](const auto& p) { return PositionsView(std::span(p)); }, input.positions);
-  const DrawnMesh mesh{topology.view(), file.mesh.positions_view(), before,
-                       SurfaceOrientation(topology.view(), before)};
+  const CanonicalTopology canonical(topology.view(), before);
+  const TopologyView drawn = drawn_topology(canonical, topology.view());
+  const DrawnMesh mesh{drawn, file.mesh.positions_view(), before,
+                       SurfaceOrientation(drawn, before)};
   const auto blocking =
       summary.motion ? summary.motion->blocking_elements : std::vector<std::int64_t>();
   const std::vector<std::uint8_t> fixed = fixed_nodes(file, options);
@@ -224,14 +233,15 @@ std::string quality_html(const std::filesystem::path& path, const formats::MeshF
                          const QualityStats& stats) {
   const MeshTopology topology(file.mesh);
   const PositionsView positions = file.mesh.positions_view();
-  const DrawnMesh mesh{topology.view(), positions, std::nullopt,
-                       SurfaceOrientation(topology.view(), positions)};
+  const CanonicalTopology canonical(topology.view(), positions);
+  const TopologyView drawn = drawn_topology(canonical, topology.view());
+  const DrawnMesh mesh{drawn, positions, std::nullopt, SurfaceOrientation(drawn, positions)};
   const auto elements = choose_elements(mesh, kMostShownElements, {}, {});
   std::string findings = fmt::format(
       "{} ({}) inverted, {} ({}) degenerate\n", counted(stats.inverted_count, "element"),
       percentage(stats.inverted_count, stats.element_count), with_commas(stats.degenerate_count),
       percentage(stats.degenerate_count, stats.element_count));
-  findings += describe_mirrored(stats, [&](std::int64_t id) { return file.file_element_id(id); });
+  findings += describe_reading(stats, [&](std::int64_t id) { return file.file_element_id(id); });
   findings += describe_volume(stats);
   const Content content{.kind = "meshsmooth: report on the quality of a mesh",
                         .heading = file_name(path),

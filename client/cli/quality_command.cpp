@@ -12,7 +12,7 @@
 #include "input_mesh.hpp"
 #include "mesh_argument.hpp"
 #include "mesh_file.hpp"
-#include "meshsmooth/numbering.hpp"
+#include "meshsmooth/canonical_topology.hpp"
 #include "meshsmooth/quality.hpp"
 #include "quality_report.hpp"
 #include "text_file.hpp"
@@ -32,7 +32,8 @@ struct QualityCommand {
 
 void check(const formats::MeshFile& file) {
   try {
-    validate(MeshTopology(file.mesh).view(), file.mesh.positions_view());
+    const MeshTopology topology(file.mesh);
+    validate(CanonicalTopology(topology.view()).view(), file.mesh.positions_view());
   } catch (const InvalidMesh& error) {
     throw InvalidMesh(error.reason(), error.what() + place_in_file(error.details(), file),
                       error.details());
@@ -102,11 +103,6 @@ ExitCode run(const QualityCommand& command) {
   formats::MeshFile file = read_mesh(command.input);
   check(file);
   const QualityStats stats = measure_quality(file.mesh);
-  if (stats.mirrored_count > 0) {  // a file that is written keeps its own order of the nodes
-    const MeshTopology topology(file.mesh);
-    mirror_elements(file.mesh,
-                    find_numbering(topology.view(), file.mesh.positions_view()).mirrored);
-  }
   ElementTable table;
   if (command.table.any()) {
     table = measure_table(file.mesh, table_metrics(command.table, requirements, file.mesh));
@@ -114,9 +110,11 @@ ExitCode run(const QualityCommand& command) {
   if (command.output) {
     const MeshTopology topology(file.mesh);
     const PositionsView positions = file.mesh.positions_view();
+    const CanonicalTopology canonical(topology.view(), positions);
     file.element_quality =
-        measure_elements(topology.view(), positions, SurfaceOrientation(topology.view(), positions),
-                         metrics_of(file.mesh));
+        measure_elements(canonical.view(), positions,
+                         SurfaceOrientation(canonical.view(), positions), metrics_of(file.mesh));
+    canonical.complete(file.element_quality);
     add_arrays(file, table);
     formats::write_mesh_file(output.path, file, output.format);
   }

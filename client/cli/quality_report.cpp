@@ -66,21 +66,32 @@ std::string describe_quality(const QualityStats& stats,
                       percentage(stats.inverted_count, stats.element_count),
                       with_commas(stats.degenerate_count),
                       percentage(stats.degenerate_count, stats.element_count));
-  return text + describe_mirrored(stats, file_element_id) + worst_lines(stats, file_element_id);
+  return text + describe_reading(stats, file_element_id) + worst_lines(stats, file_element_id);
 }
 
-std::string describe_mirrored(const QualityStats& stats,
-                              const std::function<std::int64_t(std::int64_t)>& file_element_id) {
-  if (stats.mirrored_count == 0) return "";
-  std::string ids;
-  for (const std::int64_t element : stats.mirrored) {
-    ids += (ids.empty() ? "" : ", ") + std::to_string(file_element_id(element));
+std::string describe_reading(const QualityStats& stats,
+                             const std::function<std::int64_t(std::int64_t)>& file_element_id) {
+  std::string text;
+  if (stats.mirrored_count > 0) {
+    std::string ids;
+    for (const std::int64_t element : stats.mirrored) {
+      ids += (ids.empty() ? "" : ", ") + std::to_string(file_element_id(element));
+    }
+    const auto listed = static_cast<std::int64_t>(stats.mirrored.size());
+    text += fmt::format(
+        "{} {} numbered the other way round and read as if {} were not: {}{}\n",
+        counted(stats.mirrored_count, "element"), stats.mirrored_count == 1 ? "is" : "are",
+        stats.mirrored_count == 1 ? "it" : "they", ids, stats.mirrored_count > listed ? " …" : "");
   }
-  const auto listed = static_cast<std::int64_t>(stats.mirrored.size());
-  return fmt::format(
-      "{} {} numbered the other way round and read as if {} were not: {}{}\n",
-      counted(stats.mirrored_count, "element"), stats.mirrored_count == 1 ? "is" : "are",
-      stats.mirrored_count == 1 ? "it" : "they", ids, stats.mirrored_count > listed ? " …" : "");
+  if (stats.collapsed_count > 0) {
+    text += counted(stats.collapsed_count, "element") +
+            " with repeated nodes: read as the type that the nodes form\n";
+  }
+  if (stats.interface_count > 0) {
+    text += counted(stats.interface_count, "interface element") +
+            " without thickness: not evaluated, their nodes stay\n";
+  }
+  return text;
 }
 
 std::string describe_notes(const formats::MeshFile& file) {

@@ -21,8 +21,9 @@ namespace meshsmooth::cli {
 /// `MeshFile::notes`, a line each.
 [[nodiscard]] std::string describe_notes(const formats::MeshFile& file);
 
-/// One line on the elements that are numbered the other way round; empty: none are.
-[[nodiscard]] std::string describe_mirrored(
+/// A line on the elements of each kind that are not written as others are (see
+/// canonical_topology.hpp); empty: none are.
+[[nodiscard]] std::string describe_reading(
     const QualityStats& stats, const std::function<std::int64_t(std::int64_t)>& file_element_id);
 
 /// One line on the cells that hold their nodes because they cannot be smoothed; empty: none do.

@@ -234,7 +234,7 @@ std::string state_sentences(const client::SmoothReport& report, const SmoothOpti
     text += fmt::format("{} {} degenerate (no volume that double precision can tell from 0)\n",
                         counted(degenerate, "element"), degenerate == 1 ? "is" : "are");
   }
-  return text + describe_mirrored(summary.quality_before, file_element_id) +
+  return text + describe_reading(summary.quality_before, file_element_id) +
          describe_volume(summary.quality_after) + locked_sentence(summary.locked, file_element_id) +
          poor_sentence(summary.poor) + nodes_sentence(summary, options) +
          deviation_sentence(summary) + times_sentence(report, total_seconds);

@@ -105,6 +105,8 @@ void encode_quality(const QualityStats& stats, v1::QualityStats* message) {
   message->set_enclosed_volume(stats.enclosed_volume);
   message->set_mirrored_element_count(stats.mirrored_count);
   for (const std::int64_t element : stats.mirrored) message->add_mirrored_elements(element);
+  message->set_collapsed_element_count(stats.collapsed_count);
+  message->set_interface_element_count(stats.interface_count);
   for (const MetricStats& metric : stats.metrics) {
     encode_metric_stats(metric, message->add_metrics());
   }
@@ -122,6 +124,8 @@ QualityStats decode_quality(const v1::QualityStats& message) {
   stats.enclosed_volume = message.enclosed_volume();
   stats.mirrored_count = message.mirrored_element_count();
   stats.mirrored.assign(message.mirrored_elements().begin(), message.mirrored_elements().end());
+  stats.collapsed_count = message.collapsed_element_count();
+  stats.interface_count = message.interface_element_count();
   for (const v1::MetricStats& metric : message.metrics()) {
     if (metric.metric() < v1::QUALITY_METRIC_MEAN_RATIO ||
         metric.metric() > v1::QUALITY_METRIC_MAX_ANGLE) {

@@ -69,7 +69,7 @@ TEST(FindNumbering, FindsTheMirroredElementsOfEveryType) {
     Mesh mesh = lattice_of(type, 3);
     std::vector<std::uint8_t> mirrored(mesh.element_count());
     for (const std::size_t e : {1U, 2U, 7U}) mirrored[e] = 1;
-    mirror_elements(mesh, mirrored);
+    mirror_elements(mesh.blocks, mirrored);
 
     EXPECT_EQ(numbering_of(mesh).mirrored, mirrored) << element_name(type);
     EXPECT_EQ(numbering_of(mesh).mirrored_count, 3);
@@ -80,7 +80,7 @@ TEST(FindNumbering, TurnsAWhollyMirroredVolumeMeshAndEachComponentByItself) {
   for (const ElementType type : all_types()) {
     if (element_shape(type).dimension == 2) continue;
     Mesh mesh = lattice_of(type, 3);
-    mirror_elements(mesh, std::vector<std::uint8_t>(mesh.element_count(), 1));
+    mirror_elements(mesh.blocks, std::vector<std::uint8_t>(mesh.element_count(), 1));
     EXPECT_EQ(numbering_of(mesh).mirrored_count, static_cast<std::int64_t>(mesh.element_count()));
   }
   Mesh apart = test::tet_ball();
@@ -92,14 +92,14 @@ TEST(FindNumbering, TurnsAWhollyMirroredVolumeMeshAndEachComponentByItself) {
   for (const NodeId node : first) apart.blocks[0].nodes.push_back(node + nodes);
   std::vector<std::uint8_t> second(2 * count);
   std::fill(second.begin() + static_cast<std::ptrdiff_t>(count), second.end(), 1);
-  mirror_elements(apart, second);
+  mirror_elements(apart.blocks, second);
 
   EXPECT_EQ(numbering_of(apart).mirrored, second);
 }
 
 TEST(FindNumbering, LeavesASurfaceThatIsNumberedAlikeOnItsSide) {
   for (Mesh mesh : {test::lattice(ElementType::quad, 3), test::sphere(2)}) {
-    mirror_elements(mesh, std::vector<std::uint8_t>(mesh.element_count(), 1));
+    mirror_elements(mesh.blocks, std::vector<std::uint8_t>(mesh.element_count(), 1));
     EXPECT_EQ(numbering_of(mesh).mirrored_count, 0);
   }
 }
@@ -136,7 +136,7 @@ TEST(FindNumbering, TellsATangledMeshFromAMirroredOne) {
   std::vector<std::uint8_t> some(mesh.element_count());
   for (std::size_t e = 0; e < some.size(); e += 3) some[e] = 1;
   const std::int64_t inverted = measure_quality(mesh).inverted_count;
-  mirror_elements(mesh, some);
+  mirror_elements(mesh.blocks, some);
   EXPECT_EQ(numbering_of(mesh).mirrored, some);
   EXPECT_EQ(measure_quality(mesh).inverted_count, inverted);
 }
@@ -145,7 +145,7 @@ TEST(FindNumbering, ListsTheFirstIds) {
   Mesh mesh = lattice_of(ElementType::hexahedron, 3);
   std::vector<std::uint8_t> mirrored(mesh.element_count());
   mirrored[4] = mirrored[9] = 1;
-  mirror_elements(mesh, mirrored);
+  mirror_elements(mesh.blocks, mirrored);
 
   const QualityStats stats = measure_quality(mesh);
 
@@ -187,7 +187,7 @@ TEST(MirroredMeshes, HaveTheBitsOfTheMeshNumberedAlike) {
     const SmoothOptions options{.method = way.method, .form = way.form, .max_iterations = 4};
     Mesh other = mesh;
     const auto chosen = some_elements(mesh.element_count(), random);
-    mirror_elements(other, chosen);
+    mirror_elements(other.blocks, chosen);
     const bool all = std::ranges::all_of(chosen, [](auto c) { return c != 0; });
     if (all && surface) continue;  // is numbered alike itself
 
@@ -211,7 +211,7 @@ TEST(MirroredMeshes, MoveAndUntangleLikeTheMeshNumberedAlike) {
   Mesh other = tangled;
   std::vector<std::uint8_t> some(tangled.element_count());
   for (std::size_t e = 0; e < some.size(); e += 2) some[e] = 1;
-  mirror_elements(other, some);
+  mirror_elements(other.blocks, some);
 
   const test::Job expected = test::smooth(tangled, {});
   const test::Job found = test::smooth(other, {});
@@ -227,7 +227,7 @@ TEST(MirroredMeshes, KeepTheirTopologyPreparedForManyJobs) {
   Mesh other = mesh;
   std::vector<std::uint8_t> some(mesh.element_count());
   for (std::size_t e = 0; e < some.size(); e += 5) some[e] = 1;
-  mirror_elements(other, some);
+  mirror_elements(other.blocks, some);
   const auto smoother = make_smoother("cpu", 2);
   const MeshTopology topology(other);
   const auto prepared = smoother->prepare(topology.view());

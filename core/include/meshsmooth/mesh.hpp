@@ -28,8 +28,8 @@ struct TopologyView {
   /// [element_count()]: the facets between two regions keep their shape as the boundary does. Or
   /// empty: one region.
   std::span<const std::int32_t> regions = {};
-  /// The elements are known to be numbered alike (see numbering.hpp): jobs need not look.
-  bool consistent = false;
+  /// That of a `CanonicalTopology`: jobs need not look for what it changes.
+  bool canonical = false;
 
   [[nodiscard]] std::size_t element_count() const;
 };
@@ -95,6 +95,12 @@ void validate(const TopologyView& topology, const PositionsView& positions);
 
 /// The part of `validate` that needs no positions.
 void validate(const TopologyView& topology);
+
+/// Throws the InvalidMesh (REPEATED_NODE) of `validate`.
+///
+/// @param element  its id
+[[noreturn]] void throw_repeated_node(std::size_t element, ElementType type,
+                                      std::span<const NodeId> nodes);
 
 /// The part of `validate` for new positions of a valid topology. O(nodes), multi-threaded.
 void validate_positions(const TopologyView& topology, const PositionsView& positions);

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "meshsmooth/mesh.hpp"
-#include "meshsmooth/quality.hpp"
 
 namespace meshsmooth {
 
@@ -32,28 +31,10 @@ struct Numbering {
 [[nodiscard]] Numbering find_numbering(const TopologyView& topology,
                                        const PositionsView& positions);
 
-/// A topology in which the mirrored elements are numbered like the others. What else the given one
-/// views must outlive it.
-class ConsistentTopology {
- public:
-  /// @param mirrored  [topology.element_count()], non-zero = mirrored
-  ConsistentTopology(const TopologyView& topology, std::span<const std::uint8_t> mirrored);
-  ConsistentTopology(const ConsistentTopology&) = delete;
-  ConsistentTopology& operator=(const ConsistentTopology&) = delete;
-  [[nodiscard]] const TopologyView& view() const { return view_; }
-  [[nodiscard]] std::int64_t bytes() const;
-
- private:
-  std::vector<std::vector<NodeId>> nodes_;  // of each block
-  std::vector<ElementBlockView> blocks_;
-  TopologyView view_;
-};
-
-/// Counts the mirrored elements in `stats` and lists the first of them.
-void list_mirrored(const Numbering& numbering, QualityStats& stats);
-
 /// Lists the nodes of mirrored elements in the other order, in place.
-void mirror_elements(Mesh& mesh, std::span<const std::uint8_t> mirrored);
+///
+/// @param mirrored  [element count], non-zero = mirrored
+void mirror_elements(std::span<ElementBlock> blocks, std::span<const std::uint8_t> mirrored);
 
 /// Lists the nodes of one element in the mirrored order. Twice is the identity.
 void mirror_nodes(ElementType type, std::span<NodeId> nodes);

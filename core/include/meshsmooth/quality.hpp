@@ -84,6 +84,11 @@ struct QualityStats {
   /// inverted for that.
   std::int64_t mirrored_count = 0;
   std::vector<std::int64_t> mirrored;  // the first ids, at most `kMostListedMirrored`
+  /// Elements that repeat nodes, evaluated as the type that they form.
+  std::int64_t collapsed_count = 0;
+  /// Elements without thickness, whose opposite facets coincide: evaluated nowhere, and not in
+  /// `element_count`; their nodes stay. See canonical_topology.hpp.
+  std::int64_t interface_count = 0;
 };
 inline constexpr std::size_t kMostListedMirrored = 10;
 
@@ -177,8 +182,7 @@ class SurfaceOrientation {
                                            std::span<const std::uint32_t> element_ids = {},
                                            QualityDetail quality_detail = QualityDetail::full);
 
-/// Evaluates a mesh with its own orientation, mirrored elements as if they were numbered like the
-/// others.
+/// Evaluates the `CanonicalTopology` of a mesh with its own orientation.
 [[nodiscard]] QualityStats measure_quality(const Mesh& mesh);
 
 /// Measures some metrics of every element of a valid mesh: the values that `measure_quality`

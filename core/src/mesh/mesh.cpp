@@ -83,6 +83,16 @@ int find_wrong_node(const NodeId* nodes, int count, std::size_t node_count) {
   return -1;
 }
 
+/// How errors name a node of an element.
+struct NodeInElement {
+  NodeInElement(std::size_t element, ElementType type, NodeId node)
+      : text("element " + std::to_string(element) + " (" + std::string(element_name(type)) +
+             "): node " + std::to_string(node)),
+        details{{"element", std::to_string(element)}, {"node", std::to_string(node)}} {}
+  std::string text;
+  ErrorDetails details;
+};
+
 void validate_elements(const ElementBlockView& block, std::size_t first_id,
                        std::size_t node_count) {
   const auto width = static_cast<int>(element_width(block.type));
@@ -94,19 +104,16 @@ void validate_elements(const ElementBlockView& block, std::size_t first_id,
   });
   if (wrong == kNone) return;
 
-  const NodeId node = nodes_of(wrong)[find_wrong_node(nodes_of(wrong), width, node_count)];
-  const std::string element_id = std::to_string(first_id + wrong);
-  const std::string node_id = std::to_string(node);
-  const std::string where =
-      "element " + element_id + " (" + std::string(element_name(block.type)) + "): node " + node_id;
-  const ErrorDetails details{{"element", element_id}, {"node", node_id}};
+  const NodeId* const nodes = nodes_of(wrong);
+  const NodeId node = nodes[find_wrong_node(nodes, width, node_count)];
+  const NodeInElement at(first_id + wrong, block.type, node);
   if (node < 0 || static_cast<std::size_t>(node) >= node_count) {
     throw InvalidMesh("INDEX_OUT_OF_RANGE",
-                      where + " is out of range, the mesh has " + std::to_string(node_count) +
+                      at.text + " is out of range, the mesh has " + std::to_string(node_count) +
                           " nodes" + (node < 0 ? " and they count from 0" : ""),
-                      details);
+                      at.details);
   }
-  throw InvalidMesh("REPEATED_NODE", where + " occurs more than once", details);
+  throw_repeated_node(first_id + wrong, block.type, {nodes, static_cast<std::size_t>(width)});
 }
 
 template <class Real>
@@ -163,6 +170,13 @@ void validate_sizes(const TopologyView& topology, const PositionsView& positions
   if (position_count(positions) == topology.node_count) return;
   throw_size("the mesh has " + std::to_string(topology.node_count) + " nodes but " +
              std::to_string(position_count(positions)) + " positions");
+}
+
+void throw_repeated_node(std::size_t element, ElementType type, std::span<const NodeId> nodes) {
+  const int at = find_wrong_node(nodes.data(), static_cast<int>(nodes.size()),
+                                 std::numeric_limits<NodeId>::max());
+  const NodeInElement node(element, type, nodes[static_cast<std::size_t>(at)]);
+  throw InvalidMesh("REPEATED_NODE", node.text + " occurs more than once", node.details);
 }
 
 void validate(const TopologyView& topology) {

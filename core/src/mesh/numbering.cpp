@@ -287,45 +287,13 @@ void mirror_nodes(ElementType type, std::span<NodeId> nodes) {
   reorder(find_mirrored_order(type), nodes);
 }
 
-void mirror_elements(Mesh& mesh, std::span<const std::uint8_t> mirrored) {
-  if (mirrored.empty()) return;
+void mirror_elements(std::span<ElementBlock> blocks, std::span<const std::uint8_t> mirrored) {
   std::size_t first = 0;
-  for (ElementBlock& block : mesh.blocks) {
+  for (ElementBlock& block : blocks) {
     const std::size_t count = block.nodes.size() / element_width(block.type);
     mirror_block(block.type, block.nodes, mirrored.subspan(first, count));
     first += count;
   }
-}
-
-void list_mirrored(const Numbering& numbering, QualityStats& stats) {
-  stats.mirrored_count = numbering.mirrored_count;
-  stats.mirrored.clear();
-  for (std::size_t e = 0; e < numbering.mirrored.size(); ++e) {
-    if (numbering.mirrored[e] == 0) continue;
-    if (stats.mirrored.size() == kMostListedMirrored) break;
-    stats.mirrored.push_back(static_cast<std::int64_t>(e));
-  }
-}
-
-ConsistentTopology::ConsistentTopology(const TopologyView& topology,
-                                       std::span<const std::uint8_t> mirrored)
-    : view_(topology) {
-  std::size_t first = 0;
-  for (const ElementBlockView& block : topology.blocks) {
-    const std::size_t count = block.element_count();
-    auto& nodes = nodes_.emplace_back(block.nodes.begin(), block.nodes.end());
-    mirror_block(block.type, nodes, mirrored.subspan(first, count));
-    blocks_.push_back({block.type, nodes});
-    first += count;
-  }
-  view_.blocks = blocks_;
-  view_.consistent = true;
-}
-
-std::int64_t ConsistentTopology::bytes() const {
-  std::int64_t sum = 0;
-  for (const auto& nodes : nodes_) sum += static_cast<std::int64_t>(nodes.size() * sizeof(NodeId));
-  return sum;
 }
 
 }  // namespace meshsmooth

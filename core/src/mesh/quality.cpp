@@ -15,7 +15,7 @@
 #include "mesh/metric_columns.hpp"
 #include "mesh/parallel.hpp"
 #include "mesh/spread.hpp"
-#include "meshsmooth/numbering.hpp"
+#include "meshsmooth/canonical_topology.hpp"
 
 namespace meshsmooth {
 namespace {
@@ -199,15 +199,16 @@ QualityStats measure_quality(const Mesh& mesh) {
   const PositionsView positions = mesh.positions_view();
   const SurfaceOrientation orientation(topology.view(), positions);
   QualityStats stats = measure_quality(topology.view(), positions, orientation);
-  // Where none is inverted, all are numbered alike; on a curved surface none is against its own
+  // What is not canonical is inverted or degenerate; on a curved surface nothing is against its own
   // normal.
-  if (stats.inverted_count == 0 && orientation.normals().empty()) return stats;
-  const Numbering numbering = find_numbering(topology.view(), positions);
-  if (numbering.mirrored_count == 0) return stats;
-  const ConsistentTopology consistent(topology.view(), numbering.mirrored);
-  stats = measure_quality(consistent.view(), positions,
-                          SurfaceOrientation(consistent.view(), positions));
-  list_mirrored(numbering, stats);
+  const bool plain =
+      stats.inverted_count + stats.degenerate_count == 0 && orientation.normals().empty();
+  if (plain) return stats;
+  const CanonicalTopology canonical(topology.view(), positions);
+  if (!canonical.changed()) return stats;
+  stats =
+      measure_quality(canonical.view(), positions, SurfaceOrientation(canonical.view(), positions));
+  canonical.complete(stats);
   return stats;
 }
 

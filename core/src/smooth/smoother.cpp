@@ -2,7 +2,7 @@
 
 #include "meshsmooth/backend_name.hpp"
 #include "meshsmooth/error.hpp"
-#include "smooth/consistent_smoother.hpp"
+#include "smooth/canonical_smoother.hpp"
 #include "smooth/cpu/cpu_smoother.hpp"
 #include "smooth/cuda/device/smoother.hpp"
 #include "smooth/second_order/second_order_smoother.hpp"
@@ -61,13 +61,13 @@ std::unique_ptr<Smoother> make_smoother(std::string_view backend, int thread_cou
     }
   }
   if (name == "cpu") {
-    return detail::make_consistent_smoother(
+    return detail::make_canonical_smoother(
         detail::make_second_order_smoother(detail::make_cpu_smoother(thread_count), thread_count));
   }
   const int device = detail::cuda_device(name);
   for (const BackendInfo& info : detail::list_cuda_backends()) {
     if (info.available && info.name == to_string({.kind = BackendKind::cuda, .device = device})) {
-      return detail::make_consistent_smoother(
+      return detail::make_canonical_smoother(
           detail::make_second_order_smoother(detail::make_cuda_smoother(device), thread_count));
     }
   }

@@ -101,18 +101,27 @@ def _inverted_sentence(summary: Summary) -> str:
     return f"{text}; {before:,} {was} before" if before else f"{text}; they were valid before"
 
 
-def _mirrored_lines(stats: QualityStats) -> list[str]:
-    """What to say of elements that are numbered the other way round; nothing where none are."""
-    count = stats.mirrored_element_count
-    if not count:
-        return []
-    are, they = ("is", "it was") if count == 1 else ("are", "they were")
-    ids = ", ".join(map(str, stats.mirrored_elements))
-    more = " …" if count > len(stats.mirrored_elements) else ""
-    return [
-        f"{counted(count, 'element')} {are} numbered the other way round and read as if {they} "
-        f"not: {ids}{more}"
-    ]
+def _reading_lines(stats: QualityStats) -> list[str]:
+    """How elements were read that are not written as others are; nothing where none are."""
+    lines = []
+    if count := stats.mirrored_element_count:
+        are, they = ("is", "it was") if count == 1 else ("are", "they were")
+        ids = ", ".join(map(str, stats.mirrored_elements))
+        more = " …" if count > len(stats.mirrored_elements) else ""
+        lines.append(
+            f"{counted(count, 'element')} {are} numbered the other way round and read as if {they} "
+            f"not: {ids}{more}"
+        )
+    if count := stats.collapsed_element_count:
+        lines.append(
+            f"{counted(count, 'element')} with repeated nodes: read as the type that the nodes form"
+        )
+    if count := stats.interface_element_count:
+        lines.append(
+            f"{counted(count, 'interface element')} without thickness: not evaluated, their nodes "
+            "stay"
+        )
+    return lines
 
 
 def _poor_sentence(poor: PoorElements) -> str:
@@ -236,7 +245,7 @@ def describe_quality(stats: QualityStats) -> str:
     lines.append(
         f"inverted {stats.inverted_element_count:,}, degenerate {stats.degenerate_element_count:,}"
     )
-    lines.extend(_mirrored_lines(stats))
+    lines.extend(_reading_lines(stats))
     for worst in stats.worst_elements:
         lines.append(
             f"worst {worst.element:>12} {worst.element_type:<12} mean ratio "

@@ -88,6 +88,8 @@ class QualityStats:
     enclosed_volume: float = 0.0
     mirrored_element_count: int = 0
     mirrored_elements: tuple[int, ...] = ()
+    collapsed_element_count: int = 0
+    interface_element_count: int = 0
 
     def metric(self, name: str) -> MetricStats | None:
         """Returns the values of a metric; None if no element has it or nobody asked for it."""

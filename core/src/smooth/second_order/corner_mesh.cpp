@@ -66,7 +66,7 @@ bool is_second_order(const MeshSize& size) {
 }
 
 CornerMesh::CornerMesh(const TopologyView& topology)
-    : regions_(topology.regions), consistent_(topology.consistent) {
+    : regions_(topology.regions), canonical_(topology.canonical) {
   mark_corners(topology);
   find_mids(topology);
   number_corners(topology);
@@ -164,7 +164,7 @@ void CornerMesh::number_corners(const TopologyView& topology) {
 }
 
 TopologyView CornerMesh::view() const {
-  return {nodes_.size(), views_, fixed_, regions_, consistent_};
+  return {nodes_.size(), views_, fixed_, regions_, canonical_};
 }
 
 std::int64_t CornerMesh::bytes() const {

@@ -59,7 +59,7 @@ class CornerMesh {
   std::vector<ElementBlockView> views_;
   std::vector<std::uint8_t> fixed_;
   std::span<const std::int32_t> regions_;
-  bool consistent_;
+  bool canonical_;
   std::vector<NodeId> mids_;
   std::vector<std::size_t> first_corner_ = {0};
   std::vector<NodeId> corners_;

@@ -6,10 +6,11 @@
 #include <utility>
 
 #include "mesh/parallel.hpp"
-#include "smooth/mirrored_elements.hpp"
+#include "meshsmooth/canonical_topology.hpp"
 #include "smooth/motion/prescribed.hpp"
 #include "smooth/second_order/carry.hpp"
 #include "smooth/second_order/cure.hpp"
+#include "smooth/steps/find_not_canonical.hpp"
 #include "smooth/steps/interrupt.hpp"
 #include "smooth/steps/refusals.hpp"
 
@@ -86,7 +87,10 @@ class Job {
     QualityStats before;
     if (carry_.any_curved()) {
       before = measure(positions_);
-      if (before.inverted_count > 0) throw_mirrored(topology_, positions_);
+      if (!topology_.canonical && before.inverted_count + before.degenerate_count > 0 &&
+          CanonicalTopology(topology_, positions_).changed()) {
+        throw NotCanonical{};
+      }
       refuse_tangled(before, options_.tangled);
       if (moves) refuse_tangled_reference(before);
     }

@@ -3,9 +3,9 @@
 #include <span>
 #include <utility>
 
-#include "smooth/mirrored_elements.hpp"
 #include "smooth/steps/constrain.hpp"
 #include "smooth/steps/deviations.hpp"
+#include "smooth/steps/find_not_canonical.hpp"
 #include "smooth/steps/find_targets.hpp"
 #include "smooth/steps/iterate.hpp"
 #include "smooth/steps/only_below.hpp"
@@ -51,9 +51,11 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
         backend.kept_reference() != nullptr
             ? backend.kept_reference()->quality(options.quality_detail, evaluate)
             : evaluate();
-    // In a mesh without inverted elements all are numbered alike; on a curved surface none is
-    // inverted against its own normal.
-    if (summary.quality_before.inverted_count > 0 || surface) throw_mirrored(topology, given);
+    const QualityStats& before = summary.quality_before;
+    const bool plain = before.inverted_count + before.degenerate_count == 0 && !surface;
+    if (!topology.canonical && !plain && may_not_be_canonical(executor, job, orientation)) {
+      throw NotCanonical{};
+    }
     refuse_tangled(summary.quality_before, sweeping.tangled);
     if (moves) refuse_tangled_reference(summary.quality_before);
   }

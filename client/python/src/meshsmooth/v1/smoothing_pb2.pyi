@@ -601,26 +601,30 @@ class Progress(_message.Message):
     def __init__(self, state: _Optional[_Union[State, str]] = ..., queue_position: _Optional[int] = ..., stage: _Optional[_Union[Stage, str]] = ..., iteration: _Optional[int] = ..., max_displacement: _Optional[float] = ..., rms_displacement: _Optional[float] = ...) -> None: ...
 
 class QualityStats(_message.Message):
-    __slots__ = ["degenerate_element_count", "element_count", "enclosed_volume", "inverted_element_count", "metrics", "mirrored_element_count", "mirrored_elements", "sum_absolute_volume", "worst_elements"]
+    __slots__ = ["collapsed_element_count", "degenerate_element_count", "element_count", "enclosed_volume", "interface_element_count", "inverted_element_count", "metrics", "mirrored_element_count", "mirrored_elements", "sum_absolute_volume", "worst_elements"]
+    COLLAPSED_ELEMENT_COUNT_FIELD_NUMBER: _ClassVar[int]
     DEGENERATE_ELEMENT_COUNT_FIELD_NUMBER: _ClassVar[int]
     ELEMENT_COUNT_FIELD_NUMBER: _ClassVar[int]
     ENCLOSED_VOLUME_FIELD_NUMBER: _ClassVar[int]
+    INTERFACE_ELEMENT_COUNT_FIELD_NUMBER: _ClassVar[int]
     INVERTED_ELEMENT_COUNT_FIELD_NUMBER: _ClassVar[int]
     METRICS_FIELD_NUMBER: _ClassVar[int]
     MIRRORED_ELEMENTS_FIELD_NUMBER: _ClassVar[int]
     MIRRORED_ELEMENT_COUNT_FIELD_NUMBER: _ClassVar[int]
     SUM_ABSOLUTE_VOLUME_FIELD_NUMBER: _ClassVar[int]
     WORST_ELEMENTS_FIELD_NUMBER: _ClassVar[int]
+    collapsed_element_count: int
     degenerate_element_count: int
     element_count: int
     enclosed_volume: float
+    interface_element_count: int
     inverted_element_count: int
     metrics: _containers.RepeatedCompositeFieldContainer[MetricStats]
     mirrored_element_count: int
     mirrored_elements: _containers.RepeatedScalarFieldContainer[int]
     sum_absolute_volume: float
     worst_elements: _containers.RepeatedCompositeFieldContainer[ElementQuality]
-    def __init__(self, element_count: _Optional[int] = ..., inverted_element_count: _Optional[int] = ..., degenerate_element_count: _Optional[int] = ..., metrics: _Optional[_Iterable[_Union[MetricStats, _Mapping]]] = ..., worst_elements: _Optional[_Iterable[_Union[ElementQuality, _Mapping]]] = ..., sum_absolute_volume: _Optional[float] = ..., enclosed_volume: _Optional[float] = ..., mirrored_element_count: _Optional[int] = ..., mirrored_elements: _Optional[_Iterable[int]] = ...) -> None: ...
+    def __init__(self, element_count: _Optional[int] = ..., inverted_element_count: _Optional[int] = ..., degenerate_element_count: _Optional[int] = ..., metrics: _Optional[_Iterable[_Union[MetricStats, _Mapping]]] = ..., worst_elements: _Optional[_Iterable[_Union[ElementQuality, _Mapping]]] = ..., sum_absolute_volume: _Optional[float] = ..., enclosed_volume: _Optional[float] = ..., mirrored_element_count: _Optional[int] = ..., mirrored_elements: _Optional[_Iterable[int]] = ..., collapsed_element_count: _Optional[int] = ..., interface_element_count: _Optional[int] = ...) -> None: ...
 
 class RegionArray(_message.Message):
     __slots__ = ["array_id", "offset_bytes"]

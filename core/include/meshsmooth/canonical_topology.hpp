@@ -1,0 +1,82 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "meshsmooth/mesh.hpp"
+#include "meshsmooth/numbering.hpp"
+#include "meshsmooth/quality.hpp"
+
+namespace meshsmooth {
+
+/// A topology as it is meant, apart from how it is written. Jobs and evaluations work on it, the
+/// caller's numbering of nodes and elements stays:
+///
+/// - collapsed elements, which repeat nodes, are of the type that their other faces form: wedge,
+///   pyramid, tetrahedron, triangle;
+/// - interface elements, two opposite facets of which coincide node by node, are left out, and
+///   their nodes are fixed;
+/// - mirrored elements are numbered like the others (numbering.hpp).
+///
+/// What else the given topology views must outlive it. O(elements log star size).
+class CanonicalTopology {
+ public:
+  /// The part that needs no positions: collapsed elements.
+  /// @throws InvalidMesh (REPEATED_NODE) for one that forms no type
+  explicit CanonicalTopology(const TopologyView& topology);
+  /// @param topology   valid but for repeated nodes
+  /// @param positions  [topology.node_count]
+  CanonicalTopology(const TopologyView& topology, const PositionsView& positions);
+  CanonicalTopology(const CanonicalTopology&) = delete;
+  CanonicalTopology& operator=(const CanonicalTopology&) = delete;
+
+  /// @returns whether it differs from the topology given
+  [[nodiscard]] bool changed() const {
+    return collapsed_count_ > 0 || interface_count_ > 0 || numbering_.mirrored_count > 0;
+  }
+  [[nodiscard]] const TopologyView& view() const { return view_; }
+  [[nodiscard]] std::int64_t bytes() const;
+  /// @returns the caller's id of an element
+  [[nodiscard]] std::int64_t caller_id(std::int64_t element) const {
+    return ids_.empty() ? element : ids_[static_cast<std::size_t>(element)];
+  }
+
+  /// Adds the counts and lists of this class to a report on `view()`, and names its elements by the
+  /// caller's ids.
+  void complete(QualityStats& stats) const;
+  /// Orders the values of all elements by the caller's ids; NaN for interface elements.
+  void complete(ElementQualityArrays& arrays) const;
+  /// @param values  [view().element_count()]
+  /// @param other   the value of interface elements
+  /// @returns the values by the caller's ids
+  template <class T>
+  [[nodiscard]] std::vector<T> in_caller_order(std::span<const T> values, T other) const {
+    if (ids_.empty()) return {values.begin(), values.end()};
+    std::vector<T> all(caller_element_count_, other);
+    for (std::size_t e = 0; e < values.size(); ++e) {
+      all[static_cast<std::size_t>(ids_[e])] = values[e];
+    }
+    return all;
+  }
+
+ private:
+  /// An element to append.
+  void add(ElementType type, std::span<const NodeId> nodes);
+  void view_blocks();
+  void expand_collapsed(const TopologyView& topology);
+  void leave_out_interfaces(const PositionsView& positions);
+
+  std::vector<ElementBlock> blocks_;  // runs of one type, in the caller's order; empty: as given
+  std::vector<ElementBlockView> block_views_;
+  std::vector<std::uint8_t> fixed_;
+  std::vector<std::int32_t> regions_;
+  std::vector<std::int64_t> ids_;  // by the caller, ascending; empty: the same
+  TopologyView view_;
+  Numbering numbering_;
+  std::size_t caller_element_count_;
+  std::int64_t collapsed_count_ = 0;
+  std::int64_t interface_count_ = 0;
+};
+
+}  // namespace meshsmooth
