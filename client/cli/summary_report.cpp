@@ -174,6 +174,10 @@ std::string nodes_sentence(const SmoothSummary& summary, const SmoothOptions& op
     if (nodes.curved > 0)
       text += fmt::format(", {} on curved parts stay", with_commas(nodes.curved));
   }
+  if (nodes.coincident > 0) {
+    text += fmt::format(", {} on the boundary share their positions and stay",
+                        with_commas(nodes.coincident));
+  }
   if (nodes.isolated > 0) text += fmt::format(", {} in no element", with_commas(nodes.isolated));
   if (summary.convergence.held_node_count > 0) {
     text += fmt::format("; the guard{} held {} back in the last sweep",

@@ -272,5 +272,28 @@ TEST_P(Interfaces, TakePartInAMotion) {
   EXPECT_EQ(job.summary.quality_after.interface_count, cut.interface_count);
 }
 
+/// The two sides of a crack, which share positions but not nodes.
+TEST_P(Interfaces, OrWithoutElementsStayTogetherUnderEveryBoundary) {
+  Cut cut = cut_lattice(GetParam(), false);
+  cut.mesh.blocks.erase(cut.mesh.blocks.begin());
+  for (const test::Way& way : test::ways(false)) {
+    for (const BoundaryPolicy boundary : {BoundaryPolicy::slide, BoundaryPolicy::free}) {
+      if (boundary == BoundaryPolicy::free && std::holds_alternative<Optimize>(way.method))
+        continue;
+      const test::Job job = test::smooth(
+          cut.mesh,
+          {.method = way.method, .form = way.form, .max_iterations = 5, .boundary = boundary});
+      const auto& points = std::get<std::vector<Vec3d>>(job.mesh.positions);
+      for (const auto& [a, b] : cut.pairs) {
+        EXPECT_EQ(points[static_cast<std::size_t>(a)], points[static_cast<std::size_t>(b)])
+            << way.name;
+      }
+      EXPECT_EQ(job.summary.nodes.coincident, static_cast<std::int64_t>(2 * cut.pairs.size()));
+      EXPECT_GT(job.summary.nodes.moved, 0);
+    }
+  }
+  EXPECT_EQ(test::smooth(cut.mesh, {}).summary.nodes.coincident, 0);  // the boundary stays anyway
+}
+
 }  // namespace
 }  // namespace meshsmooth

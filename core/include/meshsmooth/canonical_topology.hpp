@@ -17,7 +17,9 @@ namespace meshsmooth {
 ///   pyramid, tetrahedron, triangle;
 /// - interface elements, two opposite facets of which coincide node by node, are left out, and
 ///   their nodes are fixed;
-/// - mirrored elements are numbered like the others (numbering.hpp).
+/// - mirrored elements are numbered like the others (numbering.hpp);
+/// - nodes of the boundary that have one position (the two sides of a crack, parts that touch) are
+///   fixed where the boundary moves.
 ///
 /// What else the given topology views must outlive it. O(elements log star size).
 class CanonicalTopology {
@@ -27,14 +29,19 @@ class CanonicalTopology {
   explicit CanonicalTopology(const TopologyView& topology);
   /// @param topology   valid but for repeated nodes
   /// @param positions  [topology.node_count]
-  CanonicalTopology(const TopologyView& topology, const PositionsView& positions);
+  /// @param boundary_moves  whether nodes of the boundary may
+  CanonicalTopology(const TopologyView& topology, const PositionsView& positions,
+                    bool boundary_moves = false);
   CanonicalTopology(const CanonicalTopology&) = delete;
   CanonicalTopology& operator=(const CanonicalTopology&) = delete;
 
   /// @returns whether it differs from the topology given
   [[nodiscard]] bool changed() const {
-    return collapsed_count_ > 0 || interface_count_ > 0 || numbering_.mirrored_count > 0;
+    return collapsed_count_ > 0 || interface_count_ > 0 || coincident_count_ > 0 ||
+           numbering_.mirrored_count > 0;
   }
+  /// @returns the number of boundary nodes that share their position
+  [[nodiscard]] std::int64_t coincident_count() const { return coincident_count_; }
   [[nodiscard]] const TopologyView& view() const { return view_; }
   [[nodiscard]] std::int64_t bytes() const;
   /// @returns the caller's id of an element
@@ -66,6 +73,8 @@ class CanonicalTopology {
   void view_blocks();
   void expand_collapsed(const TopologyView& topology);
   void leave_out_interfaces(const PositionsView& positions);
+  void fix_coincident(const PositionsView& positions);
+  void fix(NodeId node);
 
   std::vector<ElementBlock> blocks_;  // runs of one type, in the caller's order; empty: as given
   std::vector<ElementBlockView> block_views_;
@@ -77,6 +86,7 @@ class CanonicalTopology {
   std::size_t caller_element_count_;
   std::int64_t collapsed_count_ = 0;
   std::int64_t interface_count_ = 0;
+  std::int64_t coincident_count_ = 0;
 };
 
 }  // namespace meshsmooth

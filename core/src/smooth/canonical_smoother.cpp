@@ -39,6 +39,7 @@ void complete(const CanonicalTopology& canonical, SmoothSummary& summary) {
       element = canonical.caller_id(element);
     }
   }
+  summary.nodes.coincident = canonical.coincident_count();
   summary.host_peak_bytes += canonical.bytes();
 }
 
@@ -117,7 +118,8 @@ class CanonicalSmoother final : public Smoother {
  private:
   SmoothSummary smooth_canonical(const TopologyView& topology, const JobPositions& positions,
                                  const SmoothOptions& options, const JobControl& control) {
-    const CanonicalTopology canonical(topology, positions.given);
+    const CanonicalTopology canonical(topology, positions.given,
+                                      options.boundary != BoundaryPolicy::fixed);
     try {
       SmoothSummary summary = inner_->smooth(canonical.view(), positions, options, control);
       complete(canonical, summary);

@@ -162,6 +162,8 @@ def _nodes_sentence(summary: Summary) -> str:
     )
     if sliding:
         text += f", {sliding:,} slide"
+    if nodes.coincident:
+        text += f", {nodes.coincident:,} on the boundary share their positions and stay"
     if nodes.isolated:
         text += f", {nodes.isolated:,} in no element"
     return text

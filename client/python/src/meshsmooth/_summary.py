@@ -153,6 +153,7 @@ class NodeCounts:
     sliding_on_surface: int = 0
     sliding_on_curve: int = 0
     outside_only_below: int = 0
+    coincident: int = 0
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 #include "meshsmooth/canonical_topology.hpp"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <limits>
 #include <string>
@@ -54,9 +55,11 @@ CanonicalTopology::CanonicalTopology(const TopologyView& topology)
   expand_collapsed(topology);
 }
 
-CanonicalTopology::CanonicalTopology(const TopologyView& topology, const PositionsView& positions)
+CanonicalTopology::CanonicalTopology(const TopologyView& topology, const PositionsView& positions,
+                                     bool boundary_moves)
     : CanonicalTopology(topology) {
   leave_out_interfaces(positions);
+  if (boundary_moves) fix_coincident(positions);
   numbering_ = find_numbering(view_, positions);
   if (numbering_.mirrored_count > 0) {
     if (blocks_.empty()) {
@@ -114,13 +117,11 @@ void CanonicalTopology::leave_out_interfaces(const PositionsView& positions) {
   if (count == 0 || static_cast<std::size_t>(count) == view_.element_count()) return;
 
   interface_count_ = count;
-  fixed_.assign(view_.fixed.begin(), view_.fixed.end());
-  fixed_.resize(view_.node_count);
   const auto before = std::exchange(blocks_, {});
   for_each_element(view_.blocks,
                    [&](std::size_t id, ElementType type, std::span<const NodeId> nodes) {
                      if (interfaces[id] != 0) {
-                       for (const NodeId node : nodes) fixed_[static_cast<std::size_t>(node)] = 1;
+                       for (const NodeId node : nodes) fix(node);
                        return;
                      }
                      add(type, nodes);
@@ -128,8 +129,35 @@ void CanonicalTopology::leave_out_interfaces(const PositionsView& positions) {
                      if (!view_.regions.empty()) regions_.push_back(view_.regions[id]);
                    });
   view_blocks();
-  view_.fixed = fixed_;
   view_.regions = regions_;
+}
+
+void CanonicalTopology::fix(NodeId node) {
+  if (fixed_.empty()) {
+    fixed_.assign(view_.fixed.begin(), view_.fixed.end());
+    fixed_.resize(view_.node_count);
+    view_.fixed = fixed_;
+  }
+  fixed_[static_cast<std::size_t>(node)] = 1;
+}
+
+void CanonicalTopology::fix_coincident(const PositionsView& positions) {
+  std::visit(
+      [&]<class Real>(std::span<const Vec3<Real>> span) {
+        std::vector<NodeId> nodes = find_boundary_nodes(view_);
+        const auto key = [&](NodeId node) {
+          const Vec3<Real> p = span[static_cast<std::size_t>(node)];
+          return std::array<Real, 3>{p.x, p.y, p.z};
+        };
+        std::ranges::sort(nodes, {}, key);
+        for (std::size_t first = 0, end = 0; first < nodes.size(); first = end) {
+          while (end < nodes.size() && key(nodes[end]) == key(nodes[first])) ++end;
+          if (end - first < 2) continue;
+          for (std::size_t n = first; n < end; ++n) fix(nodes[n]);
+          coincident_count_ += static_cast<std::int64_t>(end - first);
+        }
+      },
+      positions);
 }
 
 std::int64_t CanonicalTopology::bytes() const {

@@ -6,6 +6,7 @@
 #include "smooth/cpu/incidence.hpp"
 #include "smooth/cpu/job_elements.hpp"
 #include "smooth/steps/constrain.hpp"
+#include "smooth/steps/find_coincident.hpp"
 #include "smooth/steps/find_targets.hpp"
 #include "smooth/steps/iterate.hpp"
 #include "smooth/steps/only_below.hpp"
@@ -59,6 +60,7 @@ namespace meshsmooth::detail {
       std::max({n * 4 + renumbering_bytes(mesh), rows + finding_rings_bytes(mesh),
                 rows + n + (colours ? colouring_nodes_bytes(n) : 0),
                 rows + n + constraining_bytes(mesh, options),
+                rows + n + finding_coincident_bytes(mesh, options),
                 rows + n + normals + only_below_bytes(mesh, options),
                 rows + n + normals + finding_boxes_bytes(mesh, options), iterating, evaluating});
   const std::int64_t histograms = (1 + thread_count) * (std::int64_t{192} << 10);

@@ -5,6 +5,7 @@
 
 #include "smooth/steps/constrain.hpp"
 #include "smooth/steps/deviations.hpp"
+#include "smooth/steps/find_coincident.hpp"
 #include "smooth/steps/find_not_canonical.hpp"
 #include "smooth/steps/find_targets.hpp"
 #include "smooth/steps/iterate.hpp"
@@ -30,6 +31,10 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
   const bool moves = std::holds_alternative<Move>(options.method);
   StageTimes times;
   auto job = backend.prepare(topology, given, sweeping, control, times);
+  if (!topology.canonical && sweeping.boundary != BoundaryPolicy::fixed) {
+    const typename E::Timer timer(executor, times.find_boundary_seconds);
+    if (may_have_coincident_nodes(executor, job)) throw NotCanonical{};
+  }
   TargetArrays<E> targets = find_reference(executor, job, sweeping);
   typename B::Orientation orientation;
   {

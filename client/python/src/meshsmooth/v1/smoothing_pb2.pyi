@@ -535,9 +535,10 @@ class Move(_message.Message):
     def __init__(self, target: _Optional[_Union[Target, str]] = ..., least_step: _Optional[float] = ..., start: _Optional[_Union[Start, str]] = ...) -> None: ...
 
 class NodeCounts(_message.Message):
-    __slots__ = ["between_regions", "boundary", "curved", "fixed", "isolated", "moved", "outside_only_below", "sliding_in_plane", "sliding_on_curve", "sliding_on_line", "sliding_on_surface", "total"]
+    __slots__ = ["between_regions", "boundary", "coincident", "curved", "fixed", "isolated", "moved", "outside_only_below", "sliding_in_plane", "sliding_on_curve", "sliding_on_line", "sliding_on_surface", "total"]
     BETWEEN_REGIONS_FIELD_NUMBER: _ClassVar[int]
     BOUNDARY_FIELD_NUMBER: _ClassVar[int]
+    COINCIDENT_FIELD_NUMBER: _ClassVar[int]
     CURVED_FIELD_NUMBER: _ClassVar[int]
     FIXED_FIELD_NUMBER: _ClassVar[int]
     ISOLATED_FIELD_NUMBER: _ClassVar[int]
@@ -550,6 +551,7 @@ class NodeCounts(_message.Message):
     TOTAL_FIELD_NUMBER: _ClassVar[int]
     between_regions: int
     boundary: int
+    coincident: int
     curved: int
     fixed: int
     isolated: int
@@ -560,7 +562,7 @@ class NodeCounts(_message.Message):
     sliding_on_line: int
     sliding_on_surface: int
     total: int
-    def __init__(self, total: _Optional[int] = ..., boundary: _Optional[int] = ..., fixed: _Optional[int] = ..., isolated: _Optional[int] = ..., moved: _Optional[int] = ..., between_regions: _Optional[int] = ..., sliding_in_plane: _Optional[int] = ..., sliding_on_line: _Optional[int] = ..., curved: _Optional[int] = ..., sliding_on_surface: _Optional[int] = ..., sliding_on_curve: _Optional[int] = ..., outside_only_below: _Optional[int] = ...) -> None: ...
+    def __init__(self, total: _Optional[int] = ..., boundary: _Optional[int] = ..., fixed: _Optional[int] = ..., isolated: _Optional[int] = ..., moved: _Optional[int] = ..., between_regions: _Optional[int] = ..., sliding_in_plane: _Optional[int] = ..., sliding_on_line: _Optional[int] = ..., curved: _Optional[int] = ..., sliding_on_surface: _Optional[int] = ..., sliding_on_curve: _Optional[int] = ..., outside_only_below: _Optional[int] = ..., coincident: _Optional[int] = ...) -> None: ...
 
 class Optimize(_message.Message):
     __slots__ = ["goal", "stay", "target"]

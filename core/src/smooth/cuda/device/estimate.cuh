@@ -5,6 +5,7 @@
 #include "smooth/cuda/topology/colouring.cuh"
 #include "smooth/cuda/topology/prepare.cuh"
 #include "smooth/steps/constrain.hpp"
+#include "smooth/steps/find_coincident.hpp"
 #include "smooth/steps/find_targets.hpp"
 #include "smooth/steps/iterate.hpp"
 #include "smooth/steps/only_below.hpp"
@@ -92,7 +93,8 @@ namespace meshsmooth::detail {
                                             : std::max(counting + balls, balls + rings + look_back);
   const std::int64_t peak =
       kept + std::max({order_bytes(n), finding, held + (colours ? colour_search_bytes(n) : 0),
-                       held + constraining_bytes(mesh, options) + regions + mask, held + given,
+                       held + constraining_bytes(mesh, options) + regions + mask,
+                       held + finding_coincident_bytes(mesh, options), held + given,
                        held + only_below_bytes(mesh, options) + normals,
                        held + finding_boxes_bytes(mesh, options) + normals, iterating, evaluating});
   const std::int64_t histograms = std::int64_t{128} << 10;
