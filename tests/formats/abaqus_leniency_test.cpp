@@ -62,6 +62,15 @@ TEST_F(AbaqusLeniency, LeavesOutOfSetsWhatIsNotThere) {
                           "line 12: there is no set of elements \"other\" for this section"));
 }
 
+TEST_F(AbaqusLeniency, NodesOfEquationsStay) {
+  const MeshFile file = read(kTetrahedron +
+                             "5, 1, 2, 3, 4\n*NSET, NSET=a\n3\n*EQUATION\n3\n1, 1, 1., 2, 1, -1.\n"
+                             "99, 1, 1.\n2\na, 2, 1.,\n1, 2, -1.\n*STEP\n");
+
+  EXPECT_EQ(file.mesh.fixed, (std::vector<std::uint8_t>{1, 1, 1, 0}));
+  EXPECT_THAT(file.notes(), ::testing::Contains(HasSubstr("3 nodes that have to match others")));
+}
+
 TEST_F(AbaqusLeniency, IgnoresLinesBeforeTheFirstKeyword) {
   const std::string text = "bar under tension\n1 2 3 4 5\n" + kTetrahedron;
   const MeshFile file = read(text);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <utility>
 
 #include "deck_reader.hpp"
@@ -110,6 +111,10 @@ class DeckParser {
     if (name == "NSET" || name == "ELSET") {
       return read_set(keyword, name == "NSET" ? Kind::nodes : Kind::elements);
     }
+    if (name == "EQUATION") {
+      reader_.read_input_of(keyword);
+      return read_equations();
+    }
     if (name == "SYSTEM") return read_system(keyword);
     if (name == "USERELEMENT") elements_.define(keyword);
     if (name.ends_with("SECTION")) read_section(keyword);
@@ -195,6 +200,34 @@ class DeckParser {
         }
       }
     }
+  }
+
+  /// Of each equation a line with the number of its terms, then the terms, several a line: a node
+  /// or a set, a degree of freedom, a factor. What else stands there is the solver's affair.
+  bool read_equations() {
+    std::size_t left = 0;  // words of the equation
+    while (true) {
+      if (!reader_.next()) return false;
+      if (reader_.at_keyword()) return true;
+      split_data(line(), words_);
+      if (left == 0) {
+        left = 3 * static_cast<std::size_t>(std::max<std::int64_t>(0, term_count()));
+        continue;
+      }
+      for (const std::string_view word : words_) {
+        if (left == 0 || trimmed(word).empty()) break;
+        if (left-- % 3 == 0) {
+          model_.add_to_set(0, Kind::nodes, std::string(kEquationNodes),
+                            read_member(trimmed(word), Kind::nodes, scope_));
+        }
+      }
+    }
+  }
+  [[nodiscard]] std::int64_t term_count() const {
+    std::int64_t count = 0;
+    const std::string_view word = trimmed(words_.front());
+    (void)std::from_chars(word.data(), word.data() + word.size(), count);
+    return std::min<std::int64_t>(count, std::int64_t{1} << 32);
   }
 
   /// "first, last[, step]".

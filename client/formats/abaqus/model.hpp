@@ -16,6 +16,9 @@
 
 namespace meshsmooth::formats {
 
+/// The set, of no name that a deck can give, of the nodes that equations tie to others.
+inline constexpr std::string_view kEquationNodes = "*EQUATION";
+
 /// The nodes, elements, sets and sections of a deck while it is read. What one line says of others
 /// is looked up when all are known, so their order does not matter.
 class AbaqusModel {

@@ -201,6 +201,10 @@ void AbaqusModel::store_sets(const DeckReader& reader, FileContent& content, Not
           members = std::move(nodes);
         }
         NodeSet named{known.name, {members.begin(), members.end()}};
+        if (known.name == kEquationNodes) {
+          content.periodic_nodes = std::move(named.nodes);
+          continue;
+        }
         for (const std::string& alias : aliases) {
           content.node_sets.push_back({alias + "." + known.name, named.nodes});
         }

@@ -46,6 +46,7 @@ struct MshContent {
   std::map<MshEntity, std::vector<int>> physicals;  // of an entity, of version 4, no signs
   std::map<MshEntity, std::string> physical_names;  // by group; dimension -1: of any
   std::vector<MshView> views;                       // the first step of each
+  std::vector<std::int64_t> periodic_nodes;         // tags, in pairs
 };
 
 // Each reads a section after its name and leaves its end to the caller.
@@ -59,6 +60,8 @@ void read_msh_elements(const std::filesystem::path& path, MshNumbers& numbers, M
 void read_msh_entities(MshNumbers& numbers, bool partitioned, MshContent& content);
 /// $PhysicalNames.
 void read_msh_names(MshNumbers& numbers, MshContent& content);
+/// $Periodic.
+void read_msh_periodic(MshNumbers& numbers, MshContent& content);
 /// $NodeData, $ElementData.
 void read_msh_view(MshNumbers& numbers, bool on_nodes, MshContent& content);
 

@@ -125,6 +125,11 @@ MeshFile read_msh(const path& file) {
   content.node_ids = read.nodes.node_ids;
   add_msh_groups(read, *dataset, content);
   add_views(read, nodes, content.cell_ids, *dataset);
+  for (const std::int64_t tag : read.periodic_nodes) {
+    if (const auto node = nodes.find(tag)) {
+      content.periodic_nodes.push_back(static_cast<NodeId>(*node));
+    }
+  }
   content.fields = std::move(read.nodes);
   content.dataset = dataset;
   return make_mesh_file(file, std::move(content));

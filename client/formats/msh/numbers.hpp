@@ -43,6 +43,12 @@ class MshNumbers {
     if (!format_.binary) return scanner_.count();
     return checked(static_cast<std::uint64_t>(size()), least_bytes);
   }
+  /// The same of a binary file, or a number below zero.
+  std::int64_t signed_count() {
+    const auto number = value<std::int64_t>();
+    return number < 0 ? number
+                      : static_cast<std::int64_t>(checked(static_cast<std::uint64_t>(number), 1));
+  }
   /// The same where a binary file has four bytes for it.
   std::size_t small_count(std::size_t least_bytes = 1) {
     if (!format_.binary) return scanner_.count();

@@ -178,6 +178,8 @@ class MshParser {
       read_msh_names(numbers_, content_);
     } else if (has_entities && (section == "$Entities" || section == "$PartitionedEntities")) {
       read_msh_entities(numbers_, section == "$PartitionedEntities", content_);
+    } else if (section == "$Periodic") {
+      read_msh_periodic(numbers_, content_);
     } else if (section == "$NodeData" || section == "$ElementData") {
       read_msh_view(numbers_, section == "$NodeData", content_);
     } else {
