@@ -80,32 +80,55 @@ MESHSMOOTH_HD void add_stiffness(const ElementShape& shape, int own, const Get& 
   }
 }
 
-/// The values of a node's row, summed up over its ball in the order of the ball.
+/// Calls `add(local node, value)` for what the elements contribute to the row of `node`.
+template <int kDimension, class Real, class Add>
+MESHSMOOTH_HD void add_element(const Surroundings& around, const Vec3<Real>* positions,
+                               std::size_t node, ElementId e, const Add& add) {
+  const ElementView element = around.elements[e];
+  int own = 0;
+  while (own < element.shape->node_count && element.nodes[own] != static_cast<NodeId>(node)) ++own;
+  if (own == element.shape->node_count) return;
+  add_stiffness<kDimension>(
+      *element.shape, own, [&](int n) { return vec3_cast<double>(positions[element.nodes[n]]); },
+      [&](int n, double value) { add(element.nodes[n], value); });
+}
+
+/// The values of a node's row, summed up over its ball in the order of the ball. A hub's row entry
+/// by entry, each over the smaller ball of the edge, in the same order: a search of the row for
+/// each element would take O(ball * ring).
 template <int kDimension, class Real>
 MESHSMOOTH_HD void assemble_row(const Surroundings& around, const Vec3<Real>* positions,
                                 std::size_t node, float* values) {
+  constexpr std::size_t kLongRow = 64;
   const NodeId* const ring = around.rings.begin(node);
   const std::size_t ring_size = around.rings.size(node);
   float* const row = values + around.rings.offsets[node];
   for (std::size_t n = 0; n < ring_size; ++n) row[n] = 0;
-  for (const ElementId* e = around.balls.begin(node); e != around.balls.end(node); ++e) {
-    const ElementView element = around.elements[*e];
-    int own = 0;
-    while (element.nodes[own] != static_cast<NodeId>(node)) ++own;
-    add_stiffness<kDimension>(
-        *element.shape, own, [&](int n) { return vec3_cast<double>(positions[element.nodes[n]]); },
-        [&](int n, double value) {
-          std::size_t place = 0;
-          while (place < ring_size && ring[place] != element.nodes[n]) ++place;
-          if (place < ring_size) row[place] += static_cast<float>(value);
-        });
+  if (ring_size <= kLongRow) {
+    for (const ElementId* e = around.balls.begin(node); e != around.balls.end(node); ++e) {
+      add_element<kDimension>(around, positions, node, *e, [&](NodeId other, double value) {
+        std::size_t place = 0;
+        while (place < ring_size && ring[place] != other) ++place;
+        if (place < ring_size) row[place] += static_cast<float>(value);
+      });
+    }
+    return;
+  }
+  for (std::size_t place = 0; place < ring_size; ++place) {
+    const auto end = static_cast<std::size_t>(ring[place]);
+    const std::size_t from = around.balls.size(end) < around.balls.size(node) ? end : node;
+    for (const ElementId* e = around.balls.begin(from); e != around.balls.end(from); ++e) {
+      add_element<kDimension>(around, positions, node, *e, [&](NodeId other, double value) {
+        if (other == ring[place]) row[place] += static_cast<float>(value);
+      });
+    }
   }
 }
 
 /// Assembles the values of the matrix of a valid mesh, whose rows are the rings.
 ///
 /// gives  `values`, by ring entry
-/// cost   O(ball entries * ring)
+/// cost   O(ball entries * min(ring, 64)), at hubs O(ring * ball of the neighbours)
 /// order  deterministic
 template <Executor E, class Real>
 void assemble_laplace(E& executor, const Surroundings& around, const Vec3<Real>* positions,
