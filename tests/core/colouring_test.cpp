@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 
+#include "core/chain.hpp"
 #include "core/steps.hpp"
 
 namespace meshsmooth {
@@ -16,6 +17,16 @@ TEST(ColourNodes, IsFirstFitInTheOrderOfPriority) {
 
     EXPECT_EQ(Steps(mesh).colours(held), expected) << name;
   }
+}
+
+// After some rounds a serial pass goes on.
+TEST(ColourNodes, IsFirstFitForIdsThatMakeEachNodeWaitForTheOneBefore) {
+  const Mesh mesh = test::chain(317);
+  const std::vector<bool> held(mesh.node_count());
+  auto expected = test::oracle::colours(mesh, held, detail::colour_priority);
+  for (auto& colour : expected) std::sort(colour.begin(), colour.end());
+
+  EXPECT_EQ(Steps(mesh).colours(held), expected);
 }
 
 TEST(ColourNodes, GivesNodesOfOneElementDifferentColours) {

@@ -12,12 +12,32 @@ namespace meshsmooth::detail {
 [[nodiscard]] constexpr std::int64_t colouring_bytes(std::int64_t n) { return n * 4; }
 [[nodiscard]] constexpr std::int64_t colouring_nodes_bytes(std::int64_t n) { return n * (4 + 8); }
 
+/// Colours the nodes that have none yet, one after the other. O(n log n + ball entries).
+inline void colour_serially(CpuExecutor& executor, const Surroundings& around,
+                            const NodeId* caller_ids, std::uint32_t* colours) {
+  const std::size_t node_count = around.node_count;
+  auto keys = executor.allocate<std::uint64_t>(node_count);
+  std::uint64_t* const key = keys.data();
+  executor.for_each(node_count, [=](std::size_t node) {
+    const std::uint32_t later = ~colour_priority(caller_ids[node]);
+    key[node] = (static_cast<std::uint64_t>(later) << 32) | node;
+  });
+  executor.sort(key, node_count);
+  for (std::size_t n = 0; n < node_count; ++n) {
+    const auto node = static_cast<std::size_t>(key[n] & 0xffffffffU);
+    if (n % 1024 == 0) executor.check();
+    if (around.fixed[node] != 0 || colours[node] != kNoColour) continue;
+    choose_colour<CpuExecutor>(around, caller_ids, node, colours);
+  }
+}
+
 /// First-fit in the order of `colour_priority`, in parallel: a node chooses once all its
 /// neighbours of higher priority have. The result is that of the serial first-fit. Source: Jones,
-/// Plassmann 1993, "A parallel graph coloring heuristic".
+/// Plassmann 1993, "A parallel graph coloring heuristic". Ids can be chosen so that there are as
+/// many rounds as nodes, so a serial pass ends what is open after some.
 ///
 /// needs  `around.balls`
-/// cost   O(ball entries) in about log n rounds; 12 B a node while it runs
+/// cost   O(n log n + ball entries), usually in few rounds; 12 B a node while it runs
 inline Colouring<CpuExecutor> colour_nodes(CpuExecutor& executor, const Surroundings& around,
                                            const NodeId* caller_ids) {
   const std::size_t node_count = around.node_count;
@@ -25,14 +45,19 @@ inline Colouring<CpuExecutor> colour_nodes(CpuExecutor& executor, const Surround
   std::uint32_t* const colour = colours.data();
   executor.for_each(node_count, [=](std::size_t node) { colour[node] = kNoColour; });
 
-  for (std::size_t open = 1; open > 0;) {
-    open = executor.reduce(
+  constexpr int kMostRounds = 128;  // random ids: at most about e * neighbours + log n
+  for (int round = 0;; ++round) {
+    const std::size_t open = executor.reduce(
         node_count, std::size_t{0},
         [=](std::size_t node) -> std::size_t {
           if (around.fixed[node] != 0 || colour[node] != kNoColour) return 0;
           return choose_colour<CpuExecutor>(around, caller_ids, node, colour) ? 0 : 1;
         },
         Plus{});
+    if (open == 0) break;
+    if (round < kMostRounds) continue;
+    colour_serially(executor, around, caller_ids, colour);
+    break;
   }
 
   auto keys = executor.allocate<std::uint64_t>(node_count);
