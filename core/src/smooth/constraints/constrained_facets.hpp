@@ -25,6 +25,18 @@ MESHSMOOTH_HD inline bool has_facet(const ElementView& element, const FacetKey& 
   return false;
 }
 
+/// The node of a facet with the fewest elements: a search there costs little at a hub.
+MESHSMOOTH_HD inline std::size_t node_of_smallest_ball(const Rows<ElementId>& balls,
+                                                       const FacetKey& key) {
+  auto smallest = static_cast<std::size_t>(key.nodes[kMaxFacetNodes - 1]);
+  for (const NodeId n : key.nodes) {
+    if (n < 0) continue;
+    const auto node = static_cast<std::size_t>(n);
+    if (balls.size(node) < balls.size(smallest)) smallest = node;
+  }
+  return smallest;
+}
+
 /// Calls `visit(element, facet, between)` for the constrained facets whose lowest node is `node`:
 /// used by one element, or by two of different regions (then for the lower one). `fixed` marks
 /// all nodes of such facets.
@@ -45,9 +57,11 @@ MESHSMOOTH_HD void visit_constrained_facets(const Elements& elements, const Rows
         candidate = candidate && fixed[element.nodes[shape.nodes[n]]] != 0;
       }
       if (!candidate) continue;
-      const ElementId* other = balls.begin(node);
-      while (other != end && (other == e || !has_facet(elements[*other], key))) ++other;
-      if (other == end) {
+      const std::size_t around = node_of_smallest_ball(balls, key);
+      const ElementId* other = balls.begin(around);
+      const ElementId* const last = balls.end(around);
+      while (other != last && (*other == *e || !has_facet(elements[*other], key))) ++other;
+      if (other == last) {
         visit(*e, f, false);
       } else if (regions[*e] < regions[*other]) {
         visit(*e, f, true);

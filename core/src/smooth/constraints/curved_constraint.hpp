@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+
 #include "smooth/constraints/node_constraint.hpp"
 #include "smooth/rules/closest_point.hpp"
 
@@ -21,9 +23,13 @@ MESHSMOOTH_HD inline ElementId facet_across(const SlidingConstraints& sliding, E
   if (k >= count) return SlidingConstraints::kNoFacet;
   const NodeId a = own.nodes[k], b = own.nodes[(k + 1) % count];
   ElementId other = SlidingConstraints::kNoFacet;
-  const auto slot = static_cast<std::size_t>(sliding.slots[a]);
+  // Searched at the end with fewer facets: the other one may be a hub.
+  const auto slot_of_a = static_cast<std::size_t>(sliding.slots[a]);
+  const auto slot_of_b = static_cast<std::size_t>(sliding.slots[b]);
+  const bool at_a = sliding.facets_of.size(slot_of_a) <= sliding.facets_of.size(slot_of_b);
+  const std::size_t slot = at_a ? slot_of_a : slot_of_b;
   for (const ElementId* f = sliding.facets_of.begin(slot); f != sliding.facets_of.end(slot); ++f) {
-    if (*f == facet || place_in(sliding.facets[*f], b) < 0) continue;
+    if (*f == facet || place_in(sliding.facets[*f], at_a ? b : a) < 0) continue;
     if (other != SlidingConstraints::kNoFacet) return SlidingConstraints::kNoFacet;
     other = *f;
   }
@@ -42,8 +48,9 @@ struct CurvedConstraint {
 };
 
 /// The constraint of a node by the creases between the facets around it. Without a crease it moves
-/// on the facets, if they are one fan and every two turn by less than the rule allows; with two
-/// creases that continue at less than the feature angle, along them.
+/// on the facets, if they are one fan and every two turn by less than the rule allows (at a hub
+/// each from the mean by less than half as much); with two creases that continue at less than the
+/// feature angle, along them.
 class FacetsAtNode {
  public:
   MESHSMOOTH_HD FacetsAtNode(const SlidingConstraints& sliding, std::size_t node,
@@ -95,12 +102,29 @@ class FacetsAtNode {
     return creases;
   }
 
-  [[nodiscard]] MESHSMOOTH_HD bool one_smooth_fan() const {
-    for (const ElementId* f = begin_; f != end_; ++f) {
-      for (const ElementId* g = begin_; g != f; ++g) {
-        if (!goes_on(sliding_.facets[*f], sliding_.facets[*g], rule_.fan_angle_cos)) return false;
+  /// Whether every two facets turn by less than the fan angle. At a hub, where all pairs would be
+  /// too many, whether each turns from the mean by less than half of it, which implies that.
+  [[nodiscard]] MESHSMOOTH_HD bool any_two_go_on() const {
+    constexpr std::ptrdiff_t kMostFacets = 256;
+    if (end_ - begin_ <= kMostFacets) {
+      for (const ElementId* f = begin_; f != end_; ++f) {
+        for (const ElementId* g = begin_; g != f; ++g) {
+          if (!goes_on(sliding_.facets[*f], sliding_.facets[*g], rule_.fan_angle_cos)) return false;
+        }
       }
+      return true;
     }
+    ConstrainedFacet mean{};
+    for (const ElementId* f = begin_; f != end_; ++f) mean.normal += sliding_.facets[*f].normal;
+    const double half_angle_cos = std::sqrt((1 + rule_.fan_angle_cos) / 2);
+    for (const ElementId* f = begin_; f != end_; ++f) {
+      if (!goes_on(sliding_.facets[*f], mean, half_angle_cos)) return false;
+    }
+    return true;
+  }
+
+  [[nodiscard]] MESHSMOOTH_HD bool one_smooth_fan() const {
+    if (!any_two_go_on()) return false;
     const auto count = static_cast<int>(end_ - begin_);
     int seen = 0;
     ElementId facet = *begin_;

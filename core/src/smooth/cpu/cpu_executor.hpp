@@ -99,9 +99,8 @@ class CpuExecutor {
 
   template <class Functor>
   void for_each(std::size_t count, const Functor& functor) {
-    for_each_range(count, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) functor(i);
-    });
+    for_each_range(
+        count, [&](std::size_t begin, std::size_t end) { for_each_block(begin, end, functor); });
   }
 
   template <class T, class Functor, class Combine>
@@ -117,7 +116,7 @@ class CpuExecutor {
         count,
         [&](std::size_t begin, std::size_t end) {
           T sum = zero;
-          for (std::size_t i = begin; i < end; ++i) sum = combine(sum, functor(i));
+          for_each_block(begin, end, [&](std::size_t i) { sum = combine(sum, functor(i)); });
           partial[begin / size].sum = sum;
         },
         size);
@@ -250,6 +249,16 @@ class CpuExecutor {
 
  private:
   static constexpr std::size_t kChunk = 2048;
+
+  /// Serially; stops early when the job is interrupted, as a chunk may be all of a mesh of hubs.
+  template <class Functor>
+  void for_each_block(std::size_t begin, std::size_t end, const Functor& functor) const {
+    constexpr std::size_t kBlock = 256;
+    while (begin < end && !interrupt_.requested()) {
+      const std::size_t stop = std::min(begin + kBlock, end);
+      for (; begin < stop; ++begin) functor(begin);
+    }
+  }
 
   /// Lists those of [begin, end) whose mark is set, and clears it: without branches that depend on
   /// single marks, as marks of slivers are set at random. Returns how many.

@@ -128,7 +128,7 @@ std::size_t number_slots(E& executor, std::size_t node_count, const ConstrainedF
 /// caller's ids, or null), as if all parts were planar: nodes with one are no longer fixed.
 /// Nodes next to curved parts get a preliminary curved one, and stay fixed.
 ///
-/// cost   O(facets at a node squared)
+/// cost   O(facets)
 template <Executor E, class Real, class Position>
 SlidingCounts find_node_constraints(E& executor, const JobMesh<E, Real>& job,
                                     const Position* positions, const SlidingConstraints& sliding,
@@ -184,7 +184,7 @@ void start_on_surface(E& executor, const JobMesh<E, Real>& job, const Position* 
 /// Nodes in a plane or on a line become curved ones too, because the outline around them may
 /// change.
 ///
-/// cost   O(facets at a node squared); 16 B a facet
+/// cost   O(facets * min(facets at a node, 256)); 16 B a facet
 template <Executor E, class Real>
 SlidingCounts find_curved_constraints(E& executor, const JobMesh<E, Real>& job,
                                       Constraints<E>& constraints, const NodeConstraintRule& rule,

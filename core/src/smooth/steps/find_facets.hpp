@@ -43,7 +43,7 @@ InterfaceCounts fix_interfaces(E& executor, std::size_t node_count, const Rows<E
 ///
 /// takes  `fixed`: 1 for the nodes of the boundary and between regions, and for others
 /// gives  the facets by their lowest node, in the order of its ball
-/// cost   O(facets * elements of a ball) around the fixed nodes; 64 B a facet, 8 B a node
+/// cost   O(facets * smallest ball of their nodes) around the fixed nodes; 64 B a facet, 8 B a node
 ///        while it runs
 template <Executor E, class Real>
 typename E::template Buffer<ConstrainedFacet> find_constrained_facets(
