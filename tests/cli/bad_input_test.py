@@ -63,6 +63,8 @@ class BadMesh(CliTest):
         points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, -1), (0, 0, 2)]
         error = self.smooth_error(vtk_text(points, [(0, 1, 2, 3), (0, 2, 1, 4), (0, 1, 2, 5)]))
         self.assertIn("FACET_OVERUSED", error)
+        error = self.smooth_error(vtk_text(BALL, BALL_CELLS + [BALL_CELLS[2]]))
+        self.assertIn("element 8 is in the mesh twice, as element 2", error)
 
     def test_isolated_nodes_are_legal_and_stay(self):
         (self.folder / "in.vtk").write_text(vtk_text(BALL + [(5.5, 5.5, 5.5)], BALL_CELLS))

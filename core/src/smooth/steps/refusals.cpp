@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "meshsmooth/error.hpp"
@@ -10,18 +13,64 @@
 
 namespace meshsmooth::detail {
 
-void throw_overused_facet(const TopologyView& topology) {
-  struct Use {
-    FacetKey key;
-    std::size_t element;
+namespace {
+
+/// A facet of an element.
+struct Use {
+  FacetKey key;
+  std::size_t element;
+  std::span<const NodeId> nodes;  // of the element
+};
+
+/// Of the uses of a facet, two of elements that have the same nodes; null if there are none.
+std::pair<const Use*, const Use*> find_twins(std::span<const Use> uses) {
+  const auto sorted = [](std::span<const NodeId> nodes) {
+    std::vector<NodeId> copy(nodes.begin(), nodes.end());
+    std::ranges::sort(copy);
+    return copy;
   };
+  std::map<std::vector<NodeId>, const Use*> known;
+  for (const Use& use : uses) {
+    const auto [first, is_new] = known.try_emplace(sorted(use.nodes), &use);
+    if (!is_new) return {first->second, &use};
+  }
+  return {nullptr, nullptr};
+}
+
+[[noreturn]] void refuse_uses(std::span<const Use> uses) {
+  std::string nodes;
+  for (const NodeId n : uses.front().key.nodes) {
+    if (n >= 0) nodes += (nodes.empty() ? "" : ", ") + std::to_string(n);
+  }
+  const auto [first, second] = find_twins(uses);
+  const std::string element = std::to_string(second != nullptr ? second->element : uses[2].element);
+  std::string text = "element " + element;
+  if (second != nullptr) {
+    text += " is in the mesh twice, as element " + std::to_string(first->element) +
+            "; the facet with the nodes " + nodes + " is used by " + std::to_string(uses.size()) +
+            " elements";
+  } else {
+    text += ": its facet with the nodes " + nodes + " is used by " + std::to_string(uses.size()) +
+            " elements (also by " + std::to_string(uses[0].element) + " and " +
+            std::to_string(uses[1].element) + ")";
+  }
+  throw InvalidMesh("FACET_OVERUSED", text + "; a facet belongs to one or two elements",
+                    {{"element", element}, {"facet_nodes", nodes}});
+}
+
+}  // namespace
+
+void throw_overused_facet(const TopologyView& topology) {
   std::vector<Use> uses;
   std::size_t element = 0;
   for (const ElementBlockView& block : topology.blocks) {
     const ElementShape& shape = element_shape(block.type);
+    const std::size_t width = element_width(block.type);
     for (std::size_t e = 0; e < block.element_count(); ++e, ++element) {
-      const ElementView view{&shape, &block.nodes[e * element_width(block.type)]};
-      for (int f = 0; f < shape.facet_count; ++f) uses.push_back({facet_key(view, f), element});
+      const ElementView view{&shape, &block.nodes[e * width]};
+      for (int f = 0; f < shape.facet_count; ++f) {
+        uses.push_back({facet_key(view, f), element, {view.nodes, width}});
+      }
     }
   }
   std::sort(uses.begin(), uses.end(), [](const Use& a, const Use& b) {
@@ -29,19 +78,7 @@ void throw_overused_facet(const TopologyView& topology) {
   });
   for (std::size_t first = 0, last; first < uses.size(); first = last) {
     for (last = first; last < uses.size() && uses[last].key == uses[first].key;) ++last;
-    if (last - first <= 2) continue;
-    std::string nodes;
-    for (const NodeId n : uses[first].key.nodes) {
-      if (n >= 0) nodes += (nodes.empty() ? "" : ", ") + std::to_string(n);
-    }
-    const std::string third = std::to_string(uses[first + 2].element);
-    throw InvalidMesh("FACET_OVERUSED",
-                      "element " + third + ": its facet with the nodes " + nodes + " is used by " +
-                          std::to_string(last - first) + " elements (also by " +
-                          std::to_string(uses[first].element) + " and " +
-                          std::to_string(uses[first + 1].element) +
-                          "); a facet belongs to one or two elements",
-                      {{"element", third}, {"facet_nodes", nodes}});
+    if (last - first > 2) refuse_uses(std::span(uses).subspan(first, last - first));
   }
   throw InvalidMesh("FACET_OVERUSED", "a facet is used by more than two elements");
 }

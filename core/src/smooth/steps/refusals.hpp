@@ -9,8 +9,9 @@ namespace meshsmooth::detail {
 /// Ids inside a job are 32-bit: throws NotSupported (MESH_TOO_LARGE) for more.
 void refuse_too_large(const TopologyView& topology);
 
-/// Throws the InvalidMesh (FACET_OVERUSED) of a facet that more than two elements use. Called
-/// once a backend has found that there is one; O(elements log elements).
+/// Throws the InvalidMesh (FACET_OVERUSED) of a facet that more than two elements of a volume mesh
+/// use, which names an element that is there twice. Called once a backend has found that there is
+/// one; O(elements log elements).
 [[noreturn]] void throw_overused_facet(const TopologyView& topology);
 
 /// Throws InvalidMesh (MESH_TANGLED) where there are inverted elements and the policy is to refuse.
