@@ -178,6 +178,10 @@ std::string nodes_sentence(const SmoothSummary& summary, const SmoothOptions& op
     text += fmt::format(", {} on the boundary share their positions and stay",
                         with_commas(nodes.coincident));
   }
+  if (nodes.on_non_manifold_edges > 0) {
+    text += fmt::format(", {} on non-manifold edges (of three or more elements)",
+                        with_commas(nodes.on_non_manifold_edges));
+  }
   if (nodes.isolated > 0) text += fmt::format(", {} in no element", with_commas(nodes.isolated));
   if (summary.convergence.held_node_count > 0) {
     text += fmt::format("; the guard{} held {} back in the last sweep",

@@ -273,6 +273,7 @@ v1::Summary encode_summary(const SmoothSummary& summary) {
   nodes->set_curved(summary.nodes.curved);
   nodes->set_sliding_on_surface(summary.nodes.sliding_on_surface);
   nodes->set_sliding_on_curve(summary.nodes.sliding_on_curve);
+  nodes->set_on_non_manifold_edges(summary.nodes.on_non_manifold_edges);
 
   message.set_flat_reference_element_count(summary.flat_reference_element_count);
   if (summary.deviation.tolerance > 0) {
@@ -325,7 +326,8 @@ SmoothSummary decode_summary(const v1::Summary& message) {
                    .sliding_on_line = message.nodes().sliding_on_line(),
                    .curved = message.nodes().curved(),
                    .sliding_on_surface = message.nodes().sliding_on_surface(),
-                   .sliding_on_curve = message.nodes().sliding_on_curve()};
+                   .sliding_on_curve = message.nodes().sliding_on_curve(),
+                   .on_non_manifold_edges = message.nodes().on_non_manifold_edges()};
   summary.flat_reference_element_count = message.flat_reference_element_count();
   summary.deviation = {.tolerance = message.boundary_deviation().tolerance(),
                        .result_to_input = message.boundary_deviation().result_to_input(),

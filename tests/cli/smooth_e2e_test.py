@@ -245,6 +245,23 @@ class Smooth(CliTest):
                 self.assertEqual(report["nodes"]["between_regions"], "36")
                 self.assertIn("2 regions by part, 36 nodes between them\n", output)
 
+    def test_shells_that_meet_at_an_edge_keep_it(self):
+        points = [(x + (0.2 if (x, y) in ((1, 1), (2, 3)) else 0), y, 0)
+                  for y in range(5) for x in range(5)]
+        points += [(x, 2, z) for z in (1, 2) for x in range(5)]
+        rows = [[5 * y + x for x in range(5)] for y in range(5)]
+        web = [rows[2], *([25 + 5 * z + x for x in range(5)] for z in range(2))]
+        cells = [(low[x], low[x + 1], high[x + 1], high[x]) for sheet in (rows, web)
+                 for low, high in zip(sheet, sheet[1:]) for x in range(4)]
+        (self.folder / "in.vtk").write_text(vtk_text(points, cells, cell_type=9))
+        for method in ("optimize", "smart-laplacian", "taubin", "windowed-sinc"):
+            with self.subTest(method=method):
+                moved, report, output = self.moved_nodes(self.path("in.vtk"), "--method", method)
+                self.assertIn("5 on non-manifold edges (of three or more elements)", output)
+                self.assertEqual(report["nodes"]["on_non_manifold_edges"], "5")
+                self.assertIn(rows[1][1], moved)
+                self.assertFalse(moved & set(rows[2]))
+
     def test_nodes_between_regions_slide_in_the_interface(self):
         mesh, between = self.halves("in.vtk")
 

@@ -40,20 +40,16 @@ class Steps {
                                                      numbers_.caller_ids.data());
     return rows<NodeId>(found.view(), numbers_.caller_ids.data());
   }
-  [[nodiscard]] std::set<NodeId> boundary() {
-    std::vector<std::uint8_t> marks(node_count_, 7);
-    if (!detail::find_boundary(executor_, node_count_, elements_.view, balls_.view(),
-                               marks.data())) {
-      detail::throw_overused_facet(topology_.view());
-    }
-    return marked(marks);
+  [[nodiscard]] std::set<NodeId> boundary() { return marked(marks(), detail::kOnBoundary); }
+  [[nodiscard]] std::set<NodeId> non_manifold() {
+    return marked(marks(), detail::kOnNonManifoldEdge);
   }
   [[nodiscard]] std::set<NodeId> boundary_by_sorting() {
     std::vector<std::uint8_t> marks(node_count_, 7);
     if (!detail::find_boundary_by_sorting(executor_, node_count_, elements_.view, marks.data())) {
       detail::throw_overused_facet(topology_.view());
     }
-    return marked(marks);
+    return marked(marks, detail::kOnBoundary);
   }
   /// Colour by colour, ascending inside, where `held` nodes have none.
   [[nodiscard]] std::vector<std::vector<NodeId>> colours(const std::vector<bool>& held) {
@@ -92,11 +88,20 @@ class Steps {
     }
     return result;
   }
-  [[nodiscard]] std::set<NodeId> marked(const std::vector<std::uint8_t>& marks) const {
+  [[nodiscard]] std::vector<std::uint8_t> marks() {
+    std::vector<std::uint8_t> marks(node_count_, 7);
+    if (!detail::find_boundary(executor_, node_count_, elements_.view, balls_.view(),
+                               marks.data())) {
+      detail::throw_overused_facet(topology_.view());
+    }
+    return marks;
+  }
+  [[nodiscard]] std::set<NodeId> marked(const std::vector<std::uint8_t>& marks,
+                                        std::uint8_t mark) const {
     std::set<NodeId> result;
     for (std::size_t n = 0; n < node_count_; ++n) {
-      EXPECT_LE(marks[n], 1) << "a node was left out";
-      if (marks[n] == 1) result.insert(numbers_.caller_ids.data()[n]);
+      EXPECT_LE(marks[n], detail::kOnNonManifoldEdge) << "a node was left out";
+      if (marks[n] == mark) result.insert(numbers_.caller_ids.data()[n]);
     }
     return result;
   }

@@ -36,10 +36,16 @@ test::Job run(Smoother& smoother, const PreparedTopology& prepared, Mesh mesh,
   return job;
 }
 
-std::array<std::int64_t, 7> counts_of(const test::Job& job) {
+std::array<std::int64_t, 8> counts_of(const test::Job& job) {
   const NodeCounts& nodes = job.summary.nodes;
-  return {nodes.total, nodes.boundary,        nodes.fixed,           nodes.isolated,
-          nodes.moved, nodes.between_regions, nodes.sliding_in_plane};
+  return {nodes.total,
+          nodes.boundary,
+          nodes.fixed,
+          nodes.isolated,
+          nodes.moved,
+          nodes.between_regions,
+          nodes.sliding_in_plane,
+          nodes.on_non_manifold_edges};
 }
 
 TEST_F(CudaPrepared, PositionsAreThoseOfAJobThatPreparesForItself) {

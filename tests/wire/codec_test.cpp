@@ -396,7 +396,8 @@ SmoothSummary full_summary() {
              .sliding_on_line = 54,
              .curved = 55,
              .sliding_on_surface = 56,
-             .sliding_on_curve = 57};
+             .sliding_on_curve = 57,
+             .on_non_manifold_edges = 61};
   s.deviation = {.tolerance = 58, .result_to_input = 59, .input_to_result = 60};
   s.times = {.upload_seconds = 40,
              .find_neighbours_seconds = 41,
@@ -449,6 +450,7 @@ TEST(DecodeSummary, ReadsWhatEncodeWrote) {
   EXPECT_EQ(s.nodes.curved, 55);
   EXPECT_EQ(s.nodes.sliding_on_surface, 56);
   EXPECT_EQ(s.nodes.sliding_on_curve, 57);
+  EXPECT_EQ(s.nodes.on_non_manifold_edges, 61);
   EXPECT_EQ(s.deviation.tolerance, 58);
   EXPECT_EQ(s.deviation.result_to_input, 59);
   EXPECT_EQ(s.deviation.input_to_result, 60);

@@ -78,16 +78,16 @@ class MeshTopology {
   std::span<const std::int32_t> regions_;
 };
 
-/// @returns the nodes of the facets that one element alone has, ascending, and with
-/// `between_regions` of those between two regions. O(elements), multi-threaded. The topology must
-/// be valid.
+/// @returns the nodes of the facets that one element alone has, or three and more elements of a
+/// surface mesh, ascending, and with `between_regions` of those between two regions. O(elements),
+/// multi-threaded. The topology must be valid.
 [[nodiscard]] std::vector<NodeId> find_boundary_nodes(const TopologyView& topology,
                                                       bool between_regions = false);
 
 /// Checks that a mesh is valid: it has nodes and elements, blocks of one dimension with whole
 /// elements, every index in range, no element with a repeated node, finite coordinates, and a
-/// fixed mask and regions of the right size. Facets used more than twice are found by the
-/// boundary step instead. O(nodes + elements), multi-threaded.
+/// fixed mask and regions of the right size. Facets of a volume mesh used more than twice are found
+/// by the boundary step instead. O(nodes + elements), multi-threaded.
 ///
 /// @throws InvalidMesh naming the first offender (lowest id): MESH_EMPTY, ARRAY_SIZE_MISMATCH,
 ///         MIXED_DIMENSIONS, INDEX_OUT_OF_RANGE, REPEATED_NODE, NON_FINITE_COORDINATE

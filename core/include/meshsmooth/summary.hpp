@@ -56,8 +56,8 @@ struct Convergence {
 /// Nodes by what the job did with them.
 struct NodeCounts {
   std::int64_t total = 0;
-  std::int64_t boundary = 0;
-  std::int64_t fixed = 0;     ///< Boundary, between regions, the caller's own.
+  std::int64_t boundary = 0;  ///< Without those on non-manifold edges.
+  std::int64_t fixed = 0;  ///< Boundary, on non-manifold edges, between regions, the caller's own.
   std::int64_t isolated = 0;  ///< In no element; they stay.
   std::int64_t moved = 0;     ///< The position differs from the input.
   std::int64_t between_regions = 0;
@@ -71,6 +71,10 @@ struct NodeCounts {
   std::int64_t curved = 0;              ///< Fixed: a part around them is neither planar nor smooth.
   std::int64_t sliding_on_surface = 0;  ///< On a curved part.
   std::int64_t sliding_on_curve = 0;    ///< Along a crease that is not straight.
+  /// On edges that three or more elements of a surface mesh share. They are fixed; with `Optimize`
+  /// on a curved surface mesh those edges are creases, along which they slide unless the boundary
+  /// is fixed.
+  std::int64_t on_non_manifold_edges = 0;
 };
 
 /// With BoundaryPolicy::slide on curved parts, and with `Optimize` on a curved surface mesh, where

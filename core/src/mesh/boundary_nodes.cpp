@@ -46,7 +46,7 @@ std::vector<NodeId> find_boundary_nodes(const TopologyView& topology, bool betwe
     for (std::size_t node = begin; node < end; ++node) {
       rows.visit_row(node, row, [&](std::span<const detail::FacetUse> uses) {
         const auto [lowest, highest] = std::ranges::minmax(uses, {}, region);
-        if (uses.size() > 1 && !(between_regions && region(lowest) != region(highest))) return;
+        if (uses.size() == 2 && !(between_regions && region(lowest) != region(highest))) return;
         for (const detail::FacetUse& use : uses) visit_nodes(use, mark);
       });
     }

@@ -45,7 +45,7 @@ constexpr ErrorReason kReasons[] = {
     {"NON_FINITE_COORDINATE", server, invalid_argument, bad_mesh, "node",
      "a coordinate is infinite or not a number"},
     {"FACET_OVERUSED", server, invalid_argument, bad_mesh, "facet_nodes",
-     "a facet belongs to more than two elements"},
+     "a facet of a volume mesh belongs to more than two elements"},
     {"MESH_TANGLED", server, invalid_argument, bad_mesh, "inverted_element_count",
      "inverted elements, and the caller asked to refuse them"},
     {"NON_FINITE_RESULT", server, invalid_argument, failed, "",

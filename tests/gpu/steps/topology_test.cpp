@@ -193,23 +193,36 @@ TEST_F(CudaBoundary, CountsWhatTheCallerFixesAndWhatIsIsolated) {
 }
 
 TEST_F(CudaBoundary, NamesTheFacetThatThreeElementsUse) {
-  Mesh quads = test::make_mesh({{0, 0, 0},
-                                {0, 0, 1},
-                                {1, 0, 0},
-                                {1, 0, 1},
-                                {-1, 1, 0},
-                                {-1, 1, 1},
-                                {-1, -1, 0},
-                                {-1, -1, 1}},
-                               {{ElementType::quad, {0, 1, 3, 2, 0, 1, 5, 4, 0, 1, 7, 6}}});
-  for (const auto& [mesh, nodes] :
-       {std::pair{test::overused_facet(), "0, 1, 2"}, std::pair{quads, "0, 1"}}) {
-    try {
-      static_cast<void>(test::prepare_on_device(mesh, with_balls()));
-      ADD_FAILURE() << "nothing thrown";
-    } catch (const InvalidMesh& error) {
-      EXPECT_EQ(error.reason(), "FACET_OVERUSED");
-      EXPECT_THAT(error.details(), Contains(Pair("facet_nodes", nodes)));
+  try {
+    static_cast<void>(test::prepare_on_device(test::overused_facet(), with_balls()));
+    ADD_FAILURE() << "nothing thrown";
+  } catch (const InvalidMesh& error) {
+    EXPECT_EQ(error.reason(), "FACET_OVERUSED");
+    EXPECT_THAT(error.details(), Contains(Pair("facet_nodes", "0, 1, 2")));
+  }
+}
+
+TEST_F(CudaBoundary, HoldsTheEdgesThatThreeSurfaceElementsUse) {
+  for (const ElementType type : {ElementType::triangle, ElementType::quad}) {
+    for (const int sheets : {3, 4, 40, 700}) {  // 700: more neighbours than short rows have
+      Mesh mesh = test::make_mesh({{0, 0, 0}, {0, 0, 1}}, {{type, {}}});
+      for (int s = 0; s < sheets; ++s) {
+        const double angle = 6.28 * s / sheets;
+        const auto first = static_cast<NodeId>(test::points(mesh).size());
+        test::points(mesh).push_back({std::cos(angle), std::sin(angle), 0});
+        test::points(mesh).push_back({std::cos(angle), std::sin(angle), 1});
+        for (const NodeId node : {0, 1, first + 1}) mesh.blocks[0].nodes.push_back(node);
+        if (type == ElementType::quad) mesh.blocks[0].nodes.push_back(first);
+      }
+      SmoothOptions options = with_balls();
+      options.boundary = BoundaryPolicy::free;
+      const DeviceTopology found = test::prepare_on_device(mesh, options);
+
+      EXPECT_EQ(found.nodes.on_non_manifold_edges, 2);
+      EXPECT_EQ(found.nodes.boundary, (type == ElementType::quad ? 2 : 1) * sheets);
+      EXPECT_TRUE(found.fixed[0]);
+      EXPECT_TRUE(found.fixed[1]);
+      EXPECT_FALSE(found.fixed[3]);
     }
   }
 }

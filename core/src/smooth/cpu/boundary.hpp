@@ -5,6 +5,7 @@
 
 #include "smooth/cpu/cpu_executor.hpp"
 #include "smooth/cpu/row_counter.hpp"
+#include "smooth/rules/fixed_nodes.hpp"
 #include "smooth/rules/topology.hpp"
 
 namespace meshsmooth::detail {
@@ -48,18 +49,12 @@ inline void add_facets(const ElementView& element, NodeId node, RowCounter<Facet
   }
 }
 
-/// The boundary: each facet is counted in the ball of its lowest node; one that occurs once
-/// marks its nodes. Source: Xiao et al. 2019, section 3.3.
-///
-/// gives    `on_boundary[node]` = 1 for nodes of facets used once, else 0
-/// returns  whether no facet is used more than twice
-/// cost     O(ball entries)
-[[nodiscard]] inline bool find_boundary(CpuExecutor& executor, std::size_t node_count,
-                                        const Elements& elements, const Rows<ElementId>& balls,
-                                        std::uint8_t* on_boundary) {
-  executor.for_each(node_count, [=](std::size_t node) { on_boundary[node] = 0; });
-  std::atomic<bool> overused = false;
-  const auto mark = [=](NodeId node) { CpuExecutor::store(on_boundary[node], std::uint8_t{1}); };
+/// Calls `visit(node, facet, count)` for each facet, in the ball of its lowest node, with the
+/// number of elements that have it.
+/// cost   O(ball entries)
+template <class Visit>
+void count_facets(CpuExecutor& executor, std::size_t node_count, const Elements& elements,
+                  const Rows<ElementId>& balls, const Visit& visit) {
   executor.for_each_range(node_count, [&](std::size_t begin, std::size_t end) {
     RowCounter<FacetRest> facets;
     for (std::size_t node = begin; node < end; ++node) {
@@ -68,17 +63,42 @@ inline void add_facets(const ElementView& element, NodeId node, RowCounter<Facet
         add_facets(elements[*e], static_cast<NodeId>(node), facets);
       }
       for (std::size_t n = 0; n < facets.size(); ++n) {
-        const auto& [facet, epoch, count] = facets[n];
-        if (count > 2) overused.store(true, std::memory_order_relaxed);
-        if (count != 1) continue;
-        mark(static_cast<NodeId>(node));
-        mark(static_cast<NodeId>(facet.first_two >> 32));
-        mark(static_cast<NodeId>(facet.first_two & 0xffffffffU));
-        if (facet.third >= 0) mark(facet.third);
+        visit(static_cast<NodeId>(node), facets[n].key, static_cast<int>(facets[n].count));
       }
     }
   });
-  return !overused;
+}
+
+/// The boundary: each facet is counted in the ball of its lowest node; one that occurs once
+/// marks its nodes. Source: Xiao et al. 2019, section 3.3. In a surface mesh a second pass, where
+/// it is needed, marks the nodes of edges that occur more than twice.
+///
+/// gives    `marks[node]` = kOnBoundary, kOnNonManifoldEdge or 0
+/// returns  false if a facet of a volume mesh is used more than twice
+/// cost     O(ball entries)
+[[nodiscard]] inline bool find_boundary(CpuExecutor& executor, std::size_t node_count,
+                                        const Elements& elements, const Rows<ElementId>& balls,
+                                        std::uint8_t* marks) {
+  executor.for_each(node_count, [=](std::size_t node) { marks[node] = 0; });
+  const auto mark = [=](NodeId node, const FacetRest& facet, std::uint8_t as) {
+    CpuExecutor::store(marks[node], as);
+    CpuExecutor::store(marks[facet.first_two >> 32], as);
+    CpuExecutor::store(marks[facet.first_two & 0xffffffffU], as);
+    if (facet.third >= 0) CpuExecutor::store(marks[facet.third], as);
+  };
+  std::atomic<bool> overused = false;
+  count_facets(executor, node_count, elements, balls,
+               [&](NodeId node, const FacetRest& facet, int count) {
+                 if (count > 2) overused.store(true, std::memory_order_relaxed);
+                 if (count == 1) mark(node, facet, kOnBoundary);
+               });
+  if (!overused) return true;
+  if (elements.runs[0].shape->dimension == 3) return false;
+  count_facets(executor, node_count, elements, balls,
+               [&](NodeId node, const FacetRest& facet, int count) {
+                 if (count > 2) mark(node, facet, kOnNonManifoldEdge);
+               });
+  return true;
 }
 
 }  // namespace meshsmooth::detail

@@ -28,7 +28,7 @@ void find_incidence(CpuExecutor& executor, const TopologyView& topology, Renumbe
       find_rings(executor, node_count, to.elements.view, to.balls.view(), to.caller_ids.data());
 }
 
-/// Marks the boundary of the same. Throws InvalidMesh.
+/// Marks the boundary of the same, see `find_boundary`. Throws InvalidMesh.
 template <class Target>
 CpuBuffer<std::uint8_t> mark_boundary(CpuExecutor& executor, const TopologyView& topology,
                                       const Target& of) {
@@ -141,7 +141,8 @@ inline std::shared_ptr<CpuPreparedTopology> prepare_topology(CpuExecutor& execut
   const std::uint8_t* const on_boundary = result->on_boundary.data();
   result->boundary_nodes = executor.reduce(
       node_count, std::int64_t{0},
-      [=](std::size_t node) -> std::int64_t { return on_boundary[node] != 0 ? 1 : 0; }, Plus{});
+      [=](std::size_t node) -> std::int64_t { return on_boundary[node] == kOnBoundary ? 1 : 0; },
+      Plus{});
 
   // The buffers outlive the job that made them.
   const auto keep = [&](auto&... buffers) { (buffers.count_by(result->count), ...); };

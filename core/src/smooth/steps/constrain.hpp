@@ -7,6 +7,7 @@
 
 #include "smooth/constraints/curved_constraint.hpp"
 #include "smooth/constraints/node_constraint.hpp"
+#include "smooth/rules/fixed_nodes.hpp"
 #include "smooth/steps/find_facets.hpp"
 #include "smooth/steps/job_mesh.hpp"
 #include "smooth/steps/mesh_counts.hpp"
@@ -125,7 +126,8 @@ std::size_t number_slots(E& executor, std::size_t node_count, const ConstrainedF
 }
 
 /// Finds the constraint of each node with a slot that the caller has not fixed (`mask`, by the
-/// caller's ids, or null), as if all parts were planar: nodes with one are no longer fixed.
+/// caller's ids, or null) and that is on no non-manifold edge, as if all parts were planar: nodes
+/// with one are no longer fixed.
 /// Nodes next to curved parts get a preliminary curved one, and stay fixed.
 ///
 /// cost   O(facets)
@@ -145,6 +147,7 @@ SlidingCounts find_node_constraints(E& executor, const JobMesh<E, Real>& job,
         const Vec3d home = get(static_cast<NodeId>(node));
         node_constraints[slot] = {home, {0, 0, 0}, NodeConstraint::point};
         if (mask != nullptr && mask[caller_ids[node]] != 0) return SlidingCounts{};
+        if (fixed[node] == kOnNonManifoldEdge) return SlidingCounts{};
         const ElementId* const begin = sliding.facets_of.begin(slot);
         const ElementId* const end = sliding.facets_of.end(slot);
         node_constraints[slot] =

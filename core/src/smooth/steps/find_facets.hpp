@@ -33,7 +33,7 @@ InterfaceCounts fix_interfaces(E& executor, std::size_t node_count, const Rows<E
         while (e != end && regions[*e] == first) ++e;
         if (e == end) return InterfaceCounts{};
         const bool was_free = fixed[node] == 0;
-        fixed[node] = 1;
+        if (was_free) fixed[node] = 1;
         return InterfaceCounts{1, was_free ? 1 : 0};
       },
       Plus{});

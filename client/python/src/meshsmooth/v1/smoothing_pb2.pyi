@@ -535,7 +535,7 @@ class Move(_message.Message):
     def __init__(self, target: _Optional[_Union[Target, str]] = ..., least_step: _Optional[float] = ..., start: _Optional[_Union[Start, str]] = ...) -> None: ...
 
 class NodeCounts(_message.Message):
-    __slots__ = ["between_regions", "boundary", "coincident", "curved", "fixed", "isolated", "moved", "outside_only_below", "sliding_in_plane", "sliding_on_curve", "sliding_on_line", "sliding_on_surface", "total"]
+    __slots__ = ["between_regions", "boundary", "coincident", "curved", "fixed", "isolated", "moved", "on_non_manifold_edges", "outside_only_below", "sliding_in_plane", "sliding_on_curve", "sliding_on_line", "sliding_on_surface", "total"]
     BETWEEN_REGIONS_FIELD_NUMBER: _ClassVar[int]
     BOUNDARY_FIELD_NUMBER: _ClassVar[int]
     COINCIDENT_FIELD_NUMBER: _ClassVar[int]
@@ -543,6 +543,7 @@ class NodeCounts(_message.Message):
     FIXED_FIELD_NUMBER: _ClassVar[int]
     ISOLATED_FIELD_NUMBER: _ClassVar[int]
     MOVED_FIELD_NUMBER: _ClassVar[int]
+    ON_NON_MANIFOLD_EDGES_FIELD_NUMBER: _ClassVar[int]
     OUTSIDE_ONLY_BELOW_FIELD_NUMBER: _ClassVar[int]
     SLIDING_IN_PLANE_FIELD_NUMBER: _ClassVar[int]
     SLIDING_ON_CURVE_FIELD_NUMBER: _ClassVar[int]
@@ -556,13 +557,14 @@ class NodeCounts(_message.Message):
     fixed: int
     isolated: int
     moved: int
+    on_non_manifold_edges: int
     outside_only_below: int
     sliding_in_plane: int
     sliding_on_curve: int
     sliding_on_line: int
     sliding_on_surface: int
     total: int
-    def __init__(self, total: _Optional[int] = ..., boundary: _Optional[int] = ..., fixed: _Optional[int] = ..., isolated: _Optional[int] = ..., moved: _Optional[int] = ..., between_regions: _Optional[int] = ..., sliding_in_plane: _Optional[int] = ..., sliding_on_line: _Optional[int] = ..., curved: _Optional[int] = ..., sliding_on_surface: _Optional[int] = ..., sliding_on_curve: _Optional[int] = ..., outside_only_below: _Optional[int] = ..., coincident: _Optional[int] = ...) -> None: ...
+    def __init__(self, total: _Optional[int] = ..., boundary: _Optional[int] = ..., fixed: _Optional[int] = ..., isolated: _Optional[int] = ..., moved: _Optional[int] = ..., between_regions: _Optional[int] = ..., sliding_in_plane: _Optional[int] = ..., sliding_on_line: _Optional[int] = ..., curved: _Optional[int] = ..., sliding_on_surface: _Optional[int] = ..., sliding_on_curve: _Optional[int] = ..., outside_only_below: _Optional[int] = ..., coincident: _Optional[int] = ..., on_non_manifold_edges: _Optional[int] = ...) -> None: ...
 
 class Optimize(_message.Message):
     __slots__ = ["goal", "stay", "target"]

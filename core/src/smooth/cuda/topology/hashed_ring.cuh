@@ -69,14 +69,20 @@ class HashedRing {
     return tables_.node_count < kFull && tables_.facet_count < kFull;
   }
 
-  /// Marks the node if one of its facets occurs once.
+  /// Marks the node if one of its facets occurs once, or more than twice.
   __device__ void mark_boundary() const {
+    std::uint8_t& mark = task_.fix.fixed[node_];
+    bool overused = false;
     for (unsigned int slot = threadIdx.x % kThreads; slot < kSlots; slot += kThreads) {
       const unsigned int count = tables_.facet_counts[slot];
-      if (count > 2) task_.state->overused_facet = 1;
-      if (count == 1) task_.fix.fixed[node_] = 1;
+      overused |= count > 2;
+      // An earlier pass may have found the mark that hides this one.
+      if (count == 1 && mark != kOnNonManifoldEdge) mark = kOnBoundary;
     }
     sync();
+    if (!overused) return;
+    task_.state->overused_facet = 1;
+    mark = kOnNonManifoldEdge;
   }
 
   [[nodiscard]] __device__ unsigned int neighbour_count() const { return tables_.node_count; }

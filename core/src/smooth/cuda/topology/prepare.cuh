@@ -74,7 +74,9 @@ void refuse_invalid(const PrepareState& found, const TopologyView& topology,
     validate_on_host();
     throw DeviceError("DEVICE_LOST", "the device rejects a mesh that the host finds valid", true);
   }
-  if (found.overfull_ball == 0 && found.overused_facet != 0) throw_overused_facet(topology);
+  const bool volume = element_shape(topology.blocks.front().type).dimension == 3;
+  if (volume && found.overfull_ball == 0 && found.overused_facet != 0)
+    throw_overused_facet(topology);
 }
 
 /// Resets the state for another search for rings: it keeps the box.
@@ -162,6 +164,7 @@ JobMesh<CudaExecutor, Real> prepare_job(CudaExecutor& executor, const TopologyVi
   job.nodes.boundary = static_cast<std::int64_t>(found.boundary);
   job.nodes.fixed = static_cast<std::int64_t>(found.fixed);
   job.nodes.isolated = static_cast<std::int64_t>(found.isolated);
+  job.nodes.on_non_manifold_edges = static_cast<std::int64_t>(found.on_non_manifold_edges);
   job.free_count = static_cast<std::size_t>(found.free);
   return job;
 }

@@ -13,7 +13,7 @@ struct PrepareState {
   unsigned int overfull_ball;  // exceeds its `BallSlots`
   unsigned int next_block, blocks_done;
   unsigned long long ring_entries;
-  unsigned long long boundary, fixed, isolated, free;  // nodes, see `FixRule`
+  unsigned long long boundary, fixed, isolated, on_non_manifold_edges, free;  // see `FixRule`
 };
 
 }  // namespace meshsmooth::detail

@@ -188,7 +188,7 @@ inline std::shared_ptr<const CudaPreparedTopology> prepare_topology(
 struct PlacedNodes {
   Vec3d lower{HUGE_VAL, HUGE_VAL, HUGE_VAL};
   Vec3d upper{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
-  std::int64_t boundary = 0, fixed = 0, isolated = 0, free = 0;
+  std::int64_t boundary = 0, fixed = 0, isolated = 0, on_non_manifold_edges = 0, free = 0;
   std::int64_t not_finite = 0;
 
   friend MESHSMOOTH_HD PlacedNodes operator+(const PlacedNodes& a, const PlacedNodes& b) {
@@ -199,6 +199,7 @@ struct PlacedNodes {
             a.boundary + b.boundary,
             a.fixed + b.fixed,
             a.isolated + b.isolated,
+            a.on_non_manifold_edges + b.on_non_manifold_edges,
             a.free + b.free,
             a.not_finite + b.not_finite};
   }
@@ -255,6 +256,7 @@ JobMesh<CudaExecutor, Real> prepare_job(CudaExecutor& executor,
                            counts.nodes.boundary,
                            counts.nodes.fixed,
                            counts.nodes.isolated,
+                           counts.nodes.on_non_manifold_edges,
                            counts.free,
                            finite ? 0 : 1};
       },
@@ -268,6 +270,7 @@ JobMesh<CudaExecutor, Real> prepare_job(CudaExecutor& executor,
   job.nodes.boundary = found.boundary;
   job.nodes.fixed = found.fixed;
   job.nodes.isolated = found.isolated;
+  job.nodes.on_non_manifold_edges = found.on_non_manifold_edges;
   job.free_count = static_cast<std::size_t>(found.free);
   return job;
 }

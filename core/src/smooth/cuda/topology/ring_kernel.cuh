@@ -6,6 +6,8 @@
 namespace meshsmooth::detail {
 
 /// Decides whether the block's nodes are fixed, one per thread, and counts them; all threads call.
+/// kNodes: see `ring_kernel`.
+template <int kNodes>
 __device__ inline void fix_own(const RingTask& task, std::size_t own, int degree) {
   FixedCounts counts;
   if (own < task.node_count) counts = task.fix(own, degree == 0);
@@ -16,6 +18,9 @@ __device__ inline void fix_own(const RingTask& task, std::size_t own, int degree
   add(task.state->boundary, counts.nodes.boundary != 0);
   add(task.state->fixed, counts.nodes.fixed != 0);
   add(task.state->isolated, counts.nodes.isolated != 0);
+  if constexpr (kNodes != 4) {
+    add(task.state->on_non_manifold_edges, counts.nodes.on_non_manifold_edges != 0);
+  }
   add(task.state->free, counts.free != 0);
 }
 
@@ -65,7 +70,7 @@ __global__ void __launch_bounds__(kRowsPerBlock, kBlocks) ring_kernel(RingTask t
   if constexpr (kNodes != 0) searched = balance_by_ball_size(task, first, block);
   shared.search(task, first, searched);
   const int degree = shared.degrees[t];
-  fix_own(task, own, degree);
+  fix_own<kNodes>(task, own, degree);
   const BlockPrefix<unsigned int> prefix =
       scan_block(static_cast<unsigned int>(degree), shared.kWarps, shared.warp_totals);
   // Published before the sort: later blocks wait for it.

@@ -171,9 +171,11 @@ __device__ int find_simplex_row(const RingTask& task, int node, RowEntries& row,
   if (row_end > kRowCapacity) return kTooLong;
   const FacetUses::Counts counts = uses.count(row_end);
   const std::uint32_t all_uses = ball.size() * (kNodes == 3 ? 2 : 3);
-  if (counts.odd != 0) task.fix.fixed[node] = 1;
-  if (all_uses != static_cast<std::uint32_t>(2 * counts.used - counts.odd))
+  if (counts.odd != 0) task.fix.fixed[node] = kOnBoundary;
+  if (all_uses != static_cast<std::uint32_t>(2 * counts.used - counts.odd)) {
     task.state->overused_facet = 1;
+    task.fix.fixed[node] = kOnNonManifoldEdge;
+  }
   const int degree = row_end - kFirst;
   for (int k = 0; k < degree; ++k) {
     row[k][t] = static_cast<int>(static_cast<unsigned int>(row[k + kFirst][t]) >> kIndexBits);
