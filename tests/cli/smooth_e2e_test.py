@@ -262,6 +262,34 @@ class Smooth(CliTest):
                 self.assertIn(rows[1][1], moved)
                 self.assertFalse(moved & set(rows[2]))
 
+    def test_collapsed_and_interface_elements_are_read_as_what_they_are(self):
+        def at(x, y, z):
+            return 16 * z + 4 * y + x
+
+        points = [(x + 0.1 * (x * y * z % 3), y, z)
+                  for z in (0, 1, 2, 2, 3) for y in range(4) for x in range(4)]
+        cubes = [[at(x, y, z), at(x + 1, y, z), at(x + 1, y + 1, z), at(x, y + 1, z),
+                  at(x, y, z + 1), at(x + 1, y, z + 1), at(x + 1, y + 1, z + 1), at(x, y + 1, z + 1)]
+                 for z in range(4) for y in range(3) for x in range(3)]
+        # Of the first layer, halves that repeat an edge; the third one has no thickness.
+        halves = [half for n in cubes[:9]
+                  for half in ([n[0], n[1], n[2], n[2], n[4], n[5], n[6], n[6]],
+                               [n[0], n[2], n[3], n[3], n[4], n[6], n[7], n[7]])]
+        (self.folder / "in.vtk").write_text(vtk_text(points, halves + cubes[9:], cell_type=12))
+        quality = self.run_cli("quality", self.path("in.vtk")).stdout
+        for server in (False, True):
+            with contextlib.ExitStack() as stack:
+                where = ["--server", stack.enter_context(ServerProgram()).address] * server
+                moved, report, output = self.moved_nodes(self.path("in.vtk"), *where)
+            for text in (quality, output):
+                self.assertIn("18 elements with repeated nodes: read as the type", text)
+                self.assertIn("9 interface elements without thickness: not evaluated", text)
+            self.assertEqual(report["quality_after"]["collapsed_element_count"], "18")
+            self.assertEqual(report["quality_after"]["interface_element_count"], "9")
+            self.assertIn("no element is inverted", output)
+            self.assertTrue(moved)
+            self.assertFalse(moved & set(range(32, 64)))
+
     def test_nodes_between_regions_slide_in_the_interface(self):
         mesh, between = self.halves("in.vtk")
 

@@ -9,8 +9,7 @@
 #include <cstdlib>
 #include <random>
 
-#include "core/smoothing.hpp"
-#include "support/second_order.hpp"
+#include "core/canonical_meshes.hpp"
 #include "support/surfaces.hpp"
 
 namespace meshsmooth {
@@ -24,39 +23,9 @@ Numbering numbering_of(const Mesh& mesh) {
   return find_numbering(topology.view(), mesh.positions_view());
 }
 
-std::vector<ElementType> all_types() { return {kElementTypes.begin(), kElementTypes.end()}; }
-
-Mesh lattice_of(ElementType type, int n) {
-  const Mesh linear = test::noisy(test::lattice(linear_type(type), n), 0.15, 3);
-  if (!is_second_order(type)) return linear;
-  for (const bool full : {false, true}) {
-    Mesh mesh = test::second_order(linear, full);
-    if (mesh.blocks[0].type == type) return mesh;
-  }
-  return test::second_order(linear);
-}
-
-/// Which elements to mirror: single ones, layers, runs, all, none.
-std::vector<std::uint8_t> some_elements(std::size_t count, std::mt19937_64& random) {
-  std::vector<std::uint8_t> chosen(count);
-  const int kind = std::uniform_int_distribution<int>(0, 4)(random);
-  const double share = std::uniform_real_distribution<double>(0, 1)(random);
-  for (std::size_t e = 0; e < count; ++e) {
-    const double place = static_cast<double>(e) / static_cast<double>(count);
-    const double dice = std::uniform_real_distribution<double>(0, 1)(random);
-    const bool is_chosen = kind == 0   ? dice < share
-                           : kind == 1 ? place < share
-                           : kind == 2 ? e / 7 % 3 == 0
-                           : kind == 3 ? e == count / 2
-                                       : true;
-    chosen[e] = is_chosen ? 1 : 0;
-  }
-  return chosen;
-}
-
 TEST(FindNumbering, FindsNothingInMeshesNumberedAlike) {
-  for (const ElementType type : all_types()) {
-    const Numbering found = numbering_of(lattice_of(type, 3));
+  for (const ElementType type : test::all_types()) {
+    const Numbering found = numbering_of(test::lattice_of(type, 3));
     EXPECT_EQ(found.mirrored_count, 0) << element_name(type);
     EXPECT_THAT(found.mirrored, IsEmpty());
     EXPECT_EQ(found.cut_facet_count, 0);
@@ -65,8 +34,8 @@ TEST(FindNumbering, FindsNothingInMeshesNumberedAlike) {
 }
 
 TEST(FindNumbering, FindsTheMirroredElementsOfEveryType) {
-  for (const ElementType type : all_types()) {
-    Mesh mesh = lattice_of(type, 3);
+  for (const ElementType type : test::all_types()) {
+    Mesh mesh = test::lattice_of(type, 3);
     std::vector<std::uint8_t> mirrored(mesh.element_count());
     for (const std::size_t e : {1U, 2U, 7U}) mirrored[e] = 1;
     mirror_elements(mesh.blocks, mirrored);
@@ -77,9 +46,9 @@ TEST(FindNumbering, FindsTheMirroredElementsOfEveryType) {
 }
 
 TEST(FindNumbering, TurnsAWhollyMirroredVolumeMeshAndEachComponentByItself) {
-  for (const ElementType type : all_types()) {
+  for (const ElementType type : test::all_types()) {
     if (element_shape(type).dimension == 2) continue;
-    Mesh mesh = lattice_of(type, 3);
+    Mesh mesh = test::lattice_of(type, 3);
     mirror_elements(mesh.blocks, std::vector<std::uint8_t>(mesh.element_count(), 1));
     EXPECT_EQ(numbering_of(mesh).mirrored_count, static_cast<std::int64_t>(mesh.element_count()));
   }
@@ -142,7 +111,7 @@ TEST(FindNumbering, TellsATangledMeshFromAMirroredOne) {
 }
 
 TEST(FindNumbering, ListsTheFirstIds) {
-  Mesh mesh = lattice_of(ElementType::hexahedron, 3);
+  Mesh mesh = test::lattice_of(ElementType::hexahedron, 3);
   std::vector<std::uint8_t> mirrored(mesh.element_count());
   mirrored[4] = mirrored[9] = 1;
   mirror_elements(mesh.blocks, mirrored);
@@ -155,8 +124,8 @@ TEST(FindNumbering, ListsTheFirstIds) {
 }
 
 TEST(MirrorNodes, IsItsOwnInverseAndChangesTheSign) {
-  for (const ElementType type : all_types()) {
-    const Mesh mesh = lattice_of(type, 1);
+  for (const ElementType type : test::all_types()) {
+    const Mesh mesh = test::lattice_of(type, 1);
     std::vector<NodeId> nodes(
         mesh.blocks[0].nodes.begin(),
         mesh.blocks[0].nodes.begin() + static_cast<std::ptrdiff_t>(element_width(type)));
@@ -177,16 +146,16 @@ TEST(MirroredMeshes, HaveTheBitsOfTheMeshNumberedAlike) {
   int mirrored_meshes = 0;
   for (int seed = 0; seed < count; ++seed) {
     std::mt19937_64 random(static_cast<unsigned>(seed));
-    const auto types = all_types();
+    const auto types = test::all_types();
     const ElementType type = types[static_cast<std::size_t>(seed) % types.size()];
     const bool surface = element_shape(type).dimension == 2;
     Mesh mesh = surface && seed % 2 == 0 && !is_second_order(type)
-                    ? test::wavy_if_surface(lattice_of(type, 4))
-                    : lattice_of(type, 3);
+                    ? test::wavy_if_surface(test::lattice_of(type, 4))
+                    : test::lattice_of(type, 3);
     const test::Way& way = ways[random() % ways.size()];
     const SmoothOptions options{.method = way.method, .form = way.form, .max_iterations = 4};
     Mesh other = mesh;
-    const auto chosen = some_elements(mesh.element_count(), random);
+    const auto chosen = test::some_elements(mesh.element_count(), random);
     mirror_elements(other.blocks, chosen);
     const bool all = std::ranges::all_of(chosen, [](auto c) { return c != 0; });
     if (all && surface) continue;  // is numbered alike itself
@@ -223,7 +192,7 @@ TEST(MirroredMeshes, MoveAndUntangleLikeTheMeshNumberedAlike) {
 }
 
 TEST(MirroredMeshes, KeepTheirTopologyPreparedForManyJobs) {
-  const Mesh mesh = lattice_of(ElementType::tetrahedron, 4);
+  const Mesh mesh = test::lattice_of(ElementType::tetrahedron, 4);
   Mesh other = mesh;
   std::vector<std::uint8_t> some(mesh.element_count());
   for (std::size_t e = 0; e < some.size(); e += 5) some[e] = 1;

@@ -383,6 +383,10 @@ SmoothSummary full_summary() {
                                    .histogram = {24, 25}}},
                       .worst = {{26, ElementType::wedge, 27, 28}}};
   s.quality_before.enclosed_volume = 50;
+  s.quality_before.mirrored_count = 62;
+  s.quality_before.mirrored = {3, 5};
+  s.quality_before.collapsed_count = 63;
+  s.quality_before.interface_count = 64;
   s.quality_after.element_count = 29;
   s.quality_after.enclosed_volume = 51;
   s.locked = {30, 31, ElementQuality{32, ElementType::hexahedron, 33, 34}};
@@ -392,6 +396,7 @@ SmoothSummary full_summary() {
              .isolated = 38,
              .moved = 39,
              .between_regions = 52,
+             .coincident = 65,
              .sliding_in_plane = 53,
              .sliding_on_line = 54,
              .curved = 55,
@@ -441,6 +446,11 @@ TEST(DecodeSummary, ReadsWhatEncodeWrote) {
   EXPECT_THAT(s.quality_before.metrics.at(0).histogram, ::testing::ElementsAre(24, 25));
   EXPECT_EQ(s.quality_before.worst.at(0).type, ElementType::wedge);
   EXPECT_EQ(s.quality_before.enclosed_volume, 50);
+  EXPECT_EQ(s.quality_before.mirrored_count, 62);
+  EXPECT_THAT(s.quality_before.mirrored, ::testing::ElementsAre(3, 5));
+  EXPECT_EQ(s.quality_before.collapsed_count, 63);
+  EXPECT_EQ(s.quality_before.interface_count, 64);
+  EXPECT_EQ(s.nodes.coincident, 65);
   EXPECT_EQ(s.quality_after.element_count, 29);
   EXPECT_EQ(s.locked.worst.value().element, 32);
   EXPECT_EQ(s.nodes.isolated, 38);
