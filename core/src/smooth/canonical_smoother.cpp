@@ -6,6 +6,7 @@
 #include "meshsmooth/canonical_topology.hpp"
 #include "meshsmooth/error.hpp"
 #include "smooth/steps/find_not_canonical.hpp"
+#include "smooth/steps/interrupt.hpp"
 
 namespace meshsmooth::detail {
 namespace {
@@ -118,8 +119,11 @@ class CanonicalSmoother final : public Smoother {
  private:
   SmoothSummary smooth_canonical(const TopologyView& topology, const JobPositions& positions,
                                  const SmoothOptions& options, const JobControl& control) {
+    const Interrupt interrupt(control);
+    interrupt.check();
     const CanonicalTopology canonical(topology, positions.given,
                                       options.boundary != BoundaryPolicy::fixed);
+    interrupt.check();
     try {
       SmoothSummary summary = inner_->smooth(canonical.view(), positions, options, control);
       complete(canonical, summary);
