@@ -36,7 +36,7 @@ struct Numbering {
 /// @param mirrored  [element count], non-zero = mirrored
 void mirror_elements(std::span<ElementBlock> blocks, std::span<const std::uint8_t> mirrored);
 
-/// Lists the nodes of one element in the mirrored order. Twice is the identity.
+/// Lists the nodes of one element in the mirrored order. Twice restores it.
 void mirror_nodes(ElementType type, std::span<NodeId> nodes);
 
 }  // namespace meshsmooth
