@@ -333,7 +333,8 @@ TEST(MovementLimit, HoldsEveryMethod) {
     for (const ElementType type : {ElementType::tetrahedron, ElementType::quad}) {
       SCOPED_TRACE(way.name);
       const Mesh mesh = test::noisy(test::lattice(type, 5), 0.17, 19);
-      SmoothOptions options{.method = way.method, .form = way.form, .max_iterations = 20};
+      SmoothOptions options{
+          .method = way.method, .form = way.form, .max_iterations = 20, .never_worse = false};
       const auto farthest = [&](const Mesh& after) {
         return test::oracle::max_distance(test::oracle::to_points(mesh),
                                           test::oracle::to_points(after));

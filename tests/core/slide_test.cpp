@@ -24,7 +24,11 @@ bool is_valid(const QualityStats& quality) {
 }
 
 SmoothOptions sliding(const Method& method = Optimize{}, Form form = Form::automatic) {
-  return {.method = method, .form = form, .max_iterations = 40, .boundary = BoundaryPolicy::slide};
+  return {.method = method,
+          .form = form,
+          .max_iterations = 40,
+          .boundary = BoundaryPolicy::slide,
+          .never_worse = false};
 }
 
 /// As far thrown about as leaves it valid.

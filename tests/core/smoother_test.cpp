@@ -495,7 +495,8 @@ TEST(Guard, IsNeededOnTheHorseshoe) {
 }
 
 TEST(Guard, IsOnByDefault) {
-  const Job job = test::smooth(horseshoe(ElementType::tetrahedron, 0), {.method = Laplacian{}});
+  const Job job = test::smooth(horseshoe(ElementType::tetrahedron, 0),
+                               {.method = Laplacian{}, .never_worse = false});
 
   EXPECT_EQ(job.summary.quality_after.inverted_count, 0);
   EXPECT_GT(job.summary.nodes.moved, 0);

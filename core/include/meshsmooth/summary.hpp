@@ -113,6 +113,30 @@ struct MotionStats {
 };
 inline constexpr std::size_t kMostBlockingElements = 10;
 
+/// What `SmoothOptions::never_worse` took back: nodes that went back to their input positions, by
+/// what would have been lower than in the input.
+struct KeptQuality {
+  QualityMetric metric = QualityMetric::mean_ratio;  ///< The one in force.
+  std::int64_t for_mean_ratio = 0;                   ///< The least mean ratio.
+  std::int64_t for_scaled_jacobian = 0;              ///< The least scaled Jacobian.
+  std::int64_t for_mean = 0;                         ///< The mean of the metric in force.
+
+  [[nodiscard]] std::int64_t restored_node_count() const {
+    return for_mean_ratio + for_scaled_jacobian + for_mean;
+  }
+};
+
+/// By which share of it `SmoothOptions::never_worse` lets a mean fall.
+inline constexpr double kMostMeanLoss = 0.001;
+
+/// A measure of a result that is lower than in its input.
+struct LowerMeasure {
+  QualityMetric metric = QualityMetric::mean_ratio;
+  bool mean = false;  ///< Else the least value.
+  double before = 0;
+  double after = 0;
+};
+
 /// Times of the stages of a job.
 struct StageTimes {
   double upload_seconds = 0;
@@ -132,8 +156,9 @@ struct SmoothSummary {
   /// Of the result, with SmoothOptions::element_quality_metrics.
   ElementQualityArrays element_quality;
   LockedStats locked;
-  std::optional<PoorElements> poor;   ///< With SmoothOptions::report_below.
-  std::optional<MotionStats> motion;  ///< Of `Move`.
+  std::optional<PoorElements> poor;         ///< With SmoothOptions::report_below.
+  std::optional<MotionStats> motion;        ///< Of `Move`.
+  std::optional<KeptQuality> kept_quality;  ///< With SmoothOptions::never_worse.
   NodeCounts nodes;
   BoundaryDeviation deviation;
   /// Elements that are flat or inverted in the reference: they aim at their ideal shape.
@@ -146,5 +171,11 @@ struct SmoothSummary {
   std::int64_t host_peak_bytes = 0;  ///< Allocated by this job, without the caller's arrays.
   std::int64_t device_peak_bytes = 0;
 };
+
+/// Finds what is worse than in the input: a least mean ratio or scaled Jacobian lower by more than
+/// 1e-6, and a mean by more than `kMostMeanLoss`, of the metric in force where one is.
+///
+/// @returns nothing of `Move`, whose boundary moves, nor of a brief evaluation
+[[nodiscard]] std::vector<LowerMeasure> find_lower(const SmoothSummary& summary);
 
 }  // namespace meshsmooth

@@ -49,6 +49,22 @@ void validate_form(const M&, Form form) {
                      {{"field", "form"}});
 }
 
+void validate_kept_metric(const SmoothOptions& options) {
+  if (std::holds_alternative<Move>(options.method)) {
+    throw NotSupported("OPTION_NOT_SUPPORTED",
+                       "move keeps no quality, since the boundary moves; it has no metric",
+                       {{"field", "metric"}});
+  }
+  if (*options.metric == QualityMetric::mean_ratio ||
+      *options.metric == QualityMetric::scaled_jacobian) {
+    return;
+  }
+  throw InvalidOption("OPTION_OUT_OF_RANGE",
+                      "metric is " + std::string(metric_name(*options.metric)) +
+                          ", it must be mean_ratio or scaled_jacobian",
+                      {{"field", "metric"}});
+}
+
 void validate_target(const SmoothOptions& options) {
   if (position_count(options.reference) == 0) return;
   if (std::holds_alternative<Move>(options.method)) return;  // begins there
@@ -112,6 +128,7 @@ void validate(const SmoothOptions& options) {
          options.movement_limit->relative ? "movement_limit" : "absolute_movement_limit", length,
          "finite and above 0");
   }
+  if (options.metric) validate_kept_metric(options);
   if (options.only_below) {
     if (std::holds_alternative<Move>(options.method)) {
       throw NotSupported("OPTION_NOT_SUPPORTED",

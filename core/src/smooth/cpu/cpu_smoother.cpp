@@ -92,7 +92,7 @@ class CpuSmoother final : public Smoother {
               prepared != nullptr && is_same_array(prepared->reference, given)
                   ? prepared->kept.get()
                   : nullptr;
-          CpuBackend steps(executor, options.quality_detail, prepared, kept);
+          CpuBackend steps(executor, evaluated_detail(options), prepared, kept);
           const JobTopology of_job(topology, options);
           SmoothSummary summary = run_pipeline(steps, of_job.view(), given, span, options, control);
           summary.backend = backend();

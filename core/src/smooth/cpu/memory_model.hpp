@@ -9,6 +9,7 @@
 #include "smooth/steps/find_coincident.hpp"
 #include "smooth/steps/find_targets.hpp"
 #include "smooth/steps/iterate.hpp"
+#include "smooth/steps/keep_quality.hpp"
 #include "smooth/steps/only_below.hpp"
 
 namespace meshsmooth::detail {
@@ -55,14 +56,15 @@ namespace meshsmooth::detail {
       found + (moves ? motion_bytes(mesh, given, size.reference, sweeping) : sweeping) +
       (colours ? colouring_bytes(n) : 0);
   const std::int64_t evaluating = found + element_quality_bytes(mesh, options);
+  const std::int64_t keeping = found - rings + keep_quality_bytes(mesh, options);
   const std::int64_t peak =
-      kept +
-      std::max({n * 4 + renumbering_bytes(mesh), rows + finding_rings_bytes(mesh),
-                rows + n + (colours ? colouring_nodes_bytes(n) : 0),
-                rows + n + constraining_bytes(mesh, options),
-                rows + n + finding_coincident_bytes(mesh, options),
-                rows + n + normals + only_below_bytes(mesh, options),
-                rows + n + normals + finding_boxes_bytes(mesh, options), iterating, evaluating});
+      kept + std::max({n * 4 + renumbering_bytes(mesh), rows + finding_rings_bytes(mesh),
+                       rows + n + (colours ? colouring_nodes_bytes(n) : 0),
+                       rows + n + constraining_bytes(mesh, options),
+                       rows + n + finding_coincident_bytes(mesh, options),
+                       rows + n + normals + only_below_bytes(mesh, options),
+                       rows + n + normals + finding_boxes_bytes(mesh, options), iterating,
+                       evaluating, keeping});
   const std::int64_t histograms = (1 + thread_count) * (std::int64_t{192} << 10);
   return peak + peak / 50 + histograms;
 }

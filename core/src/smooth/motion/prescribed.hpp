@@ -21,6 +21,7 @@ namespace meshsmooth::detail {
     const bool ideal = method->target == Target::ideal;
     sweeps.method = Optimize{.target = ideal ? Target::ideal : Target::input};
     sweeps.tangled = TangledPolicy::repair;
+    sweeps.never_worse = false;
     sweeps.reference = {};
     sweeps.max_iterations = iteration_limit(options);
   }

@@ -10,34 +10,14 @@
 #include "smooth/motion/prescribed.hpp"
 #include "smooth/second_order/carry.hpp"
 #include "smooth/second_order/cure.hpp"
+#include "smooth/second_order/keep_curved_quality.hpp"
+#include "smooth/second_order/prescribed_parts.hpp"
 #include "smooth/steps/find_not_canonical.hpp"
 #include "smooth/steps/interrupt.hpp"
 #include "smooth/steps/refusals.hpp"
 
 namespace meshsmooth::detail {
 namespace {
-
-/// The prescribed nodes of a job by what they are.
-template <class Real>
-struct Prescribed {
-  std::vector<NodeId> corners;  // of the linear mesh
-  std::vector<Vec3<Real>> corner_positions;
-  std::vector<NodeId> mids;  // the caller's ids
-  std::vector<Vec3<Real>> mid_positions;
-
-  Prescribed(const PrescribedNodes& given, const CornerMesh& mesh) {
-    std::visit(
-        [&](const auto& positions) {
-          for (std::size_t n = 0; n < given.nodes.size(); ++n) {
-            const NodeId corner = mesh.corner_of(given.nodes[n]);
-            const auto to = vec3_cast<Real>(positions[n]);
-            (corner >= 0 ? corners : mids).push_back(corner >= 0 ? corner : given.nodes[n]);
-            (corner >= 0 ? corner_positions : mid_positions).push_back(to);
-          }
-        },
-        given.positions);
-  }
-};
 
 template <class Real>
 std::vector<Vec3<Real>> gather(std::span<const Vec3<Real>> positions, const CornerMesh& mesh) {
@@ -102,7 +82,8 @@ class Job {
     std::vector<Vec3<Real>> after;
     SmoothSummary summary = moves ? move(held, after) : sweep(held, after);
     summary.nodes.curved += static_cast<std::int64_t>(held.size());
-    report(summary, std::move(before), after);
+    if (carry_.any_curved()) evaluate(summary, std::move(before), after);
+    report(summary, after);
     summary.times.iterate_seconds += iterate_seconds_;
     summary.times.evaluate_seconds += evaluate_seconds_;
     std::copy(after.begin(), after.end(), result.begin());
@@ -116,7 +97,9 @@ class Job {
 
   SmoothSummary sweep(const std::vector<NodeId>& held, std::vector<Vec3<Real>>& after) {
     std::vector<Vec3<Real>> corners = gather(positions_, mesh_);
-    SmoothSummary summary = run_(corners, with_reference(options_), held);
+    SmoothOptions of_corners = with_reference(options_);
+    if (carry_.any_curved()) of_corners.never_worse = false;  // whole elements are kept below
+    SmoothSummary summary = run_(corners, of_corners, held);
     const Stopwatch stopwatch(iterate_seconds_);
     if (options_.guard) {
       summary.convergence.held_node_count +=
@@ -163,7 +146,7 @@ class Job {
 
   /// As far as curved elements stay valid: with half the motion until they do.
   SmoothSummary move(const std::vector<NodeId>& held, std::vector<Vec3<Real>>& after) {
-    const Prescribed<Real> prescribed(options_.prescribed, mesh_);
+    const PrescribedParts<Real> prescribed(options_.prescribed, mesh_);
     SmoothOptions options = with_reference(options_);
     const double least = std::get<Move>(options.method).least_step;
     SmoothSummary summary;
@@ -214,16 +197,35 @@ class Job {
   [[nodiscard]] QualityStats measure(Positions positions) {
     const Stopwatch stopwatch(evaluate_seconds_);
     return run_in(arena_, [&] {
-      return measure_quality(topology_, positions, orientation_, {}, options_.quality_detail);
+      return measure_quality(topology_, positions, orientation_, {}, evaluated_detail(options_));
     });
   }
 
-  /// Says what the linear mesh's summary does not know.
-  void report(SmoothSummary& summary, QualityStats before, Positions after) {
-    if (carry_.any_curved()) {
-      summary.quality_before = std::move(before);
-      summary.quality_after = measure(after);
+  /// Evaluates whole curved elements, and moves back what is worse than before.
+  void evaluate(SmoothSummary& summary, QualityStats before, std::vector<Vec3<Real>>& after) {
+    summary.quality_before = std::move(before);
+    summary.quality_after = measure(after);
+    if (keeps_quality(options_)) {
+      KeptQuality& kept =
+          summary.kept_quality.emplace(KeptQuality{metric_in_force(topology_, options_)});
+      if (may_be_worse(summary.quality_before, summary.quality_after, {}, options_, kept.metric)) {
+        summary.host_peak_bytes =
+            std::max(summary.host_peak_bytes, keep_curved_quality_bytes(summary.nodes.total));
+        const Stopwatch stopwatch(evaluate_seconds_);
+        run_in(arena_, [&] {
+          keep_curved_quality(topology_, orientation_, options_, summary.quality_before, positions_,
+                              std::span<Vec3<Real>>(after), kept);
+        });
+      }
+      if (kept.restored_node_count() > 0) summary.quality_after = measure(after);
     }
+    if (options_.quality_detail == QualityDetail::full) return;
+    summary.quality_before.metrics.clear();
+    summary.quality_after.metrics.clear();
+  }
+
+  /// Says what the linear mesh's summary does not know.
+  void report(SmoothSummary& summary, Positions after) {
     for (QualityStats* quality : {&summary.quality_before, &summary.quality_after}) {
       for (ElementQuality& element : quality->worst) element.type = type_of(element.element);
     }

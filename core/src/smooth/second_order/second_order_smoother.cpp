@@ -8,6 +8,7 @@
 #include "meshsmooth/error.hpp"
 #include "smooth/motion/prescribed.hpp"
 #include "smooth/second_order/cure.hpp"
+#include "smooth/second_order/keep_curved_quality.hpp"
 #include "smooth/second_order/second_order_job.hpp"
 #include "smooth/steps/mesh_counts.hpp"
 #include "smooth/steps/refusals.hpp"
@@ -46,6 +47,9 @@ class SecondOrderSmoother final : public Smoother {
     MemoryEstimate sum = linear_->estimate(CornerMesh::size_of(size), options);
     if (std::holds_alternative<Optimize>(options.method) && iteration_limit(options) > 0) {
       sum.host_bytes = std::max(sum.host_bytes, cure_bytes(size));  // one after the other
+    }
+    if (keeps_quality(options) && is_second_order(size)) {
+      sum.host_bytes = std::max(sum.host_bytes, keep_curved_quality_bytes(size.node_count));
     }
     sum.host_bytes += job_bytes(size) + CornerMesh::estimate_bytes(size);
     return sum;

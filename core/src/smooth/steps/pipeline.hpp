@@ -9,13 +9,14 @@
 #include "smooth/steps/find_not_canonical.hpp"
 #include "smooth/steps/find_targets.hpp"
 #include "smooth/steps/iterate.hpp"
+#include "smooth/steps/keep_quality.hpp"
 #include "smooth/steps/only_below.hpp"
 #include "smooth/steps/refusals.hpp"
 
 namespace meshsmooth::detail {
 
-/// neighbours -> boundary -> constraints -> iterate -> evaluate -> write back, in this order and
-/// timed: the one text of every backend.
+/// neighbours -> boundary -> constraints -> iterate -> evaluate, and what is worse back -> write
+/// back, in this order and timed: the one text of every backend.
 ///
 /// takes  a mesh whose sizes are valid, the given positions in host memory; what the backend has
 ///        not had validated, `prepare` finds
@@ -64,12 +65,16 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
     refuse_tangled(summary.quality_before, sweeping.tangled);
     if (moves) refuse_tangled_reference(summary.quality_before);
   }
-  {
-    const StageTimer timer(executor, times.iterate_seconds, control, Stage::iterate);
+  const auto surroundings = [&] {
     Surroundings around{job.node_count,      job.elements.view, job.rings.view(),
                         job.balls.view(),    job.fixed.data(),  orientation.references(),
                         orientation.common()};
     around.sliding = constraints.view();
+    return around;
+  };
+  {
+    const StageTimer timer(executor, times.iterate_seconds, control, Stage::iterate);
+    Surroundings around = surroundings();
     if (has_boxes(sweeping)) {
       find_boxes(executor, around, job.positions.data(), simplex_count(topology), targets);
     }
@@ -94,6 +99,16 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
   {
     const StageTimer timer(executor, times.evaluate_seconds, control, Stage::evaluate);
     QualityReport report = backend.evaluate_result(job, orientation);
+    if (keeps_quality(sweeping)) {
+      KeptQuality& kept =
+          summary.kept_quality.emplace(KeptQuality{metric_in_force(topology, options)});
+      if (may_be_worse(summary.quality_before, report.quality, report.locked, options,
+                       kept.metric)) {
+        job.rings = {};  // its memory serves the step
+        keep_quality(executor, surroundings(), options, job, kept);
+        if (kept.restored_node_count() > 0) report = backend.evaluate_result(job, orientation);
+      }
+    }
     summary.quality_after = std::move(report.quality);
     summary.locked = std::move(report.locked);
     if (constraints.curved) {
@@ -111,6 +126,10 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
     moved = backend.write_back(job, positions);
   }
   executor.finish();
+  if (options.quality_detail == QualityDetail::brief) {
+    summary.quality_before.metrics.clear();
+    summary.quality_after.metrics.clear();
+  }
   summary.nodes.moved = *moved;
   summary.times = times;
   return summary;

@@ -9,21 +9,23 @@
 
 namespace meshsmooth::detail {
 
-/// Queues the copy of the moved positions into the caller's order, on the device. Returns how many
-/// differ from the input, known at the next `synchronize`.
+/// Queues the copy of the positions into the caller's order, on the device: to `to`, which may be
+/// the given ones. Returns how many differ from these, known at the next `synchronize`.
 template <class Real>
-std::int64_t* restore_order(CudaExecutor& executor, JobMesh<CudaExecutor, Real>& job) {
+std::int64_t* restore_order(CudaExecutor& executor, const JobMesh<CudaExecutor, Real>& job,
+                            Vec3<Real>* to) {
   auto* const moved = executor.lane().mapped<std::int64_t>(CudaLane::kMovedOffset);
-  Vec3<Real>* const given = job.given.data();
+  const Vec3<Real>* const given = job.given.data();
   const Vec3<Real>* const positions = job.positions.data();
   const NodeId* const caller_ids = job.caller_ids.data();
   executor.reduce_later(
       job.node_count, std::int64_t{0},
       [=] __device__(std::size_t node) -> std::int64_t {
-        Vec3<Real>& target = given[caller_ids[node]];
-        if (positions[node] == target) return 0;
-        target = positions[node];
-        return 1;
+        const NodeId id = caller_ids[node];
+        const Vec3<Real> first = given[id];
+        const bool stays = positions[node] == first;
+        if (!stays || to != given) to[id] = stays ? first : positions[node];
+        return stays ? 0 : 1;
       },
       Plus{}, moved);
   return moved;
@@ -66,6 +68,7 @@ class CudaBackend {
                                   std::span<const Vec3<Real>> positions,
                                   const SmoothOptions& options, const JobControl& control,
                                   StageTimes& times) {
+    keeps_given_ = keeps_quality(options);
     return prepared_ != nullptr
                ? prepare_job(executor_, *prepared_, topology, positions, options, control, times)
                : prepare_job(executor_, topology, positions, options, control, times);
@@ -113,7 +116,7 @@ class CudaBackend {
   [[nodiscard]] QualityReport evaluate_result(Job<Real>& job, const Orientation& orientation) {
     // While the host reads the evaluation this costs no time (100k download 51 to 28 us, H200).
     return evaluator_.evaluate(job, orientation, [&] {
-      moved_ = restore_order(executor_, job);
+      moved_ = restore_order(executor_, job, result_of(job));
       if (early_ != nullptr) download(job, std::get<std::span<Vec3<Real>>>(*early_));
     });
   }
@@ -127,15 +130,26 @@ class CudaBackend {
 
   template <class Real>
   [[nodiscard]] const std::int64_t* write_back(Job<Real>& job, std::span<Vec3<Real>> positions) {
-    if (moved_ == nullptr) moved_ = restore_order(executor_, job);
+    if (moved_ == nullptr) moved_ = restore_order(executor_, job, result_of(job));
     if (early_ == nullptr) download(job, positions);
     return moved_;
   }
 
  private:
   template <class Real>
-  void download(const Job<Real>& job, std::span<Vec3<Real>> positions) {
-    executor_.download_later(job.given.data(), positions.data(), positions.size());
+  void download(Job<Real>& job, std::span<Vec3<Real>> positions) {
+    executor_.download_later(result_of(job), positions.data(), positions.size());
+  }
+
+  /// Where the caller's order is restored: over the given positions, unless nodes may go back to
+  /// them.
+  template <class Real>
+  [[nodiscard]] Vec3<Real>* result_of(Job<Real>& job) {
+    if (!keeps_given_) return job.given.data();
+    if (result_.size() == 0) {
+      result_ = executor_.allocate<unsigned char>(job.node_count * sizeof(Vec3<Real>));
+    }
+    return reinterpret_cast<Vec3<Real>*>(result_.data());
   }
 
   CudaExecutor& executor_;
@@ -143,7 +157,9 @@ class CudaBackend {
   const PositionsSpan* early_;
   const CudaPreparedTopology* prepared_;
   bool at_reference_;
-  std::int64_t* moved_ = nullptr;  // once the caller's order is restored
+  bool keeps_given_ = false;
+  DeviceBuffer<unsigned char> result_;  // positions in the caller's order
+  std::int64_t* moved_ = nullptr;       // once the caller's order is restored
 };
 
 static_assert(Backend<CudaBackend>);

@@ -8,6 +8,7 @@
 #include "smooth/steps/find_coincident.hpp"
 #include "smooth/steps/find_targets.hpp"
 #include "smooth/steps/iterate.hpp"
+#include "smooth/steps/keep_quality.hpp"
 #include "smooth/steps/only_below.hpp"
 
 namespace meshsmooth::detail {
@@ -83,8 +84,10 @@ namespace meshsmooth::detail {
       (colours ? n * 4 : 0);
 
   const std::int64_t held = (plan.kept ? balls : 0) + rings + look_back;  // after `prepare`
+  const std::int64_t result = keeps_quality(options) ? n * mesh.position_bytes : 0;
   const std::int64_t evaluating =
-      std::max(found, held + normals) + CudaEvaluator::device_bytes(mesh, options);
+      std::max(found, held + normals) + CudaEvaluator::device_bytes(mesh, options) + result;
+  const std::int64_t keeping = found - rings + keep_quality_bytes(mesh, options) + result;
   const std::int64_t regions =
       size.regions && (surface || options.boundary != BoundaryPolicy::free) ? mesh.elements * 4 : 0;
   const std::int64_t given = has_reference(options) ? padded_bytes(mesh) : 0;  // the reference
@@ -96,7 +99,8 @@ namespace meshsmooth::detail {
                        held + constraining_bytes(mesh, options) + regions + mask,
                        held + finding_coincident_bytes(mesh, options), held + given,
                        held + only_below_bytes(mesh, options) + normals,
-                       held + finding_boxes_bytes(mesh, options) + normals, iterating, evaluating});
+                       held + finding_boxes_bytes(mesh, options) + normals, iterating, evaluating,
+                       keeping});
   const std::int64_t histograms = std::int64_t{128} << 10;
   return peak + peak / 50 + batch_bytes(blocks) + histograms;
 }

@@ -95,8 +95,8 @@ class CudaSmoother final : public Smoother {
           executor.check();
           const auto given = given_positions(options, positions, span);
           const bool kept = prepared != nullptr && is_same_array(prepared->reference, given);
-          CudaBackend steps(executor, of_job.view(), given, options.quality_detail, prepared, kept,
-                            positions.kept_on_error ? nullptr : &positions.result);
+          CudaBackend steps(executor, of_job.view(), given, evaluated_detail(options), prepared,
+                            kept, positions.kept_on_error ? nullptr : &positions.result);
           SmoothSummary summary = run_pipeline(steps, of_job.view(), given, span, options, control);
           summary.backend = backend();
           summary.device_name = device_name_;
