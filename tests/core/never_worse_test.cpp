@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "core/random_mesh.hpp"
 #include "meshsmooth/error.hpp"
@@ -195,6 +196,30 @@ TEST(NeverWorse, UndoesNoUntangling) {
     EXPECT_GT(tangled, 0) << element_name(type);
     EXPECT_EQ(kept.summary.quality_after.inverted_count, off.summary.quality_after.inverted_count)
         << element_name(type);
+  }
+}
+
+/// A sector of `cells` rings and spokes around an axis, its edges on arcs.
+Mesh sector(ElementType type, int cells, bool full, double degrees) {
+  return test::mapped(test::second_order(test::lattice(type, cells), full), [&](Vec3d p) {
+    const double angle = p.x / cells * degrees * std::numbers::pi / 180;
+    const double radius = 5 + 3 * p.y;
+    return Vec3d{radius * std::sin(angle), radius * std::cos(angle), 0.7 * p.z};
+  });
+}
+
+TEST(NeverWorse, LeavesBentSectorsOfBoxesAsTheyAre) {
+  for (const ElementType type : {ElementType::quad, ElementType::hexahedron}) {
+    for (const bool full : {false, true}) {
+      for (const double degrees : {10.0, 45.0, 90.0}) {
+        const Mesh mesh = sector(type, 4, full, degrees);
+        for (const Goal goal : {Goal::average, Goal::balanced, Goal::worst}) {
+          const test::Job job = test::smooth(mesh, {.method = Optimize{.goal = goal}});
+          EXPECT_EQ(job.summary.nodes.moved, 0) << element_name(type) << full << " " << degrees;
+          EXPECT_EQ(job.summary.kept_quality.value().restored_node_count(), 0);
+        }
+      }
+    }
   }
 }
 

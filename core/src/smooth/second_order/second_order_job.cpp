@@ -12,6 +12,8 @@
 #include "smooth/second_order/cure.hpp"
 #include "smooth/second_order/keep_curved_quality.hpp"
 #include "smooth/second_order/prescribed_parts.hpp"
+#include "smooth/second_order/right_angled.hpp"
+#include "smooth/second_order/stopwatch.hpp"
 #include "smooth/steps/find_not_canonical.hpp"
 #include "smooth/steps/interrupt.hpp"
 #include "smooth/steps/refusals.hpp"
@@ -28,20 +30,6 @@ std::vector<Vec3<Real>> gather(std::span<const Vec3<Real>> positions, const Corn
   }
   return corners;
 }
-
-/// Adds its lifetime to `seconds`.
-class Stopwatch {
- public:
-  explicit Stopwatch(double& seconds) : seconds_(seconds) {}
-  ~Stopwatch() { seconds_ += std::chrono::duration<double>(Clock::now() - start_).count(); }
-  Stopwatch(const Stopwatch&) = delete;
-  Stopwatch& operator=(const Stopwatch&) = delete;
-
- private:
-  using Clock = std::chrono::steady_clock;
-  double& seconds_;
-  Clock::time_point start_ = Clock::now();
-};
 
 template <class Real>
 class Job {
@@ -101,6 +89,11 @@ class Job {
     if (carry_.any_curved()) of_corners.never_worse = false;  // whole elements are kept below
     SmoothSummary summary = run_(corners, of_corners, held);
     const Stopwatch stopwatch(iterate_seconds_);
+    const std::vector<std::uint8_t> right_angled = find_right_angled();
+    for (std::size_t n = 0; n < right_angled.size(); ++n) {
+      const NodeId corner = mesh_.corner_of(static_cast<NodeId>(n));
+      if (right_angled[n] != 0 && corner >= 0) corners[std::size_t(corner)] = positions_[n];
+    }
     if (options_.guard) {
       summary.convergence.held_node_count +=
           run_in(arena_, [&] { return carry_.place_validly(corners, after); });
@@ -109,16 +102,28 @@ class Job {
     }
     if (std::holds_alternative<Optimize>(options_.method) && iteration_limit(options_) > 0 &&
         carry_.any_curved()) {
-      const std::int64_t held_bytes = run_in(
-          arena_, [&] { return cure_elements(summary.convergence.bounding_box_diagonal, after); });
+      const std::int64_t held_bytes = run_in(arena_, [&] {
+        return cure_elements(summary.convergence.bounding_box_diagonal, right_angled, after);
+      });
       // What the corners' job held is free by now.
       summary.host_peak_bytes = std::max(summary.host_peak_bytes, held_bytes);
     }
     return summary;
   }
 
+  /// The nodes that already have what `Target::automatic` aims at; empty: none.
+  [[nodiscard]] std::vector<std::uint8_t> find_right_angled() const {
+    const auto* const method = std::get_if<Optimize>(&options_.method);
+    const bool boxes = method != nullptr && method->target == Target::automatic;
+    if (!boxes || aims_at_reference(options_) || !carry_.any_curved()) return {};
+    return run_in(arena_,
+                  [&] { return detail::find_right_angled(topology_, orientation_, positions_); });
+  }
+
   /// On curved surfaces nodes would leave the surface.
-  [[nodiscard]] std::int64_t cure_elements(double diagonal, std::vector<Vec3<Real>>& after) const {
+  [[nodiscard]] std::int64_t cure_elements(double diagonal,
+                                           const std::vector<std::uint8_t>& right_angled,
+                                           std::vector<Vec3<Real>>& after) const {
     if (element_dimension() == 2 && !orientation_.plane()) return 0;
     CureScope<Real> scope{{topology_.fixed.begin(), topology_.fixed.end()}};
     scope.held.resize(topology_.node_count);
@@ -138,6 +143,7 @@ class Job {
     };
     const std::int64_t bytes = by(CureGoal::validity, scope);
     if (options_.only_below) return bytes;  // distorted elements are not bad ones
+    for (std::size_t n = 0; n < right_angled.size(); ++n) scope.held[n] |= right_angled[n];
     // The corners have been optimized: they move only where that is not enough.
     CureScope<Real> mids = scope;
     for (const NodeId node : mesh_.nodes()) mids.held[static_cast<std::size_t>(node)] = 1;
