@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "readable.hpp"
 
@@ -92,6 +93,32 @@ std::string describe_reading(const QualityStats& stats,
             " without thickness: not evaluated, their nodes stay\n";
   }
   return text;
+}
+
+std::string describe_kept_quality(const SmoothSummary& summary) {
+  std::string text;
+  const KeptQuality kept = summary.kept_quality.value_or(KeptQuality{});
+  if (const std::int64_t count = kept.restored_node_count(); count > 0) {
+    const std::pair<std::string, std::int64_t> reasons[] = {
+        {"the least mean ratio", kept.for_mean_ratio},
+        {"the least scaled jacobian", kept.for_scaled_jacobian},
+        {"the mean " + label(kept.metric), kept.for_mean}};
+    text = fmt::format("{} went back, so that these did not fall:", counted(count, "node"));
+    const char* separator = " ";
+    for (const auto& [what, nodes] : reasons) {
+      if (nodes == 0) continue;
+      text += fmt::format("{}{} ({})", std::exchange(separator, ", "), what, with_commas(nodes));
+    }
+    text += '\n';
+  }
+  const char* separator = "worse than before: ";
+  for (const LowerMeasure& lower : find_lower(summary)) {
+    text +=
+        fmt::format("{}{} {} {:.4f}, was {:.4f}", std::exchange(separator, "; "),
+                    lower.mean ? "mean" : "least", label(lower.metric), lower.after, lower.before);
+  }
+  const bool worse = *separator == ';';
+  return text + (worse ? "\n" : "");
 }
 
 std::string describe_notes(const formats::MeshFile& file) {

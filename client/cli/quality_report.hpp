@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "mesh_file.hpp"
-#include "meshsmooth/quality.hpp"
+#include "meshsmooth/summary.hpp"
 
 namespace meshsmooth::cli {
 
@@ -25,6 +25,10 @@ namespace meshsmooth::cli {
 /// canonical_topology.hpp); empty: none are.
 [[nodiscard]] std::string describe_reading(
     const QualityStats& stats, const std::function<std::int64_t(std::int64_t)>& file_element_id);
+
+/// One line on the nodes that went back so that nothing became worse, and one on what did; empty:
+/// neither.
+[[nodiscard]] std::string describe_kept_quality(const SmoothSummary& summary);
 
 /// One line on the cells that hold their nodes because they cannot be smoothed; empty: none do.
 [[nodiscard]] std::string describe_held_cells(const formats::MeshFile& file);

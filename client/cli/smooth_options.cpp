@@ -24,6 +24,9 @@ const std::map<std::string, BoundaryPolicy> kBoundaries = {{"fixed", BoundaryPol
                                                            {"slide", BoundaryPolicy::slide},
                                                            {"free", BoundaryPolicy::free}};
 
+const std::map<std::string, QualityMetric> kMetrics = {
+    {"mean-ratio", QualityMetric::mean_ratio}, {"scaled-jacobian", QualityMetric::scaled_jacobian}};
+
 template <class Value>
 std::vector<std::string> names(const std::map<std::string, Value>& values) {
   std::vector<std::string> result;
@@ -267,6 +270,17 @@ void add_smooth_flags(CLI::App& command, SmoothFlags& flags) {
                   "Guard of valid elements; off: they may come back inverted")
       ->check(CLI::IsMember({"on", "off"}))
       ->capture_default_str();
+  command
+      .add_option("--never-worse", flags.never_worse,
+                  "Nodes go back where the worst element or the mean quality would be worse than "
+                  "before; off: they do not, as without the guard")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->capture_default_str();
+  command
+      .add_option("--metric", flags.metric,
+                  "Metric of --never-worse [the worst element by both; the mean of mean-ratio for "
+                  "triangles and tetrahedra, of scaled-jacobian else]")
+      ->check(CLI::IsMember(names(kMetrics)));
   command.add_option("--tangled", flags.tangled, "Treatment of a mesh with inverted elements")
       ->check(CLI::IsMember({"repair", "refuse"}))
       ->capture_default_str();
@@ -315,6 +329,8 @@ SmoothOptions to_smooth_options(const SmoothFlags& flags) {
     options.feature_angle = *flags.feature_angle;
   }
   options.guard = flags.guard == "on";
+  options.never_worse = flags.never_worse == "on";
+  if (flags.metric) options.metric = kMetrics.at(*flags.metric);
   options.tangled = flags.tangled == "refuse" ? TangledPolicy::refuse : TangledPolicy::repair;
   if (flags.only_below) options.only_below = {.quality = *flags.only_below};
   if (flags.only_below_rings) options.only_below->rings = *flags.only_below_rings;

@@ -21,6 +21,8 @@ struct SmoothFlags {
   std::optional<std::string> form;
   std::string tangled = "repair";
   std::string guard = "on";
+  std::string never_worse = "on";
+  std::optional<std::string> metric;
   std::string boundary = "fixed";
   std::optional<double> feature_angle;
   std::optional<int> iterations;

@@ -243,9 +243,10 @@ std::string state_sentences(const client::SmoothReport& report, const SmoothOpti
                         counted(degenerate, "element"), degenerate == 1 ? "is" : "are");
   }
   return text + describe_reading(summary.quality_before, file_element_id) +
-         describe_volume(summary.quality_after) + locked_sentence(summary.locked, file_element_id) +
-         poor_sentence(summary.poor) + nodes_sentence(summary, options) +
-         deviation_sentence(summary) + times_sentence(report, total_seconds);
+         describe_kept_quality(summary) + describe_volume(summary.quality_after) +
+         locked_sentence(summary.locked, file_element_id) + poor_sentence(summary.poor) +
+         nodes_sentence(summary, options) + deviation_sentence(summary) +
+         times_sentence(report, total_seconds);
 }
 
 std::string cause_of_inversion(const SmoothOptions& options) {

@@ -184,6 +184,13 @@ TangledPolicy decode_tangled(v1::TangledPolicy policy) {
   }
 }
 
+QualityMetric decode_metric(int metric, const std::string& field) {
+  if (metric == v1::QUALITY_METRIC_UNSPECIFIED || !v1::QualityMetric_IsValid(metric)) {
+    throw_not_supported(field, "unknown metric " + std::to_string(metric));
+  }
+  return static_cast<QualityMetric>(metric - 1);
+}
+
 }  // namespace
 
 v1::SmoothingOptions encode_options(const SmoothOptions& options) {
@@ -216,6 +223,8 @@ v1::SmoothingOptions encode_options(const SmoothOptions& options) {
     message.set_only_below_rings(options.only_below->rings);
   }
   if (options.report_below) message.set_report_below(*options.report_below);
+  message.set_never_worse(options.never_worse);
+  if (options.metric) message.set_metric(encode_metric(*options.metric));
   if (options.compute_budget) {
     *message.mutable_compute_budget() = encode_duration(*options.compute_budget);
   }
@@ -254,6 +263,10 @@ SmoothOptions decode_options(const v1::SmoothingOptions& message) {
     throw_not_supported("only_below_rings", "only a job with only_below has it");
   }
   if (message.has_report_below()) options.report_below = message.report_below();
+  if (message.has_never_worse()) options.never_worse = message.never_worse();
+  if (message.metric() != v1::QUALITY_METRIC_UNSPECIFIED) {
+    options.metric = decode_metric(message.metric(), "metric");
+  }
   if (message.has_compute_budget()) {
     options.compute_budget = decode_duration(message.compute_budget(), "compute_budget");
   }
@@ -271,10 +284,7 @@ static_assert(static_cast<int>(QualityMetric::mean_ratio) + 1 == v1::QUALITY_MET
 std::vector<QualityMetric> decode_metrics(const google::protobuf::RepeatedField<int>& metrics) {
   std::vector<QualityMetric> result;
   for (const int metric : metrics) {
-    if (metric == v1::QUALITY_METRIC_UNSPECIFIED || !v1::QualityMetric_IsValid(metric)) {
-      throw_not_supported("element_quality_metrics", "unknown metric " + std::to_string(metric));
-    }
-    result.push_back(static_cast<QualityMetric>(metric - 1));
+    result.push_back(decode_metric(metric, "element_quality_metrics"));
   }
   validate_metrics(result);
   return result;

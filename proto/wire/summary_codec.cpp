@@ -233,6 +233,21 @@ MotionStats decode_motion(const v1::MotionStats& message) {
                                 message.blocking_elements().end()}};
 }
 
+void encode_kept_quality(const KeptQuality& kept, v1::KeptQuality* message) {
+  message->set_metric(encode_metric(kept.metric));
+  message->set_for_mean_ratio(kept.for_mean_ratio);
+  message->set_for_scaled_jacobian(kept.for_scaled_jacobian);
+  message->set_for_mean(kept.for_mean);
+}
+
+KeptQuality decode_kept_quality(const v1::KeptQuality& message) {
+  const bool ratio = message.metric() != v1::QUALITY_METRIC_SCALED_JACOBIAN;
+  return {.metric = ratio ? QualityMetric::mean_ratio : QualityMetric::scaled_jacobian,
+          .for_mean_ratio = message.for_mean_ratio(),
+          .for_scaled_jacobian = message.for_scaled_jacobian(),
+          .for_mean = message.for_mean()};
+}
+
 }  // namespace
 
 v1::Summary encode_summary(const SmoothSummary& summary) {
@@ -258,6 +273,9 @@ v1::Summary encode_summary(const SmoothSummary& summary) {
   }
 
   if (summary.motion) encode_motion(*summary.motion, message.mutable_motion());
+  if (summary.kept_quality) {
+    encode_kept_quality(*summary.kept_quality, message.mutable_kept_quality());
+  }
 
   v1::NodeCounts* nodes = message.mutable_nodes();
   nodes->set_total(summary.nodes.total);
@@ -311,6 +329,9 @@ SmoothSummary decode_summary(const v1::Summary& message) {
                     .limited_count = message.poor().limited_count()};
   }
   if (message.has_motion()) summary.motion = decode_motion(message.motion());
+  if (message.has_kept_quality()) {
+    summary.kept_quality = decode_kept_quality(message.kept_quality());
+  }
   if (message.locked().has_worst_element()) {
     summary.locked.worst = decode_element_quality(message.locked().worst_element());
   }

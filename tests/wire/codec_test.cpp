@@ -196,6 +196,11 @@ TEST(DecodeOptions, KeepsTheLimitOfBadElements) {
   EXPECT_FALSE(decode_options({}).only_below);
   EXPECT_EQ(decode_options(encode_options({.report_below = 0.25})).report_below, 0.25);
   EXPECT_FALSE(decode_options({}).report_below);
+  EXPECT_FALSE(decode_options(encode_options({.never_worse = false})).never_worse);
+  EXPECT_TRUE(decode_options({}).never_worse);
+  EXPECT_EQ(decode_options(encode_options({.metric = QualityMetric::scaled_jacobian})).metric,
+            QualityMetric::scaled_jacobian);
+  EXPECT_FALSE(decode_options({}).metric);
   v1::SmoothingOptions rings;
   rings.set_only_below_rings(3);
   EXPECT_THROW((void)decode_options(rings), NotSupported);
@@ -354,6 +359,10 @@ SmoothSummary full_summary() {
               .linear_seconds = 1.5,
               .blocking_element_count = 12,
               .blocking_elements = {7, 9}};
+  s.kept_quality = {.metric = QualityMetric::scaled_jacobian,
+                    .for_mean_ratio = 51,
+                    .for_scaled_jacobian = 52,
+                    .for_mean = 53};
   s.poor = {.below = 0.25, .element_count = 43, .locked_count = 41, .limited_count = 2};
   s.convergence = {.iteration_count = 1,
                    .end_rule = EndRule::all_held,
@@ -437,6 +446,10 @@ TEST(DecodeSummary, ReadsWhatEncodeWrote) {
   EXPECT_EQ(s.poor->element_count, 43);
   EXPECT_EQ(s.poor->locked_count, 41);
   EXPECT_EQ(s.poor->limited_count, 2);
+  EXPECT_EQ(s.kept_quality.value().metric, QualityMetric::scaled_jacobian);
+  EXPECT_EQ(s.kept_quality->for_mean_ratio, 51);
+  EXPECT_EQ(s.kept_quality->for_scaled_jacobian, 52);
+  EXPECT_EQ(s.kept_quality->for_mean, 53);
   EXPECT_EQ(s.convergence.held_node_count, 6);
   EXPECT_THAT(s.convergence.moved_node_counts, ::testing::ElementsAre(11, 12));
   EXPECT_THAT(s.convergence.energies, ::testing::ElementsAre(1.5, 1.25));

@@ -47,6 +47,7 @@ _CHOICES = {
     "priority": (pb.Priority, "PRIORITY_"),
     "quality": (pb.QualityDetail, "QUALITY_DETAIL_"),
     "element_quality": (pb.QualityMetric, "QUALITY_METRIC_"),
+    "metric": (pb.QualityMetric, "QUALITY_METRIC_"),
 }
 
 
@@ -70,6 +71,8 @@ class JobOptions(TypedDict, total=False):
     regions: ArrayLike | str | None
     reference: Any
     guard: bool
+    never_worse: bool  # nodes go back where the result would be worse than the input
+    metric: Literal["mean_ratio", "scaled_jacobian"]  # of never_worse
     tangled: Literal["repair", "refuse"]
     target_quality: float
     movement_limit: float | str  # length, or "2%" of the diagonal
@@ -118,7 +121,7 @@ def to_choice(field: str, value: Any) -> Any:
         name = value.lower().replace("-", "_")
         if name in names:
             return enum.Value(prefix + name.upper())
-    separator = "_" if field == "element_quality" else "-"
+    separator = "_" if field in ("element_quality", "metric") else "-"
     known = ", ".join(name.replace("_", separator) for name in names)
     raise out_of_range(field, f"{field} is {value!r}, it must be one of {known}")
 
@@ -216,6 +219,7 @@ def encode_options(options: JobOptions) -> pb.SmoothingOptions:
         ("absolute_tolerance", "absolute_tolerance"),
         ("feature_angle", "feature_angle_degrees"),
         ("guard", "guard"),
+        ("never_worse", "never_worse"),
         ("target_quality", "target_quality"),
         ("only_below", "only_below"),
         ("only_below_rings", "only_below_rings"),
@@ -227,6 +231,7 @@ def encode_options(options: JobOptions) -> pb.SmoothingOptions:
         ("boundary", "boundary_policy"),
         ("form", "form"),
         ("tangled", "tangled_policy"),
+        ("metric", "metric"),
     ):
         if (value := options.get(field)) is not None:
             setattr(message, name, to_choice(field, value))

@@ -124,6 +124,25 @@ def _reading_lines(stats: QualityStats) -> list[str]:
     return lines
 
 
+def _kept_sentences(summary: Summary) -> list[str]:
+    """Which nodes went back so that nothing became worse, and what did; nothing for neither."""
+    sentences = []
+    if (kept := summary.kept_quality) is not None:
+        reasons = {
+            "the least mean ratio": kept.for_mean_ratio,
+            "the least scaled jacobian": kept.for_scaled_jacobian,
+            f"the mean {_label(kept.metric)}": kept.for_mean,
+        }
+        if count := sum(reasons.values()):
+            texts = [f"{what} ({nodes:,})" for what, nodes in reasons.items() if nodes]
+            nodes = counted(count, "node")
+            sentences.append(f"{nodes} went back, so that these did not fall: {', '.join(texts)}")
+    if lower := summary.lower_measures():
+        texts = [f"{what} {after:.4f}, was {before:.4f}" for what, before, after in lower]
+        sentences.append(f"worse than before: {'; '.join(texts)}")
+    return sentences
+
+
 def _poor_sentence(poor: PoorElements) -> str:
     rest = poor.element_count - poor.locked_count - poor.limited_count
     return (
@@ -176,6 +195,7 @@ def _sentences(summary: Summary) -> list[str]:
     if degenerate := summary.quality_after.degenerate_element_count:
         are = "is" if degenerate == 1 else "are"
         sentences.append(f"{counted(degenerate, 'element')} {are} degenerate")
+    sentences.extend(_kept_sentences(summary))
     if summary.locked.element_count:
         sentences.append(_locked_sentence(summary))
     if summary.poor is not None:

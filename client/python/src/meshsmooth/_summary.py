@@ -229,6 +229,16 @@ class Motion:
 
 
 @dataclass(frozen=True)
+class KeptQuality:
+    """Nodes that went back to where they were, by what would have been lower than in the input."""
+
+    metric: str = ""  # in force
+    for_mean_ratio: int = 0  # the least one
+    for_scaled_jacobian: int = 0
+    for_mean: int = 0  # of the metric in force
+
+
+@dataclass(frozen=True)
 class Summary:
     """The report on a job."""
 
@@ -245,6 +255,29 @@ class Summary:
     flat_reference_element_count: int = 0
     poor: PoorElements | None = None
     motion: Motion | None = None  # of move
+    kept_quality: KeptQuality | None = None  # with never_worse
+
+    def lower_measures(self) -> list[tuple[str, float, float]]:
+        """Returns what is worse than in the input: its name, before and after.
+
+        That are least mean ratios and scaled Jacobians that are lower by more than 1e-6, and the
+        mean of the metric in force where it is lower by more than 0.1 %; nothing of `move`.
+        """
+        lower: list[tuple[str, float, float]] = []
+        if self.motion is not None:
+            return lower
+        for metric in ("mean_ratio", "scaled_jacobian"):
+            before = self.quality_before.metric(metric)
+            after = self.quality_after.metric(metric)
+            if before is None or after is None:
+                continue
+            name = metric.replace("_", " ")
+            if after.min < before.min - 1e-6:
+                lower.append((f"least {name}", before.min, after.min))
+            in_force = self.kept_quality is None or self.kept_quality.metric == metric
+            if in_force and after.mean < before.mean - 0.001 * abs(before.mean):
+                lower.append((f"mean {name}", before.mean, after.mean))
+        return lower
 
     def to_dict(self) -> dict[str, Any]:
         """Returns plain dicts, lists and numbers."""

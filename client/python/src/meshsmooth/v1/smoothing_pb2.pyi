@@ -402,6 +402,18 @@ class JobSpec(_message.Message):
     validate_only: bool
     def __init__(self, request_id: _Optional[str] = ..., inline_topology: _Optional[_Union[_mesh_pb2.TopologySpec, _Mapping]] = ..., topology_name: _Optional[str] = ..., coordinate_type: _Optional[_Union[_mesh_pb2.ScalarType, str]] = ..., options: _Optional[_Union[SmoothingOptions, _Mapping]] = ..., backend_kind: _Optional[_Union[BackendKind, str]] = ..., priority: _Optional[_Union[Priority, str]] = ..., queue_timeout: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., progress_interval: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., result_ttl: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., validate_only: bool = ..., max_result_chunk_bytes: _Optional[int] = ..., iteration_history_included: bool = ..., topology_kept: bool = ..., quality_detail: _Optional[_Union[QualityDetail, str]] = ..., element_quality_metrics: _Optional[_Iterable[_Union[QualityMetric, str]]] = ..., prescribed_node_count: _Optional[int] = ..., region: _Optional[_Union[RegionUse, _Mapping]] = ...) -> None: ...
 
+class KeptQuality(_message.Message):
+    __slots__ = ["for_mean", "for_mean_ratio", "for_scaled_jacobian", "metric"]
+    FOR_MEAN_FIELD_NUMBER: _ClassVar[int]
+    FOR_MEAN_RATIO_FIELD_NUMBER: _ClassVar[int]
+    FOR_SCALED_JACOBIAN_FIELD_NUMBER: _ClassVar[int]
+    METRIC_FIELD_NUMBER: _ClassVar[int]
+    for_mean: int
+    for_mean_ratio: int
+    for_scaled_jacobian: int
+    metric: QualityMetric
+    def __init__(self, metric: _Optional[_Union[QualityMetric, str]] = ..., for_mean_ratio: _Optional[int] = ..., for_scaled_jacobian: _Optional[int] = ..., for_mean: _Optional[int] = ...) -> None: ...
+
 class Laplacian(_message.Message):
     __slots__ = ["relaxation_factor", "weighting"]
     RELAXATION_FACTOR_FIELD_NUMBER: _ClassVar[int]
@@ -699,7 +711,7 @@ class SmoothResponse(_message.Message):
     def __init__(self, accepted: _Optional[_Union[Accepted, _Mapping]] = ..., progress: _Optional[_Union[Progress, _Mapping]] = ..., result: _Optional[_Union[ResultHeader, _Mapping]] = ..., chunk: _Optional[_Union[_mesh_pb2.Chunk, _Mapping]] = ..., summary: _Optional[_Union[Summary, _Mapping]] = ..., stop_sending: _Optional[_Union[StopSending, _Mapping]] = ..., input_taken: _Optional[_Union[InputTaken, _Mapping]] = ...) -> None: ...
 
 class SmoothingOptions(_message.Message):
-    __slots__ = ["absolute_movement_limit", "absolute_tolerance", "boundary_policy", "compute_budget", "convergence_tolerance", "feature_angle_degrees", "form", "guard", "hc_laplacian", "laplacian", "max_iteration_count", "move", "movement_limit", "only_below", "only_below_rings", "optimize", "report_below", "smart_laplacian", "tangled_policy", "target_quality", "taubin", "windowed_sinc"]
+    __slots__ = ["absolute_movement_limit", "absolute_tolerance", "boundary_policy", "compute_budget", "convergence_tolerance", "feature_angle_degrees", "form", "guard", "hc_laplacian", "laplacian", "max_iteration_count", "metric", "move", "movement_limit", "never_worse", "only_below", "only_below_rings", "optimize", "report_below", "smart_laplacian", "tangled_policy", "target_quality", "taubin", "windowed_sinc"]
     ABSOLUTE_MOVEMENT_LIMIT_FIELD_NUMBER: _ClassVar[int]
     ABSOLUTE_TOLERANCE_FIELD_NUMBER: _ClassVar[int]
     BOUNDARY_POLICY_FIELD_NUMBER: _ClassVar[int]
@@ -711,8 +723,10 @@ class SmoothingOptions(_message.Message):
     HC_LAPLACIAN_FIELD_NUMBER: _ClassVar[int]
     LAPLACIAN_FIELD_NUMBER: _ClassVar[int]
     MAX_ITERATION_COUNT_FIELD_NUMBER: _ClassVar[int]
+    METRIC_FIELD_NUMBER: _ClassVar[int]
     MOVEMENT_LIMIT_FIELD_NUMBER: _ClassVar[int]
     MOVE_FIELD_NUMBER: _ClassVar[int]
+    NEVER_WORSE_FIELD_NUMBER: _ClassVar[int]
     ONLY_BELOW_FIELD_NUMBER: _ClassVar[int]
     ONLY_BELOW_RINGS_FIELD_NUMBER: _ClassVar[int]
     OPTIMIZE_FIELD_NUMBER: _ClassVar[int]
@@ -733,8 +747,10 @@ class SmoothingOptions(_message.Message):
     hc_laplacian: HcLaplacian
     laplacian: Laplacian
     max_iteration_count: int
+    metric: QualityMetric
     move: Move
     movement_limit: float
+    never_worse: bool
     only_below: float
     only_below_rings: int
     optimize: Optimize
@@ -744,18 +760,19 @@ class SmoothingOptions(_message.Message):
     target_quality: float
     taubin: Taubin
     windowed_sinc: WindowedSinc
-    def __init__(self, laplacian: _Optional[_Union[Laplacian, _Mapping]] = ..., smart_laplacian: _Optional[_Union[SmartLaplacian, _Mapping]] = ..., taubin: _Optional[_Union[Taubin, _Mapping]] = ..., hc_laplacian: _Optional[_Union[HcLaplacian, _Mapping]] = ..., optimize: _Optional[_Union[Optimize, _Mapping]] = ..., windowed_sinc: _Optional[_Union[WindowedSinc, _Mapping]] = ..., move: _Optional[_Union[Move, _Mapping]] = ..., form: _Optional[_Union[Form, str]] = ..., max_iteration_count: _Optional[int] = ..., convergence_tolerance: _Optional[float] = ..., absolute_tolerance: _Optional[float] = ..., boundary_policy: _Optional[_Union[BoundaryPolicy, str]] = ..., feature_angle_degrees: _Optional[float] = ..., guard: bool = ..., tangled_policy: _Optional[_Union[TangledPolicy, str]] = ..., target_quality: _Optional[float] = ..., movement_limit: _Optional[float] = ..., absolute_movement_limit: _Optional[float] = ..., compute_budget: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., only_below: _Optional[float] = ..., only_below_rings: _Optional[int] = ..., report_below: _Optional[float] = ...) -> None: ...
+    def __init__(self, laplacian: _Optional[_Union[Laplacian, _Mapping]] = ..., smart_laplacian: _Optional[_Union[SmartLaplacian, _Mapping]] = ..., taubin: _Optional[_Union[Taubin, _Mapping]] = ..., hc_laplacian: _Optional[_Union[HcLaplacian, _Mapping]] = ..., optimize: _Optional[_Union[Optimize, _Mapping]] = ..., windowed_sinc: _Optional[_Union[WindowedSinc, _Mapping]] = ..., move: _Optional[_Union[Move, _Mapping]] = ..., form: _Optional[_Union[Form, str]] = ..., max_iteration_count: _Optional[int] = ..., convergence_tolerance: _Optional[float] = ..., absolute_tolerance: _Optional[float] = ..., boundary_policy: _Optional[_Union[BoundaryPolicy, str]] = ..., feature_angle_degrees: _Optional[float] = ..., guard: bool = ..., tangled_policy: _Optional[_Union[TangledPolicy, str]] = ..., target_quality: _Optional[float] = ..., movement_limit: _Optional[float] = ..., absolute_movement_limit: _Optional[float] = ..., compute_budget: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., only_below: _Optional[float] = ..., only_below_rings: _Optional[int] = ..., report_below: _Optional[float] = ..., never_worse: bool = ..., metric: _Optional[_Union[QualityMetric, str]] = ...) -> None: ...
 
 class StopSending(_message.Message):
     __slots__ = []
     def __init__(self) -> None: ...
 
 class Summary(_message.Message):
-    __slots__ = ["boundary_deviation", "convergence", "execution", "flat_reference_element_count", "locked", "motion", "nodes", "options", "poor", "quality_after", "quality_before", "stop_reason", "timings"]
+    __slots__ = ["boundary_deviation", "convergence", "execution", "flat_reference_element_count", "kept_quality", "locked", "motion", "nodes", "options", "poor", "quality_after", "quality_before", "stop_reason", "timings"]
     BOUNDARY_DEVIATION_FIELD_NUMBER: _ClassVar[int]
     CONVERGENCE_FIELD_NUMBER: _ClassVar[int]
     EXECUTION_FIELD_NUMBER: _ClassVar[int]
     FLAT_REFERENCE_ELEMENT_COUNT_FIELD_NUMBER: _ClassVar[int]
+    KEPT_QUALITY_FIELD_NUMBER: _ClassVar[int]
     LOCKED_FIELD_NUMBER: _ClassVar[int]
     MOTION_FIELD_NUMBER: _ClassVar[int]
     NODES_FIELD_NUMBER: _ClassVar[int]
@@ -769,6 +786,7 @@ class Summary(_message.Message):
     convergence: ConvergenceStats
     execution: Execution
     flat_reference_element_count: int
+    kept_quality: KeptQuality
     locked: LockedStats
     motion: MotionStats
     nodes: NodeCounts
@@ -778,7 +796,7 @@ class Summary(_message.Message):
     quality_before: QualityStats
     stop_reason: StopReason
     timings: Timings
-    def __init__(self, stop_reason: _Optional[_Union[StopReason, str]] = ..., convergence: _Optional[_Union[ConvergenceStats, _Mapping]] = ..., quality_before: _Optional[_Union[QualityStats, _Mapping]] = ..., quality_after: _Optional[_Union[QualityStats, _Mapping]] = ..., locked: _Optional[_Union[LockedStats, _Mapping]] = ..., nodes: _Optional[_Union[NodeCounts, _Mapping]] = ..., timings: _Optional[_Union[Timings, _Mapping]] = ..., execution: _Optional[_Union[Execution, _Mapping]] = ..., options: _Optional[_Union[SmoothingOptions, _Mapping]] = ..., boundary_deviation: _Optional[_Union[BoundaryDeviation, _Mapping]] = ..., flat_reference_element_count: _Optional[int] = ..., poor: _Optional[_Union[PoorElements, _Mapping]] = ..., motion: _Optional[_Union[MotionStats, _Mapping]] = ...) -> None: ...
+    def __init__(self, stop_reason: _Optional[_Union[StopReason, str]] = ..., convergence: _Optional[_Union[ConvergenceStats, _Mapping]] = ..., quality_before: _Optional[_Union[QualityStats, _Mapping]] = ..., quality_after: _Optional[_Union[QualityStats, _Mapping]] = ..., locked: _Optional[_Union[LockedStats, _Mapping]] = ..., nodes: _Optional[_Union[NodeCounts, _Mapping]] = ..., timings: _Optional[_Union[Timings, _Mapping]] = ..., execution: _Optional[_Union[Execution, _Mapping]] = ..., options: _Optional[_Union[SmoothingOptions, _Mapping]] = ..., boundary_deviation: _Optional[_Union[BoundaryDeviation, _Mapping]] = ..., flat_reference_element_count: _Optional[int] = ..., poor: _Optional[_Union[PoorElements, _Mapping]] = ..., motion: _Optional[_Union[MotionStats, _Mapping]] = ..., kept_quality: _Optional[_Union[KeptQuality, _Mapping]] = ...) -> None: ...
 
 class Taubin(_message.Message):
     __slots__ = ["mu"]
