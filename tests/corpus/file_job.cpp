@@ -4,6 +4,8 @@
 #include <exception>
 #include <map>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "compare.hpp"
 #include "content.hpp"
@@ -77,18 +79,46 @@ JsonLine measure(const formats::MeshFile& file) {
   return line;
 }
 
-/// As `smooth FILE -o RESULT` does it, but for the server between.
-JsonLine smooth(formats::MeshFile& file) {
-  const SmoothOptions options = cli::to_smooth_options({});
+/// As `smooth FILE -o RESULT` does it, but for the server between. `said`: whether the summary has
+/// a line on what is worse than before.
+JsonLine smooth(formats::MeshFile& file, const cli::SmoothFlags& flags, JsonLine line = {}) {
+  const SmoothOptions options = cli::to_smooth_options(flags);
   cli::set_up_mesh(file, {}, options);
   const SmoothSummary summary = make_smoother("cpu", 1)->smooth(file.mesh, options);
-  JsonLine line;
-  line.add("step", "smooth");
   line.add("moved", static_cast<long long>(summary.nodes.moved));
+  const KeptQuality kept = summary.kept_quality.value_or(KeptQuality{});
+  line.add("restored", static_cast<long long>(kept.restored_node_count()));
+  line.add("said", !find_lower(summary).empty());
   add_quality(line, summary.quality_after);
   JsonLine before;
   add_quality(before, summary.quality_before);
   line.add("before", before);
+  return line;
+}
+
+/// The settings beside the defaults by which no result may be worse than its input.
+std::vector<std::pair<std::string, cli::SmoothFlags>> other_settings() {
+  cli::SmoothFlags worst, smart, slide;
+  worst.choices["--goal"] = "worst";
+  smart.method = "smart-laplacian";
+  slide.boundary = "slide";
+  return {{"worst", worst}, {"smart-laplacian", smart}, {"slide", slide}};
+}
+
+/// One object by setting; what a setting refuses has its reason.
+JsonLine smooth_otherwise(const fs::path& path) {
+  JsonLine line;
+  line.add("step", "settings");
+  for (const auto& [name, flags] : other_settings()) {
+    try {
+      formats::MeshFile file = formats::read_mesh_file(path);
+      line.add(name, smooth(file, flags));
+    } catch (const Error& error) {
+      JsonLine refused;
+      refused.add("reason", std::string(error.reason()));
+      line.add(name, refused);
+    }
+  }
   return line;
 }
 
@@ -120,7 +150,11 @@ void run_file(const fs::path& file, const fs::path& folder,
     step = "quality";
     report(measure(mesh));
     step = "smooth";
-    report(smooth(mesh));
+    JsonLine smoothed;
+    smoothed.add("step", step);
+    report(smooth(mesh, {}, smoothed));
+    step = "settings";
+    report(smooth_otherwise(file));
     step = "write";
     const fs::path result = result_path(file, folder);
     formats::write_mesh_file(result, mesh);
