@@ -7,6 +7,7 @@ import subprocess
 
 from gather import HERE
 from refusals import Kinds, normalize
+from run import MEASURES, lower_least, lower_measures, smoothings
 
 ROOT = HERE.parent.parent
 BAD = ["crash", "hang", "internal", "changed", "inverted"]
@@ -76,6 +77,9 @@ def faults(outcomes):
             lines.append(f"unexplained refusal: {row['file']}: {row['error']}")
         if row.get("differs") and not row["differs_because"]:
             lines.append(f"count differs: {row['file']}: {row['differs']}")
+        for setting, run in smoothings(row["steps"]):
+            if (lower := lower_least(run)) and not run["said"]:
+                lines.append(f"worse, not said: {row['file']}, {setting}: {', '.join(lower)}")
     return lines
 
 
@@ -92,6 +96,25 @@ def outcome_rows(outcomes):
                       len(counted), sum(1 for row in counted if not row["differs"]),
                       sum(1 for row in counted if row["differs"] and row["differs_because"])])
     return table
+
+
+SETTING_COLUMNS = ["Setting", "Files", "Nodes went back", "A least value lower, said", "Not said", "All lower"]
+
+
+def setting_rows(outcomes):
+    """By setting: files smoothed, those where nodes went back so that they are not worse, those where the
+    least mean ratio or scaled Jacobian is lower, and those where both of these and both means are."""
+    counted = collections.defaultdict(collections.Counter)
+    for row in outcomes:
+        for setting, run in smoothings(row["steps"]):
+            of = counted[setting]
+            of["files"] += 1
+            of["back"] += run["restored"] > 0
+            if lower_least(run):
+                of["said" if run["said"] else "unsaid"] += 1
+            of["all"] += len(lower_measures(run["before"], run)) == len(MEASURES)
+    return [[setting, *(of[name] for name in ("files", "back", "said", "unsaid", "all"))]
+            for setting, of in counted.items()]
 
 
 COLUMNS = ["Format", "Files", *(name.capitalize() for name in ORDER), "Unexplained", "Counted by a peer", "Same counts",
@@ -119,7 +142,7 @@ def aligned(columns, rows):
 
 
 def text_of(outcomes, missing):
-    parts = [aligned(COLUMNS, outcome_rows(outcomes)), "Refusals of accepted kinds:",
+    parts = [aligned(COLUMNS, outcome_rows(outcomes)), aligned(SETTING_COLUMNS, setting_rows(outcomes)), "Refusals of accepted kinds:",
              "\n".join(f"{row[2]:5}  {row[1]:22} {row[0]}" for row in kind_rows(outcomes)) or "none"]
     unexplained = collections.Counter(
         f"{row['reason']:22} {row['at']:8} {normalize(row)}" for row in outcomes
@@ -148,6 +171,8 @@ def record(outcomes, missing, machine, date):
             "outcomes": {"caption": "Outcomes by format.", "columns": COLUMNS,
                          "rows": [[cell if isinstance(cell, str) else cell for cell in row]
                                   for row in outcome_rows(outcomes)]},
+            "settings": {"caption": "What smoothing made worse, by setting.", "columns": SETTING_COLUMNS,
+                         "rows": setting_rows(outcomes)},
             "refusals": {"caption": "Refused files by the accepted kind.",
                          "columns": ["Kind", "Reason", "Files", "Why a user would accept it"],
                          "rows": [[row[0], f"`{row[1]}`", *row[2:]] for row in kind_rows(outcomes)]},

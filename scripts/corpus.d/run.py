@@ -40,6 +40,18 @@ def lower_measures(before, after):
                                                  or after[name] < before[name] - 1e-6)]
 
 
+def smoothings(steps):
+    """(setting, its result) of a file; what a setting refused is left out."""
+    named = {step["step"]: step for step in steps}
+    found = [("defaults", named.get("smooth", {})), *named.get("settings", {}).items()]
+    return [(name, run) for name, run in found if isinstance(run, dict) and "before" in run]
+
+
+def lower_least(run):
+    """The least values that are lower after smoothing."""
+    return [name for name in lower_measures(run["before"], run) if name.endswith("_min")]
+
+
 def outcome_of(steps):
     """{"outcome": …} and what belongs to it: `at` the step, `reason` and `error`, `lower` measures."""
     named = {step["step"]: step for step in steps}
