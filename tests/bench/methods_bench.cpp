@@ -36,8 +36,10 @@ void run(Smoother& smoother, const Mesh& mesh, const Task& task, int repetitions
     Mesh copy = mesh;
     const double processor_start = processor_seconds();
     const Clock::time_point start = Clock::now();
-    summary = smoother.smooth(
-        copy, {.method = task.method, .max_iterations = task.most_sweeps, .guard = task.guard});
+    summary = smoother.smooth(copy, {.method = task.method,
+                                     .max_iterations = task.most_sweeps,
+                                     .guard = task.guard,
+                                     .never_worse = false});
     wall = std::min(wall, std::chrono::duration<double>(Clock::now() - start).count());
     processor = std::min(processor, processor_seconds() - processor_start);
     iterate = std::min(iterate, summary.times.iterate_seconds);

@@ -74,6 +74,7 @@ SmoothOptions options_of(const Settings& settings) {
   SmoothOptions options;
   options.method = Laplacian{};
   options.guard = settings.guard;
+  options.never_worse = false;
   options.max_iterations = settings.sweep_count;
   options.tolerance = {0, false};
   if (!settings.full_quality_detail) options.quality_detail = QualityDetail::brief;

@@ -20,6 +20,7 @@ std::vector<Task> tasks() {
     SmoothOptions options;
     options.method = method;
     options.guard = guard;
+    options.never_worse = false;
     options.max_iterations = sweeps;
     if (sweeps && !std::holds_alternative<Optimize>(method)) {
       options.tolerance = {.value = 0, .relative = false};

@@ -11,6 +11,7 @@ SmoothOptions plain_options(double tolerance, int max_iterations) {
   options.max_iterations = max_iterations;
   options.tolerance = {tolerance, false};
   options.guard = false;
+  options.never_worse = false;
   return options;
 }
 

@@ -51,6 +51,7 @@ SmoothOptions options_of(const Method& method, Form form) {
   options.boundary = BoundaryPolicy::fixed;
   options.feature_angle = 30;
   options.guard = true;
+  options.never_worse = false;
   options.tangled = TangledPolicy::repair;
   return options;
 }
