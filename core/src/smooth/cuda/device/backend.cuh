@@ -6,6 +6,7 @@
 #include "smooth/cuda/topology/colouring.cuh"
 #include "smooth/cuda/topology/prepared.cuh"
 #include "smooth/steps/backend.hpp"
+#include "smooth/steps/kept_quality.hpp"
 
 namespace meshsmooth::detail {
 
