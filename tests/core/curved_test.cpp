@@ -28,7 +28,8 @@ SmoothOptions sliding(const Method& method = Optimize{}, Form form = Form::autom
           .form = form,
           .max_iterations = 25,
           .boundary = BoundaryPolicy::slide,
-          .feature_angle = 45};
+          .feature_angle = 45,
+          .never_worse = false};
 }
 
 using Bend = Vec3d (*)(Vec3d unit);

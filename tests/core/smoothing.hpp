@@ -119,8 +119,12 @@ inline void expect_brief_of(const QualityStats& full, const QualityStats& brief)
 
 /// Options that do exactly `count` sweeps of the bare method.
 inline SmoothOptions sweeps(int count, const Method& method, Form form = Form::jacobi) {
-  return {
-      .method = method, .form = form, .max_iterations = count, .tolerance = {0}, .guard = false};
+  return {.method = method,
+          .form = form,
+          .max_iterations = count,
+          .tolerance = {0},
+          .guard = false,
+          .never_worse = false};
 }
 
 /// A method in a form, by name.
