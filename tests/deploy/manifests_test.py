@@ -173,7 +173,8 @@ class Manifests(unittest.TestCase):
             self.assertEqual(container["securityContext"],
                              {"allowPrivilegeEscalation": False, "readOnlyRootFilesystem": True,
                               "capabilities": {"drop": ["ALL"]}})
-            self.assertIn("memory", container["resources"]["limits"])
+            for limited in ("cpu", "memory", "ephemeral-storage"):
+                self.assertIn(limited, container["resources"]["limits"])
             self.assertEqual("nvidia.com/gpu" in container["resources"]["limits"],
                              overlay == "cuda")
 
