@@ -56,9 +56,12 @@ ReceivedMessage receive_message(int socket) {
   for (cmsghdr* part = CMSG_FIRSTHDR(&header); size >= 0 && part != nullptr;
        part = CMSG_NXTHDR(&header, part)) {
     if (part->cmsg_level != SOL_SOCKET || part->cmsg_type != SCM_RIGHTS) continue;
-    int number = -1;
-    std::memcpy(&number, CMSG_DATA(part), sizeof number);
-    received.descriptor = Descriptor(number);
+    // All of them: padding leaves room for more than one.
+    for (std::size_t at = 0; CMSG_LEN(at + sizeof(int)) <= part->cmsg_len; at += sizeof(int)) {
+      int number = -1;
+      std::memcpy(&number, CMSG_DATA(part) + at, sizeof number);
+      received.descriptor = Descriptor(number);  // closes the one before
+    }
   }
   if (size == sizeof received.message && (header.msg_flags & MSG_TRUNC) == 0) {
     received.kind = ReceivedMessage::Kind::message;
