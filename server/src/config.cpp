@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <cctype>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <string_view>
 
@@ -49,7 +50,10 @@ void apply(ServerConfig& config, const GivenSetting& given) {
 
 std::vector<GivenSetting> given_by_file(const std::string& path) {
   std::ifstream file(path);
-  if (!file) throw_wrong_setting("config", "cannot read the file " + path);
+  // A stream opens a folder, as container engines make where a mounted file is missing, too.
+  if (!file || std::filesystem::is_directory(path)) {
+    throw_wrong_setting("config", "cannot read the file " + path);
+  }
   return parse_config_file(file, path);
 }
 

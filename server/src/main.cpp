@@ -1,4 +1,5 @@
 #include <pthread.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -36,6 +37,14 @@ sigset_t block_exit_signals() {
   sigaddset(&signals, SIGINT);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   return signals;
+}
+
+// Each connection takes one, and the soft limit of a service is often 1024.
+void raise_descriptor_limit() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur == limit.rlim_max) return;
+  limit.rlim_cur = limit.rlim_max;
+  setrlimit(RLIMIT_NOFILE, &limit);
 }
 
 // The only way out once threads run that never end by themselves.
@@ -122,6 +131,9 @@ int main(int argc, char** argv) {
   const sigset_t signals = block_exit_signals();
   // The reader of the log may end first.
   std::signal(SIGPIPE, SIG_IGN);
+  // Certificates and tokens are reloaded by themselves; the default would end all jobs.
+  std::signal(SIGHUP, SIG_IGN);
+  raise_descriptor_limit();
   std::atomic<bool> stdin_ended = false;
   Exit exit;
   try {

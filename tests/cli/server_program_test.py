@@ -4,6 +4,7 @@ import json
 import os
 import re
 import shutil
+import signal
 import socket
 import subprocess
 import sys
@@ -73,6 +74,23 @@ class Settings(CliTest):
         server = Program(SERVER, "--listen", "0.0.0.0:0", "--insecure")
         self.addCleanup(server.kill)
         server.wait_for("event=start")
+
+    def test_raises_its_limit_of_open_files(self):
+        server = Program("sh", "-c", 'ulimit -Sn 64; exec "$@"', "sh", SERVER, "--listen",
+                         "127.0.0.1:0")
+        self.addCleanup(server.kill)
+        server.wait_for("event=start")
+        limits = Path(f"/proc/{server.process.pid}/limits").read_text()
+        soft, hard = re.search(r"Max open files +(\d+) +(\d+)", limits).groups()
+        self.assertEqual(soft, hard)
+
+    def test_a_hang_up_ends_no_job(self):
+        server = Program(SERVER, "--listen", "127.0.0.1:0", "--lame-duck-seconds", "0")
+        self.addCleanup(server.kill)
+        server.wait_for("event=start")
+        server.process.send_signal(signal.SIGHUP)
+        server.process.send_signal(signal.SIGTERM)  # it comes after the other
+        self.assertEqual(server.process.wait(60), DONE)
 
     def test_reports_its_version(self):
         version = self.run_server("--version").stdout.strip()
