@@ -6,6 +6,7 @@
 #include <string_view>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "meshsmooth/error.hpp"
 
@@ -17,14 +18,6 @@ using google::protobuf::Message;
 
 [[noreturn]] void throw_not_supported(const std::string& field, const std::string& what) {
   throw NotSupported("OPTION_NOT_SUPPORTED", field + ": " + what, {{"field", field}});
-}
-
-void refuse_unknown_fields(const Message& message, const std::string& where) {
-  const auto& unknown = message.GetReflection()->GetUnknownFields(message);
-  if (unknown.empty()) return;
-  const std::string number = std::to_string(unknown.field(0).number());
-  throw_not_supported(where + "#" + number,
-                      "this server does not know field number " + number + "; it may be too old");
 }
 
 const FieldDescriptor& field_of(const Message& message, std::string_view name) {
@@ -86,7 +79,6 @@ template <class M>
 M decode_method(const v1::SmoothingOptions& options) {
   const Message& own =
       options.GetReflection()->GetMessage(options, &field_of(options, MethodTraits<M>::name));
-  refuse_unknown_fields(own, std::string(MethodTraits<M>::name));
   M method;
   for_each_field<M>([&](const auto& field) {
     decode_field(field, stands_in_options<M>(field) ? options : own, method);
@@ -191,7 +183,31 @@ QualityMetric decode_metric(int metric, const std::string& field) {
   return static_cast<QualityMetric>(metric - 1);
 }
 
+std::string path_to(const std::string& where, const FieldDescriptor& field) {
+  return (where.empty() ? "" : where + ".") + std::string(field.name());
+}
+
 }  // namespace
+
+void refuse_unknown_fields(const Message& message, const std::string& where) {
+  const google::protobuf::Reflection& reflection = *message.GetReflection();
+  if (const auto& unknown = reflection.GetUnknownFields(message); !unknown.empty()) {
+    const std::string number = std::to_string(unknown.field(0).number());
+    throw_not_supported(
+        (where.empty() ? std::string(message.GetDescriptor()->name()) : where) + "#" + number,
+        "this server does not know field number " + number + "; it may be too old");
+  }
+  std::vector<const FieldDescriptor*> set;
+  reflection.ListFields(message, &set);
+  for (const FieldDescriptor* field : set) {
+    if (field->cpp_type() != FieldDescriptor::CPPTYPE_MESSAGE) continue;
+    const std::string path = path_to(where, *field);
+    if (!field->is_repeated()) refuse_unknown_fields(reflection.GetMessage(message, field), path);
+    for (int i = 0; field->is_repeated() && i < reflection.FieldSize(message, field); ++i) {
+      refuse_unknown_fields(reflection.GetRepeatedMessage(message, field, i), path);
+    }
+  }
+}
 
 v1::SmoothingOptions encode_options(const SmoothOptions& options) {
   v1::SmoothingOptions message;

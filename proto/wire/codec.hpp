@@ -20,6 +20,10 @@
 /// (OPTION_NOT_SUPPORTED) with the detail "field".
 namespace meshsmooth::wire {
 
+/// Throws `NotSupported` when the message, or one in it, has a field that this build does not
+/// know: `where`, a path of field names, tells in which; empty for the outermost. O(size).
+void refuse_unknown_fields(const google::protobuf::Message& message, const std::string& where = "");
+
 /// All fields set, the defaults too.
 [[nodiscard]] v1::SmoothingOptions encode_options(const SmoothOptions& options);
 

@@ -1,5 +1,6 @@
 #include "wire/mesh_layout.hpp"
 
+#include <algorithm>
 #include <limits>
 #include <numeric>
 #include <string>
@@ -118,6 +119,21 @@ bool decode_float64(v1::ScalarType type, const std::string& field) {
                      {{"field", field}});
 }
 
+namespace {
+
+// A block takes more memory here than in the message, and most of a mesh's elements are in few.
+void check_block_count(const v1::TopologySpec& topology) {
+  constexpr std::ptrdiff_t kMostEmpty = 64;
+  const auto empty = std::ranges::count_if(
+      topology.element_blocks(), [](const auto& block) { return block.element_count() == 0; });
+  if (empty <= kMostEmpty) return;
+  throw InvalidMesh("MESH_EMPTY",
+                    std::to_string(empty) + " element blocks have no elements; leave them out",
+                    {{"field", "inline_topology.element_blocks"}});
+}
+
+}  // namespace
+
 MeshLayout decode_layout(const v1::TopologySpec& topology, v1::ScalarType coordinate_type,
                          const MeshLimits& limits) {
   MeshLayout layout;
@@ -125,6 +141,7 @@ MeshLayout decode_layout(const v1::TopologySpec& topology, v1::ScalarType coordi
   layout.node_count = topology.node_count();
   need_not_negative(layout.node_count, "inline_topology.node_count");
 
+  check_block_count(topology);
   std::int64_t element_count = 0;
   std::optional<ElementType> first;
   for (const v1::ElementBlock& block : topology.element_blocks()) {

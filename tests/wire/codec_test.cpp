@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <google/protobuf/descriptor.h>
+#include <google/protobuf/unknown_field_set.h>
 #include <google/protobuf/util/message_differencer.h>
 #include <gtest/gtest.h>
 
@@ -581,6 +582,33 @@ TEST(HasJson, SaysWhetherItCanBeWritten) {
     EXPECT_EQ(has_json(response), time.is_timestamp) << time.seconds << ' ' << time.nanos;
     EXPECT_EQ(can_be_written(response), time.is_timestamp) << time.seconds << ' ' << time.nanos;
   }
+}
+
+TEST(RefuseUnknownFields, NamesTheMessageHoweverDeep) {
+  const auto refused_field = [](const v1::JobSpec& spec) -> std::string {
+    try {
+      refuse_unknown_fields(spec);
+    } catch (const NotSupported& error) {
+      return error.details().front().second;
+    }
+    return "";
+  };
+  v1::JobSpec spec;
+  v1::ElementBlock* const block = spec.mutable_inline_topology()->add_element_blocks();
+  spec.mutable_options()->mutable_laplacian();
+  EXPECT_EQ(refused_field(spec), "");
+
+  const auto add_unknown = [](google::protobuf::Message& message) {
+    message.GetReflection()->MutableUnknownFields(&message)->AddVarint(999, 1);
+  };
+  add_unknown(spec);
+  EXPECT_EQ(refused_field(spec), "JobSpec#999");
+  spec.DiscardUnknownFields();
+  add_unknown(*block);
+  EXPECT_EQ(refused_field(spec), "inline_topology.element_blocks#999");
+  spec.DiscardUnknownFields();
+  add_unknown(*spec.mutable_options()->mutable_laplacian());
+  EXPECT_EQ(refused_field(spec), "options.laplacian#999");
 }
 
 }  // namespace

@@ -40,6 +40,16 @@ std::string thrown_by(const Function& function, const std::string& detail = "") 
   return "nothing thrown";
 }
 
+TEST(MeshLayout, RefusesManyBlocksWithoutElements) {
+  v1::TopologySpec spec = make_spec(10, 7);
+  for (int i = 0; i < 64; ++i) {
+    spec.add_element_blocks()->set_element_type(v1::ELEMENT_TYPE_TETRAHEDRON);
+  }
+  EXPECT_EQ(decode(spec).element_count(), 7);
+  spec.add_element_blocks()->set_element_type(v1::ELEMENT_TYPE_TETRAHEDRON);
+  EXPECT_EQ(thrown_by([&] { (void)decode(spec); }), "MESH_EMPTY");
+}
+
 TEST(MeshLayout, AddsUpTheBytesOfAllArrays) {
   v1::TopologySpec spec = make_spec(10, 7);
   spec.add_element_blocks()->set_element_type(v1::ELEMENT_TYPE_HEXAHEDRON);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <map>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "meshsmooth/error.hpp"
 #include "rpc/status.hpp"
 #include "wire/codec.hpp"
+#include "wire/sha256.hpp"
 
 namespace meshsmooth::server {
 namespace {
@@ -72,6 +74,15 @@ void check_backend(v1::BackendKind wanted, std::string_view backend) {
                      {{"field", "backend_kind"}});
 }
 
+// The jobs that are listed keep it, so no field of theirs may be long.
+std::string short_form(std::string bytes) {
+  constexpr std::size_t kLongest = 64;
+  if (bytes.size() < kLongest) return bytes;
+  wire::Sha256 sha256;
+  sha256.add(std::as_bytes(std::span(bytes)));
+  return sha256.finish();  // 64 digits
+}
+
 // The fields that define the job, without those that only concern the call.
 std::map<std::string, std::string> fields_of(v1::JobSpec spec) {
   spec.clear_progress_interval();
@@ -84,7 +95,7 @@ std::map<std::string, std::string> fields_of(v1::JobSpec spec) {
   for (const google::protobuf::FieldDescriptor* field : set) {
     v1::JobSpec alone;
     reflection->SwapFields(&spec, &alone, {field});
-    fields[field->name()] = alone.SerializeAsString();
+    fields[std::string(field->name())] = short_form(alone.SerializeAsString());
   }
   return fields;
 }
@@ -139,7 +150,7 @@ QualityDetail decode_quality_detail(v1::QualityDetail detail) {
 
 [[noreturn]] void throw_topology_not_found(const std::string& name) {
   throw Error("TOPOLOGY_NOT_FOUND", "topology not found or no longer cached; send it inline",
-              {{"name", name}});
+              {{"name", shown_name(name)}});
 }
 
 void decode_topology(const v1::JobSpec& spec, Engine& engine, JobRequest& job) {
@@ -163,6 +174,11 @@ void decode_topology(const v1::JobSpec& spec, Engine& engine, JobRequest& job) {
 
 }  // namespace
 
+std::string shown_name(const std::string& name) {
+  constexpr std::size_t kLongest = 100;  // no name of ours is longer
+  return name.size() <= kLongest ? name : "of " + std::to_string(name.size()) + " characters";
+}
+
 std::shared_ptr<CachedTopology> find_topology(Engine& engine, const std::string& caller,
                                               const std::string& name) {
   if (auto topology = engine.topologies().find(caller, name)) return topology;
@@ -184,6 +200,7 @@ v1::Topology encode_topology(const CachedTopology& topology) {
 
 DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& caller, Engine& engine) {
   const ServerConfig& config = engine.config();
+  wire::refuse_unknown_fields(spec);
   check_request_id(spec.request_id());
   check_backend(spec.backend_kind(), engine.devices().front());
 

@@ -31,6 +31,9 @@ struct DecodedSpec {
 [[nodiscard]] DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& caller,
                                       Engine& engine);
 
+/// What an error shows of a name that a caller sent, which may be of any length.
+[[nodiscard]] std::string shown_name(const std::string& name);
+
 /// Throws Error (TOPOLOGY_NOT_FOUND).
 [[nodiscard]] std::shared_ptr<CachedTopology> find_topology(Engine& engine,
                                                             const std::string& caller,

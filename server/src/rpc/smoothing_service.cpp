@@ -35,7 +35,9 @@ std::size_t decode_page_size(int page_size) {
   if (page_size < 0) {
     throw InvalidOption("OPTION_OUT_OF_RANGE", "page_size: negative", {{"field", "page_size"}});
   }
-  return page_size == 0 ? 50 : static_cast<std::size_t>(std::min(page_size, 1000));
+  // A job takes up to 6 kB, an answer at most 4 MiB.
+  constexpr int kLargestPage = 200;
+  return page_size == 0 ? 50 : static_cast<std::size_t>(std::min(page_size, kLargestPage));
 }
 
 // Nobody else could open the socket: its region would only wait for the ticket to expire.
@@ -71,7 +73,7 @@ class SmoothingService final : public SmoothingServiceBase {
   grpc::ServerUnaryReactor* GetTopology(grpc::CallbackServerContext* context,
                                         const v1::GetTopologyRequest* request,
                                         v1::GetTopologyResponse* response) override {
-    return answer(context, [&](const Caller& caller) {
+    return answer(context, *request, [&](const Caller& caller) {
       *response->mutable_topology() =
           encode_topology(*find_topology(engine_, caller.name, request->name()));
     });
@@ -80,7 +82,7 @@ class SmoothingService final : public SmoothingServiceBase {
   grpc::ServerUnaryReactor* DeleteTopology(grpc::CallbackServerContext* context,
                                            const v1::DeleteTopologyRequest* request,
                                            v1::DeleteTopologyResponse*) override {
-    return answer(context, [&](const Caller& caller) {
+    return answer(context, *request, [&](const Caller& caller) {
       const auto topology = find_topology(engine_, caller.name, request->name());
       engine_.topologies().remove(topology->caller(), topology->name());
     });
@@ -89,7 +91,7 @@ class SmoothingService final : public SmoothingServiceBase {
   grpc::ServerUnaryReactor* GetJob(grpc::CallbackServerContext* context,
                                    const v1::GetJobRequest* request,
                                    v1::GetJobResponse* response) override {
-    return answer(context, [&](const Caller& caller) {
+    return answer(context, *request, [&](const Caller& caller) {
       *response->mutable_job() = encode_job(*find_job(caller, request->name()), engine_);
     });
   }
@@ -97,7 +99,7 @@ class SmoothingService final : public SmoothingServiceBase {
   grpc::ServerUnaryReactor* ListJobs(grpc::CallbackServerContext* context,
                                      const v1::ListJobsRequest* request,
                                      v1::ListJobsResponse* response) override {
-    return answer(context, [&](const Caller& caller) {
+    return answer(context, *request, [&](const Caller& caller) {
       const std::size_t page_size = decode_page_size(request->page_size());
       const auto wanted = [&](const Job& job) {
         return request->states().empty() ||
@@ -118,7 +120,7 @@ class SmoothingService final : public SmoothingServiceBase {
   grpc::ServerUnaryReactor* CancelJob(grpc::CallbackServerContext* context,
                                       const v1::CancelJobRequest* request,
                                       v1::CancelJobResponse* response) override {
-    return answer(context, [&](const Caller& caller) {
+    return answer(context, *request, [&](const Caller& caller) {
       const std::shared_ptr<Job> job = find_job(caller, request->name());
       if (request->result_kept()) {
         job->finish_early();
@@ -139,14 +141,15 @@ class SmoothingService final : public SmoothingServiceBase {
   grpc::ServerUnaryReactor* DeleteJob(grpc::CallbackServerContext* context,
                                       const v1::DeleteJobRequest* request,
                                       v1::DeleteJobResponse*) override {
-    return answer(
-        context, [&](const Caller& caller) { engine_.forget(*find_job(caller, request->name())); });
+    return answer(context, *request, [&](const Caller& caller) {
+      engine_.forget(*find_job(caller, request->name()));
+    });
   }
 
   grpc::ServerUnaryReactor* LeaseRegion(grpc::CallbackServerContext* context,
                                         const v1::LeaseRegionRequest* request,
                                         v1::LeaseRegionResponse* response) override {
-    return answer(context, [&](const Caller& caller) {
+    return answer(context, *request, [&](const Caller& caller) {
       if (engine_.regions() == nullptr || !is_on_this_host(caller)) {
         throw NotSupported("OPTION_NOT_SUPPORTED",
                            "this server does not share memory with this caller");
@@ -161,19 +164,22 @@ class SmoothingService final : public SmoothingServiceBase {
   }
 
   grpc::ServerUnaryReactor* GetServerInfo(grpc::CallbackServerContext* context,
-                                          const v1::GetServerInfoRequest*,
+                                          const v1::GetServerInfoRequest* request,
                                           v1::GetServerInfoResponse* response) override {
-    return answer(context, [&](const Caller&) { *response = encode_server_info(engine_); });
+    return answer(context, *request,
+                  [&](const Caller&) { *response = encode_server_info(engine_); });
   }
 
  private:
   /// Answers a unary call at once by `body(caller)`, or by what it throws.
   template <class Body>
-  grpc::ServerUnaryReactor* answer(grpc::CallbackServerContext* context, const Body& body) {
+  grpc::ServerUnaryReactor* answer(grpc::CallbackServerContext* context,
+                                   const google::protobuf::Message& request, const Body& body) {
     grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
     try {
       const AuthResult auth = authenticator_.authenticate(*context);
       if (auth.denied) std::rethrow_exception(auth.denied);
+      wire::refuse_unknown_fields(request);
       body(auth.caller);
       reactor->Finish(grpc::Status::OK);
     } catch (...) {
@@ -185,8 +191,9 @@ class SmoothingService final : public SmoothingServiceBase {
   [[nodiscard]] std::shared_ptr<Job> find_job(const Caller& caller, const std::string& name) const {
     std::shared_ptr<Job> job = engine_.store().find(caller.name, name);
     if (!job) {
-      throw Error("JOB_NOT_FOUND", "job not found or no longer retained: " + name,
-                  {{"name", name}});
+      const std::string shown = shown_name(name);
+      throw Error("JOB_NOT_FOUND", "job not found or no longer retained: " + shown,
+                  {{"name", shown}});
     }
     return job;
   }
