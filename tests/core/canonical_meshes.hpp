@@ -93,7 +93,7 @@ struct Cut {
 inline Cut cut_lattice(ElementType volume, bool second_order) {
   Cut cut{noisy(lattice(volume, 4), 0.12, 7), {}, 0};
   Mesh& mesh = cut.mesh;
-  auto& points = points(mesh);
+  auto& points = test::points(mesh);
   const int axis = element_shape(volume).dimension - 1;
   const auto along = [axis](Vec3d p) { return axis == 1 ? p.y : p.z; };
   const Mesh even = lattice(volume, 4);
@@ -140,7 +140,7 @@ inline Cut cut_lattice(ElementType volume, bool second_order) {
     }
   }
   mesh.blocks.insert(mesh.blocks.begin(), std::move(interfaces));
-  if (second_order) mesh = second_order(mesh);
+  if (second_order) mesh = test::second_order(mesh);
   return cut;
 }
 

@@ -118,9 +118,11 @@ TEST_P(Interfaces, StayTogetherAndAreInNoFigure) {
     for (const BoundaryPolicy boundary : {BoundaryPolicy::fixed, BoundaryPolicy::free}) {
       if (boundary == BoundaryPolicy::free && std::holds_alternative<Optimize>(way.method))
         continue;
-      const test::Job job = test::smooth(
-          cut.mesh,
-          {.method = way.method, .form = way.form, .max_iterations = 5, .boundary = boundary});
+      const test::Job job = test::smooth(cut.mesh, {.method = way.method,
+                                                    .form = way.form,
+                                                    .max_iterations = 5,
+                                                    .boundary = boundary,
+                                                    .never_worse = false});
       const auto& points = std::get<std::vector<Vec3d>>(job.mesh.positions);
       for (const auto& [a, b] : cut.pairs) {
         EXPECT_EQ(points[static_cast<std::size_t>(a)], points[static_cast<std::size_t>(b)])
@@ -179,9 +181,11 @@ TEST_P(Interfaces, OrWithoutElementsStayTogetherUnderEveryBoundary) {
     for (const BoundaryPolicy boundary : {BoundaryPolicy::slide, BoundaryPolicy::free}) {
       if (boundary == BoundaryPolicy::free && std::holds_alternative<Optimize>(way.method))
         continue;
-      const test::Job job = test::smooth(
-          cut.mesh,
-          {.method = way.method, .form = way.form, .max_iterations = 5, .boundary = boundary});
+      const test::Job job = test::smooth(cut.mesh, {.method = way.method,
+                                                    .form = way.form,
+                                                    .max_iterations = 5,
+                                                    .boundary = boundary,
+                                                    .never_worse = false});
       const auto& points = std::get<std::vector<Vec3d>>(job.mesh.positions);
       for (const auto& [a, b] : cut.pairs) {
         EXPECT_EQ(points[static_cast<std::size_t>(a)], points[static_cast<std::size_t>(b)])

@@ -19,9 +19,10 @@ struct VisitPositionHash {
   MESHSMOOTH_HD void operator()(std::size_t node, const Emit& emit) const {
     if (rings.size(node) == 0) return;
     const Vec3<Real> p = positions[node];
+    const Real coordinates[3] = {p.x, p.y, p.z};
     std::uint64_t hash = 0;
-    for (const Real coordinate : {p.x, p.y, p.z}) {
-      const double value = static_cast<double>(coordinate) + 0.0;
+    for (int c = 0; c < 3; ++c) {
+      const double value = static_cast<double>(coordinates[c]) + 0.0;
       std::uint64_t bits = 0;
       memcpy(&bits, &value, sizeof(bits));
       hash = (hash ^ bits ^ (hash >> 29)) * 0x9e3779b97f4a7c15U;
