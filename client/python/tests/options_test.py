@@ -67,7 +67,10 @@ CHOICES: list[tuple[ms.JobOptions, list[str]]] = [
         ["--only-below", "0.5", "--only-below-rings", "1"],
     ),
     ({"tangled": "refuse", "history": True}, ["--tangled", "refuse", "--history"]),
-    ({"method": "laplacian", "never_worse": False}, ["--method", "laplacian", "--never-worse", "off"]),
+    (
+        {"method": "laplacian", "never_worse": False},
+        ["--method", "laplacian", "--never-worse", "off"],
+    ),
     (
         {"method": "laplacian", "metric": "scaled_jacobian"},
         ["--method", "laplacian", "--metric", "scaled-jacobian"],
