@@ -391,10 +391,10 @@ SmoothSummary full_summary() {
                                    .histogram_lower = 22,
                                    .histogram_upper = 23,
                                    .histogram = {24, 25}}},
-                      .worst = {{26, ElementType::wedge, 27, 28}}};
+                      .worst = {{26, ElementType::wedge, 27, 28}},
+                      .mirrored_count = 62,
+                      .mirrored = {3, 5}};
   s.quality_before.enclosed_volume = 50;
-  s.quality_before.mirrored_count = 62;
-  s.quality_before.mirrored = {3, 5};
   s.quality_before.collapsed_count = 63;
   s.quality_before.interface_count = 64;
   s.quality_after.element_count = 29;
