@@ -102,19 +102,20 @@ client::SmoothReport run_job(
   fix_named_nodes(file, flags);
   complete(file, options);
   validate(options);
-  const formats::Regions regions = set_up_mesh(file, flags, options);
+  const MeshParts parts = set_up_mesh(file, flags, options);
   interrupt.check();
 
   const JobInput input = keep_input(output, flags.input.path, file.mesh);
   const client::SmoothReport report = call_server(file, flags, options, interrupt);
   write_result(output, input, file, report, options, start);
   if (!output.quiet) std::cout << describe_notes(file) << describe_held_cells(file) << std::flush;
-  if (!output.quiet && regions.count > 1) {
-    std::cout << counted(static_cast<std::int64_t>(regions.count), "region") << " by "
-              << regions.array << ", " << counted(report.summary.nodes.between_regions, "node")
-              << " between them\n"
+  if (!output.quiet && parts.regions.count > 1) {
+    std::cout << counted(static_cast<std::int64_t>(parts.regions.count), "region") << " by "
+              << parts.regions.array << ", "
+              << counted(report.summary.nodes.between_regions, "node") << " between them\n"
               << std::flush;
   }
+  if (!output.quiet) std::cout << describe_inner_cells(parts.inner) << std::flush;
   return report;
 }
 

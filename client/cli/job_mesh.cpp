@@ -12,15 +12,18 @@
 namespace meshsmooth::cli {
 namespace {
 
-/// Marks the nodes of lower-dimensional cells, unless the boundary may move: then they follow their
-/// nodes. Prescribed ones move.
-void fix_lower_dimensional(formats::MeshFile& file, const SmoothOptions& options) {
-  if (options.boundary != BoundaryPolicy::fixed) return;
-  std::vector<NodeId> nodes = file.lower_dimensional_nodes();
+/// Marks the nodes of lower-dimensional cells; where the boundary may move, those inside the mesh,
+/// which it returns: the others follow the boundary's nodes. Prescribed ones move.
+formats::InnerCells fix_lower_dimensional(formats::MeshFile& file, const SmoothOptions& options) {
+  formats::InnerCells inner;
+  if (options.boundary != BoundaryPolicy::fixed) inner = formats::find_inner_cells(file);
+  std::vector<NodeId> nodes =
+      options.boundary == BoundaryPolicy::fixed ? file.lower_dimensional_nodes() : inner.nodes;
   std::vector<NodeId> prescribed(options.prescribed.nodes.begin(), options.prescribed.nodes.end());
   std::ranges::sort(prescribed);
   std::erase_if(nodes, [&](NodeId node) { return std::ranges::binary_search(prescribed, node); });
   mark_fixed(file.mesh.fixed, nodes, file.mesh.node_count());
+  return inner;
 }
 
 /// Gives the mesh its regions; with a free boundary they would fix nothing.
@@ -57,10 +60,10 @@ void fix_named_nodes(formats::MeshFile& file, const JobFlags& flags) {
   }
 }
 
-formats::Regions set_up_mesh(formats::MeshFile& file, const JobFlags& flags,
-                             const SmoothOptions& options) {
-  fix_lower_dimensional(file, options);
-  return set_regions(file, flags, options.boundary);
+MeshParts set_up_mesh(formats::MeshFile& file, const JobFlags& flags,
+                      const SmoothOptions& options) {
+  formats::Regions regions = set_regions(file, flags, options.boundary);
+  return {std::move(regions), fix_lower_dimensional(file, options)};
 }
 
 }  // namespace meshsmooth::cli

@@ -139,4 +139,12 @@ std::string describe_held_cells(const formats::MeshFile& file) {
                      count == 1 ? "keeps its" : "keep their", types);
 }
 
+std::string describe_inner_cells(const formats::InnerCells& inner) {
+  if (inner.nodes.empty()) return "";
+  std::string names;
+  for (const std::string& name : inner.names) names += (names.empty() ? ": " : ", ") + name;
+  return counted(static_cast<std::int64_t>(inner.nodes.size()), "node") +
+         " of surfaces, lines and points inside the mesh stay" + names + '\n';
+}
+
 }  // namespace meshsmooth::cli

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "inner_cells.hpp"
 #include "mesh_file.hpp"
 #include "meshsmooth/summary.hpp"
 
@@ -32,5 +33,8 @@ namespace meshsmooth::cli {
 
 /// One line on the cells that hold their nodes because they cannot be smoothed; empty: none do.
 [[nodiscard]] std::string describe_held_cells(const formats::MeshFile& file);
+
+/// Which nodes stay because the file has surfaces, lines or points there; empty if none do.
+[[nodiscard]] std::string describe_inner_cells(const formats::InnerCells& inner);
 
 }  // namespace meshsmooth::cli

@@ -59,6 +59,7 @@ struct PhysicalName {
 struct NodeSet {
   std::string name;
   std::vector<NodeId> nodes;  // in any order, repeated or not
+  bool faces = false;         // of a set of faces, so that they lie on a surface
 };
 
 /// A part of the text of a deck or case that may be spread over several files.

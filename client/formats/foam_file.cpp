@@ -227,7 +227,7 @@ class FoamMesh {
       content.node_sets.push_back({zone.name, {zone.labels.begin(), zone.labels.end()}});
     }
     for (const FoamEntry& zone : zones("faceZones", faces_.size())) {
-      NodeSet set{zone.name, {}};
+      NodeSet set{zone.name, {}, true};
       for (const std::int64_t face : zone.labels) {
         append_nodes_of_face(static_cast<std::size_t>(face), set.nodes);
       }

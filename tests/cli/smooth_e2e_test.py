@@ -1,6 +1,7 @@
 """Smoothing real files by the embedded server and by one of its own."""
 
 import contextlib
+import itertools
 import json
 import math
 import random
@@ -262,6 +263,7 @@ class Smooth(CliTest):
                 self.assertIn(rows[1][1], moved)
                 self.assertFalse(moved & set(rows[2]))
 
+<<<<<<< HEAD
     def test_collapsed_and_interface_elements_are_read_as_what_they_are(self):
         def at(x, y, z):
             return 16 * z + 4 * y + x
@@ -289,6 +291,70 @@ class Smooth(CliTest):
             self.assertIn("no element is inverted", output)
             self.assertTrue(moved)
             self.assertFalse(moved & set(range(32, 64)))
+=======
+    def sheet_inside(self, dimension, simplices):
+        """A cube or square of 5 cells a side, noisy, whose plane (or line) x = 2 and side y = 0 are
+        cells, too; its path, and the nodes of the two."""
+        n, shake = 6, random.Random(8)
+        lattice = list(itertools.product(*[range(n)] * dimension))
+        number = {i: k for k, i in enumerate(lattice)}
+
+        def place(i):
+            moved = [c + shake.uniform(-0.2, 0.2) * (0 < c < n - 1 and (axis > 0 or c != 2))
+                     for axis, c in enumerate(i)]
+            return (*moved, *[0] * (3 - dimension))
+
+        def split(corner, axes):
+            """The box at a corner along some axes as simplices, along its diagonal."""
+            for order in itertools.permutations(axes):
+                at = list(corner)
+                chain = [number[tuple(at)]]
+                for axis in order:
+                    at[axis] += 1
+                    chain.append(number[tuple(at)])
+                yield chain
+
+        def box(corner, axes):
+            square = [(0, 0), (1, 0), (1, 1), (0, 1)]
+            steps = {1: [(0,), (1,)], 2: square, 3: [(*s, z) for z in (0, 1) for s in square]}
+            for step in steps[len(axes)]:
+                at = list(corner)
+                for axis, forward in zip(axes, step):
+                    at[axis] += forward
+                yield number[tuple(at)]
+
+        def cells(corners, axes):
+            for corner in corners:
+                if max(corner[axis] for axis in axes) == n - 1:
+                    continue
+                yield from split(corner, axes) if simplices else [list(box(corner, axes))]
+
+        axes = range(dimension)
+        inner = list(cells([i for i in lattice if i[0] == 2], [a for a in axes if a != 0]))
+        side = list(cells([i for i in lattice if i[1] == 0], [a for a in axes if a != 1]))
+        mesh = list(cells(lattice, axes))
+        types = {1: 3, 2: 5 if simplices else 9, 3: 10 if simplices else 12}
+        text = vtk_text([place(i) for i in lattice], inner + side + mesh, types[dimension])
+        head, _ = text.split("CELL_TYPES")
+        lower = [types[dimension - 1]] * len(inner + side)
+        kinds = lower + [types[dimension]] * len(mesh)
+        text = f"{head}CELL_TYPES {len(kinds)}\n" + "\n".join(map(str, kinds)) + "\n"
+        Path(self.path("sheet.vtk")).write_text(text)
+        return (self.path("sheet.vtk"), {node for cell in inner for node in cell},
+                {node for cell in side for node in cell})
+
+    def test_surfaces_and_lines_inside_a_region_stay(self):
+        for dimension, simplices in itertools.product((2, 3), (False, True)):
+            for boundary in ("slide", "free"):
+                with self.subTest(dimension=dimension, simplices=simplices, boundary=boundary):
+                    mesh, inner, side = self.sheet_inside(dimension, simplices)
+                    moved, _, output = self.moved_nodes(mesh, "--boundary", boundary,
+                                                        "--iterations", "5")
+                    self.assertFalse(moved & inner)
+                    self.assertGreater(len(moved & side), 2)
+                    self.assertIn(f"{len(inner)} nodes of surfaces, lines and points inside the "
+                                  "mesh stay", output)
+>>>>>>> 69b0c65 (Hold surfaces and lines inside a region)
 
     def test_nodes_between_regions_slide_in_the_interface(self):
         mesh, between = self.halves("in.vtk")

@@ -56,7 +56,9 @@ class SetReader {
         if (empty) continue;
         file_.fail("the set \"" + name + "\" has no variable \"" + variable + "\"");
       }
-      content.node_sets.push_back(make_set(name, nodes_of(variable, number)));
+      NodeSet set = make_set(name, nodes_of(variable, number));
+      set.faces = &kind == &kSideSets;
+      content.node_sets.push_back(std::move(set));
     }
   }
 
