@@ -11,6 +11,7 @@
 
 #include "interrupt.hpp"
 #include "job_mesh.hpp"
+#include "locked_elements.hpp"
 #include "meshsmooth/backend_name.hpp"
 #include "quality_report.hpp"
 #include "readable.hpp"
@@ -115,7 +116,10 @@ client::SmoothReport run_job(
               << counted(report.summary.nodes.between_regions, "node") << " between them\n"
               << std::flush;
   }
-  if (!output.quiet) std::cout << describe_inner_cells(parts.inner) << std::flush;
+  if (!output.quiet) {
+    std::cout << describe_inner_cells(parts.inner)
+              << describe_locked_mesh(file.mesh, report.summary, options) << std::flush;
+  }
   return report;
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "locked_elements.hpp"
 #include "quality_report.hpp"
 #include "readable.hpp"
 
@@ -110,23 +111,6 @@ std::string histograms(const SmoothSummary& summary) {
     label = "                 after";
   }
   return text;
-}
-
-std::string locked_sentence(const LockedStats& locked,
-                            const std::function<std::int64_t(std::int64_t)>& file_element_id) {
-  if (locked.element_count == 0) return {};
-  std::string text = fmt::format("{} {} locked: all nodes fixed, no smoothing can repair {}",
-                                 counted(locked.element_count, "element"),
-                                 locked.element_count == 1 ? "is" : "are",
-                                 locked.element_count == 1 ? "it" : "them");
-  if (locked.inverted_count > 0) {
-    text += fmt::format("; {} of them inverted", with_commas(locked.inverted_count));
-  }
-  if (locked.worst) {
-    text += fmt::format("; the worst, element {}, has mean ratio {:.4f}",
-                        file_element_id(locked.worst->element), locked.worst->mean_ratio);
-  }
-  return text + "\n";
 }
 
 std::string poor_sentence(const std::optional<PoorElements>& poor) {
@@ -244,7 +228,7 @@ std::string state_sentences(const client::SmoothReport& report, const SmoothOpti
   }
   return text + describe_reading(summary.quality_before, file_element_id) +
          describe_kept_quality(summary) + describe_volume(summary.quality_after) +
-         locked_sentence(summary.locked, file_element_id) + poor_sentence(summary.poor) +
+         describe_locked(summary.locked, file_element_id) + poor_sentence(summary.poor) +
          nodes_sentence(summary, options) + deviation_sentence(summary) +
          times_sentence(report, total_seconds);
 }

@@ -356,6 +356,25 @@ class Smooth(CliTest):
                                   "mesh stay", output)
 >>>>>>> 69b0c65 (Hold surfaces and lines inside a region)
 
+    def test_a_mesh_that_cannot_move_says_why(self):
+        corners = [(0, 0), (1, 0), (1, 1), (0, 1)]
+        grid = list(itertools.product(range(4), repeat=2))
+        points = [(x + u, y + v, (x + u) * (y + v)) for x, y in grid for u, v in corners]
+        cells = [range(4 * k, 4 * k + 4) for k in range(len(grid))]
+        flat = {corner: k for k, corner in enumerate(itertools.product(range(5), range(5), (0, 1)))}
+        layer = [[flat[x + u, y + v, z] for z in (0, 1) for u, v in corners] for x, y in grid]
+        for why, text in (
+                ("64 nodes are at 25 positions: merge coincident nodes first",
+                 vtk_text(points, cells, 9)),
+                ("50 nodes on the boundary, as in a mesh of one layer of elements, where "
+                 "--boundary slide lets them move", vtk_text(list(flat), layer, 12))):
+            with self.subTest(why=why):
+                Path(self.path("in.vtk")).write_text(text)
+                result, _ = self.smooth(self.path("in.vtk"), output="out.vtk")
+                self.assertIn(f"no node can move: all are fixed; {why}\n", result.stdout)
+        result, _ = self.smooth(self.path("in.vtk"), "--boundary", "slide", output="out.vtk")
+        self.assertNotIn("no node can move", result.stdout)
+
     def test_nodes_between_regions_slide_in_the_interface(self):
         mesh, between = self.halves("in.vtk")
 

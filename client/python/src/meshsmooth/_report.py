@@ -198,6 +198,11 @@ def _sentences(summary: Summary) -> list[str]:
     sentences.extend(_kept_sentences(summary))
     if summary.locked.element_count:
         sentences.append(_locked_sentence(summary))
+    if 0 < summary.quality_after.element_count == summary.locked.element_count:
+        sentences.append(
+            "no node can move: all are fixed; are there coincident nodes to merge first, "
+            'or may the boundary move (boundary="slide")?'
+        )
     if summary.poor is not None:
         sentences.append(_poor_sentence(summary.poor))
     sentences.append(_nodes_sentence(summary))
