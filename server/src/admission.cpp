@@ -10,6 +10,9 @@
 namespace meshsmooth::server {
 namespace {
 
+// Of the memory, for the calls of one caller that attach to jobs.
+constexpr double kReadersShare = 1.0 / 16;
+
 std::string random_instance() {
   constexpr char kDigits[] = "0123456789abcdef";
   std::random_device random;
@@ -27,12 +30,17 @@ std::int64_t bytes_of_stream(const ServerConfig& config) {
   return window + 2 * std::int64_t{config.max_receive_message_bytes};
 }
 
-// What the unfinished uploads of one connection may reserve.
-MemoryEstimate upload_limit(const ServerConfig& config, const MemoryBytes& limit) {
+// The same of one that uploads nothing.
+std::int64_t bytes_of_reader(const ServerConfig& config) {
+  constexpr std::int64_t kRequestBytes = 64 << 10;
+  return kRequestBytes + 2 * std::int64_t{config.result_chunk_bytes};
+}
+
+// A fraction of all host and device memory.
+MemoryEstimate part_of(const MemoryBytes& limit, double fraction) {
   const auto share = [&](std::int64_t bytes) {
     return bytes == INT64_MAX ? bytes
-                              : static_cast<std::int64_t>(config.max_connection_upload_share *
-                                                          static_cast<double>(bytes));
+                              : static_cast<std::int64_t>(fraction * static_cast<double>(bytes));
   };
   std::int64_t device_bytes = 0;  // of all devices, unless one of them is the host
   for (const std::int64_t bytes : limit.device_bytes) {
@@ -72,8 +80,12 @@ Admission::Admission(const ServerConfig& config, const Smoother& smoother, Memor
       memory_(memory),
       end_observer_(std::move(end_observer)),
       stream_bytes_(bytes_of_stream(config)),
+      reader_bytes_(bytes_of_reader(config)),
       instance_(random_instance()),
-      uploads_(upload_limit(config, budget.limit())) {}
+      uploads_(part_of(budget.limit(), config.max_connection_upload_share)),
+      callers_(part_of(budget.limit(), config.max_caller_memory_share),
+               "the unfinished jobs of this caller"),
+      readers_(part_of(budget.limit(), kReadersShare), "the calls of this caller that attach") {}
 
 std::int64_t Admission::topology_bytes(const wire::MeshLayout& layout) {
   return block_bytes(layout.elements_bytes) + block_bytes(layout.fixed_mask_bytes) +
@@ -117,6 +129,7 @@ Subscription Admission::admit(const JobRequest& request, const Job::Observer& ob
     if (auto joined = join(request, observer)) return std::move(*joined);
     const MemoryEstimate need = estimate(request);
     UploadShare upload = uploads_.take(request.connection, need);
+    UploadShare of_caller = callers_.take(request.share, need);
     Reservation reservation =
         reserve(need, request.topology ? request.topology->devices() : std::vector<int>{});
     queue_.check_room(request.layout.total_bytes());
@@ -128,6 +141,7 @@ Subscription Admission::admit(const JobRequest& request, const Job::Observer& ob
         std::move(reservation),
         block_bytes(request.layout.coordinates_bytes) + request.element_quality_bytes(),
         std::move(upload), memory_, end_observer_);
+    subscription.job->count_against(std::move(of_caller));
     subscription.observer_id = subscription.job->observe(observer, request.progress_wanted).value();
     if (store_.add(subscription.job)) return subscription;
   }
@@ -144,15 +158,18 @@ std::optional<Subscription> Admission::join(const JobRequest& request,
                     ", whose field " + field + " differs; use a new id for a new job",
                 {{"field", field}, {"name", job->name()}});
   }
-  Subscription subscription{job, 0, true, reserve({stream_bytes_, 0})};
+  UploadShare reader = readers_.take(request.share, {stream_bytes_, 0});
+  Subscription subscription{job, 0, true, reserve({stream_bytes_, 0}), std::move(reader)};
   const auto observer_id = job->observe(observer);
   if (!observer_id) return std::nullopt;
   subscription.observer_id = *observer_id;
   return subscription;
 }
 
-Subscription Admission::subscribe(const std::shared_ptr<Job>& job, const Job::Observer& observer) {
-  Subscription subscription{job, 0, true, reserve({stream_bytes_, 0})};
+Subscription Admission::subscribe(const std::shared_ptr<Job>& job, const std::string& share,
+                                  const Job::Observer& observer) {
+  UploadShare reader = readers_.take(share, {reader_bytes_, 0});
+  Subscription subscription{job, 0, true, reserve({reader_bytes_, 0}), std::move(reader)};
   if (const auto observer_id = job->observe(observer)) {
     subscription.observer_id = *observer_id;
     return subscription;

@@ -26,6 +26,7 @@ struct Subscription {
   int observer_id = 0;
   bool joined = false;  // the job belongs to another call: this one uploads no mesh
   Reservation stream;
+  UploadShare stream_share = {};  // of the caller, for streams that only read
 };
 
 /// Decides whether a job may begin, and creates it: reserves its memory first, then allocates.
@@ -53,8 +54,8 @@ class Admission {
   [[nodiscard]] Subscription admit(const JobRequest& request, const Job::Observer& observer);
 
   /// A part in an existing job. Throws OutOfMemory (HOST_MEMORY_BUSY), Error (RESULT_NOT_KEPT), or
-  /// why the job failed.
-  [[nodiscard]] Subscription subscribe(const std::shared_ptr<Job>& job,
+  /// why the job failed. `share`: see Caller.
+  [[nodiscard]] Subscription subscribe(const std::shared_ptr<Job>& job, const std::string& share,
                                        const Job::Observer& observer);
 
   /// Of the arrays of a mesh's topology, as they are allocated.
@@ -75,9 +76,9 @@ class Admission {
   JobStore& store_;
   std::pmr::memory_resource* const memory_;
   const Job::EndObserver end_observer_;
-  const std::int64_t stream_bytes_;
+  const std::int64_t stream_bytes_, reader_bytes_;
   const std::string instance_;  // distinguishes job names of different runs
-  UploadShares uploads_;
+  UploadShares uploads_, callers_, readers_;
   std::atomic<std::int64_t> next_sequence_ = 1;
 };
 

@@ -103,6 +103,7 @@ void Engine::leave(Subscription& subscription, const std::exception_ptr& cause) 
     end_waiting(*job, cause);
   }
   subscription.stream = {};
+  subscription.stream_share = {};
 }
 
 void Engine::submit(const std::shared_ptr<Job>& job) {
@@ -192,10 +193,19 @@ void Engine::run_maintenance(const std::stop_token& stop) {
     const auto now = Clock::now();
     results_.expire(now);
     for (const auto& lane : lanes_) lane->check_watchdog(now, config_.lane_watchdog);
-    for (const auto& job : store_.living()) {
-      if (!job->waited_too_long(now)) continue;
+    end_late_jobs(now);
+  }
+}
+
+void Engine::end_late_jobs(Clock::time_point now) {
+  const bool limited = config_.max_job_time > ServerConfig::Duration::zero();
+  for (const auto& job : store_.living()) {
+    if (job->waited_too_long(now)) {
       end_waiting(*job, std::make_exception_ptr(DeadlineExceeded(
                             "QUEUE_TIMEOUT", "the job waited too long in the queue")));
+    } else if (limited && job->ran_too_long(now, config_.max_job_time)) {
+      cancel(*job, std::make_exception_ptr(DeadlineExceeded(
+                       "RUN_TIMEOUT", "the job ran longer than this server allows")));
     }
   }
 }

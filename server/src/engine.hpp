@@ -62,8 +62,8 @@ class Engine {
   [[nodiscard]] Subscription admit(const JobRequest& request, const Job::Observer& observer);
   /// See Admission.
   [[nodiscard]] Subscription subscribe(const std::shared_ptr<Job>& job,
-                                       const Job::Observer& observer) {
-    return admission_.subscribe(job, observer);
+                                       const std::string& share, const Job::Observer& observer) {
+    return admission_.subscribe(job, share, observer);
   }
 
   /// Ends a call's part in a job. A job whose mesh this call has not completely uploaded ends by
@@ -135,6 +135,7 @@ class Engine {
   void finish(Job& job, SmoothSummary summary);
   void retire(const Job& job);
   void run_maintenance(const std::stop_token& stop);
+  void end_late_jobs(Clock::time_point now);
 
   const ServerConfig config_;
   const std::string passed_over_;

@@ -183,7 +183,7 @@ bool Job::end(std::exception_ptr error) {
   {
     // Destroyed before the observers are notified, in reverse order, outside the lock.
     Reservation reservation;
-    UploadShare upload;
+    UploadShare upload, caller_share;
     QueuePlace place;
     std::shared_ptr<CachedTopology> topology;
     std::unique_ptr<wire::MeshAssembler> mesh;
@@ -207,6 +207,7 @@ bool Job::end(std::exception_ptr error) {
     mesh = std::move(mesh_);
     topology = std::move(topology_);
     upload = std::move(upload_);
+    caller_share = std::move(caller_share_);
     place = std::move(place_);
     reservation = std::move(reservation_);
   }
@@ -262,6 +263,11 @@ bool Job::waited_too_long(Clock::time_point now) const {
          now - *now_.times.queued >= *request_.queue_timeout;
 }
 
+bool Job::ran_too_long(Clock::time_point now, Clock::duration limit) const {
+  const std::lock_guard lock(mutex_);
+  return now_.state == JobState::running && now - *now_.times.started >= limit;
+}
+
 std::exception_ptr Job::stop_cause() const {
   const std::lock_guard lock(mutex_);
   return stop_cause_;
@@ -279,6 +285,11 @@ void Job::report(const Progress& progress) {
 JobState Job::state() const {
   const std::lock_guard lock(mutex_);
   return now_.state;
+}
+
+bool Job::has_result() const {
+  const std::lock_guard lock(mutex_);
+  return now_.result != nullptr;
 }
 
 JobSnapshot Job::snapshot() const {

@@ -14,6 +14,7 @@
 #include <span>
 #include <stop_token>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "caller.hpp"
@@ -36,8 +37,9 @@ struct JobRequest {
   std::string caller = kAnonymous;  // only this caller can access the job
   std::string traceparent;          // of W3C's Trace Context; empty: none
   std::string connection;           // that brings the mesh; empty: its uploads are not limited
+  std::string share;                // see Caller
   std::string request_id;           // empty: no other call can join
-  /// All set fields, serialized, by name: equal for the same job.
+  /// All set fields, serialized, or their digests, by name: equal for the same job.
   std::map<std::string, std::string> fields;
   SmoothOptions options;
   Priority priority = Priority::normal;
@@ -53,6 +55,10 @@ struct JobRequest {
   std::optional<Clock::duration> result_ttl;
 
   [[nodiscard]] bool kept() const { return result_ttl.has_value(); }
+  /// For the queue and what is kept: without a share of its own, the caller's.
+  [[nodiscard]] const std::string& share_or_caller() const {
+    return share.empty() ? caller : share;
+  }
   [[nodiscard]] std::int64_t element_quality_bytes() const {
     const std::size_t bytes = options.element_quality_metrics.size() * sizeof(float);
     return layout.element_count() * static_cast<std::int64_t>(bytes);
@@ -158,6 +164,8 @@ class Job {
   /// `of_progress`: of it too.
   [[nodiscard]] std::optional<int> observe(Observer observer, bool of_progress = true);
   [[nodiscard]] bool joinable() const;
+  /// Its memory counts against the caller's share until it ends. Call it before anyone else has it.
+  void count_against(UploadShare caller_share) { caller_share_ = std::move(caller_share); }
   /// Returns true when no observer is left, so that the job is asked to stop, with
   /// `cause` unless it was already.
   bool leave(int observer_id, const std::exception_ptr& cause);
@@ -211,8 +219,12 @@ class Job {
   [[nodiscard]] bool past_deadline(Clock::time_point now) const;
   /// Whether it has been queued for longer than its queue timeout.
   [[nodiscard]] bool waited_too_long(Clock::time_point now) const;
+  /// Whether it has been running for longer than `limit`.
+  [[nodiscard]] bool ran_too_long(Clock::time_point now, Clock::duration limit) const;
 
   [[nodiscard]] JobState state() const;
+  /// Whether its result is still there.
+  [[nodiscard]] bool has_result() const;
   [[nodiscard]] JobSnapshot snapshot() const;
 
  private:
@@ -239,7 +251,7 @@ class Job {
   // Released in reverse order: the reservation outlives the bytes.
   Reservation reservation_;
   std::shared_ptr<CachedTopology> topology_;
-  UploadShare upload_;
+  UploadShare upload_, caller_share_;
   QueuePlace place_;
   std::unique_ptr<wire::MeshAssembler> mesh_;
 

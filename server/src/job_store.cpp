@@ -31,13 +31,29 @@ bool JobStore::add(const std::shared_ptr<Job>& job) {
 std::vector<std::shared_ptr<Job>> JobStore::retire(const Job& job) {
   const std::lock_guard lock(mutex_);
   ended_.insert(living_.extract(job.sequence()));
+  ended_of_[job.request().share_or_caller()].insert(job.sequence());
   std::vector<std::shared_ptr<Job>> forgotten;
-  while (ended_.size() > max_ended_jobs_) {
-    forgotten.push_back(ended_.begin()->second);
-    ended_.erase(ended_.begin());
-    unlink(forgotten.back());
-  }
+  while (ended_.size() > max_ended_jobs_) forgotten.push_back(take_surplus());
   return forgotten;
+}
+
+std::shared_ptr<Job> JobStore::take_surplus() {
+  const auto& [share, sequences] = *std::ranges::max_element(
+      ended_of_, {}, [](const auto& entry) { return entry.second.size(); });
+  const auto dispensable = std::ranges::find_if(
+      sequences, [&](std::int64_t sequence) { return !ended_.at(sequence)->has_result(); });
+  std::shared_ptr<Job> job =
+      ended_.at(dispensable == sequences.end() ? *sequences.begin() : *dispensable);
+  erase_ended(job);
+  return job;
+}
+
+void JobStore::erase_ended(const std::shared_ptr<Job>& job) {
+  ended_.erase(job->sequence());
+  const auto of_share = ended_of_.find(job->request().share_or_caller());
+  of_share->second.erase(job->sequence());
+  if (of_share->second.empty()) ended_of_.erase(of_share);
+  unlink(job);
 }
 
 bool JobStore::forget(const Job& job) {
@@ -46,8 +62,7 @@ bool JobStore::forget(const Job& job) {
   const auto found = ended_.find(job.sequence());
   if (found == ended_.end()) return false;
   forgotten = found->second;
-  ended_.erase(found);
-  unlink(forgotten);
+  erase_ended(forgotten);
   return true;
 }
 

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 #include <unordered_map>
 #include <utility>
@@ -32,7 +33,9 @@ class JobStore {
   /// joined. Throws OutOfMemory (QUOTA_EXCEEDED, or MESH_TOO_LARGE for a job that alone exceeds
   /// the quota) when the caller's unfinished jobs would exceed the quota. O(unfinished jobs).
   [[nodiscard]] bool add(const std::shared_ptr<Job>& job);
-  /// Call when a job has ended. Forgets the oldest ended jobs and returns them.
+  /// Call when a job has ended. When there are too many ended jobs, the one with the most of them
+  /// (see JobRequest::share_or_caller) loses its oldest, those without a result first. Returns the
+  /// forgotten ones. O(log n + callers), and O(kept results) where they are many.
   std::vector<std::shared_ptr<Job>> retire(const Job& job);
   /// Forgets a job that has ended; false when it is unknown or unfinished.
   bool forget(const Job& job);
@@ -55,12 +58,15 @@ class JobStore {
   using RequestKey = std::pair<std::string, std::string>;  // caller, request id
   void unlink(const std::shared_ptr<Job>& job);
   void check_quota(const Job& job) const;
+  [[nodiscard]] std::shared_ptr<Job> take_surplus();
+  void erase_ended(const std::shared_ptr<Job>& job);
 
   const std::size_t max_ended_jobs_;
   const Quota quota_;
   mutable std::mutex mutex_;
   std::map<std::int64_t, std::shared_ptr<Job>> living_;  // by sequence
   std::map<std::int64_t, std::shared_ptr<Job>> ended_;
+  std::map<std::string, std::set<std::int64_t>> ended_of_;  // by share; none is empty
   std::unordered_map<std::string, std::shared_ptr<Job>> by_name_;
   std::map<RequestKey, std::shared_ptr<Job>> by_request_;
 };

@@ -107,7 +107,8 @@ void fill_in_host_bytes(ServerConfig& config) {
   if (config.host_memory_limit_bytes == 0) {
     config.host_memory_limit_bytes = available_host_bytes() / 10 * 8;
   }
-  if (config.max_job_bytes == 0) config.max_job_bytes = config.host_memory_limit_bytes;
+  // The rest is for jobs of other callers.
+  if (config.max_job_bytes == 0) config.max_job_bytes = config.host_memory_limit_bytes / 8 * 7;
   if (config.max_queued_bytes == 0) config.max_queued_bytes = config.host_memory_limit_bytes;
   if (config.max_kept_result_bytes == 0) {
     config.max_kept_result_bytes = config.host_memory_limit_bytes / 4;

@@ -1,5 +1,7 @@
 #include "result_store.hpp"
 
+#include <algorithm>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -13,12 +15,23 @@ void ResultStore::keep(const std::shared_ptr<Job>& job) {
     entries_.emplace(job->sequence(), Entry{job, Clock::now() + *job->request().result_ttl, bytes});
     bytes_ += bytes;
     while (bytes_ > max_bytes_) {
-      bytes_ -= entries_.begin()->second.bytes;
-      dropped.push_back(std::move(entries_.begin()->second.job));
-      entries_.erase(entries_.begin());
+      const auto surplus = find_surplus();
+      bytes_ -= surplus->second.bytes;
+      dropped.push_back(std::move(surplus->second.job));
+      entries_.erase(surplus);
     }
   }
   for (const auto& old : dropped) old->expire();
+}
+
+ResultStore::Entries::iterator ResultStore::find_surplus() {
+  std::map<std::string, std::int64_t> bytes_of;
+  const auto share = [](const auto& entry) -> const std::string& {
+    return entry.second.job->request().share_or_caller();
+  };
+  for (const auto& entry : entries_) bytes_of[share(entry)] += entry.second.bytes;
+  const auto most = std::ranges::max_element(bytes_of, {}, [](const auto& e) { return e.second; });
+  return std::ranges::find_if(entries_, [&](const auto& e) { return share(e) == most->first; });
 }
 
 void ResultStore::drop(const Job& job) {

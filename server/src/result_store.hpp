@@ -10,7 +10,8 @@
 namespace meshsmooth::server {
 
 /// Results that outlive their calls, each until it expires; when they exceed the limit, the oldest
-/// is dropped first. A call that is sending one can finish. Thread-safe.
+/// of whoever has the most bytes (see JobRequest::share_or_caller) is dropped first. A call that is
+/// sending one can finish. Thread-safe.
 class ResultStore {
  public:
   explicit ResultStore(std::int64_t max_bytes) : max_bytes_(max_bytes) {}
@@ -31,9 +32,12 @@ class ResultStore {
     std::int64_t bytes;
   };
 
+  using Entries = std::map<std::int64_t, Entry>;
+  [[nodiscard]] Entries::iterator find_surplus();  // with the lock; O(n)
+
   const std::int64_t max_bytes_;
   mutable std::mutex mutex_;
-  std::map<std::int64_t, Entry> entries_;  // by the job's sequence: the oldest first
+  Entries entries_;  // by the job's sequence: the oldest first
   std::int64_t bytes_ = 0;
 };
 

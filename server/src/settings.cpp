@@ -40,6 +40,19 @@ CLI::Validator seconds_range() {
           range.get_description()};
 }
 
+/// The same for fractions.
+CLI::Validator fraction() {
+  const CLI::Range range(0.0, 1.0);
+  return {[range](std::string& text) {
+            double value = 0;
+            if (CLI::detail::lexical_cast(text, value) && std::isnan(value)) {
+              return text + " is no number";
+            }
+            return range(text);
+          },
+          range.get_description()};
+}
+
 bool is_printable(std::string_view text) {
   return std::ranges::all_of(text, [](unsigned char c) { return c >= 0x20 && c != 0x7f; });
 }
@@ -187,7 +200,15 @@ void add_connections(Table& table) {
       .add("max-bytes-per-caller", &C::max_bytes_per_caller,
            "Maximum memory reserved for the unfinished jobs of one caller, without their streams, "
            "in bytes; 0: no limit",
-           Bytes());
+           Bytes())
+      .add("max-caller-memory-share", &C::max_caller_memory_share,
+           "Fraction of host and device memory that the unfinished jobs of one caller may reserve "
+           "together; a single job may exceed it",
+           fraction())
+      .add("interactive-callers", &C::interactive_callers,
+           "Callers whose jobs may have the priority INTERACTIVE, separated by commas; all: every "
+           "caller; the jobs of others are NORMAL then",
+           text);
 }
 
 void add_devices(Table& table) {
@@ -224,7 +245,7 @@ void add_limits(Table& table) {
            "host memory limit, at most 1 GiB",
            bytes)
       .add("max-job-bytes", &C::max_job_bytes,
-           "Maximum host memory of one job, in bytes; 0: the host memory limit", bytes)
+           "Maximum host memory of one job, in bytes; 0: 7/8 of the host memory limit", bytes)
       .add("max-node-count", &C::max_node_count, "Maximum number of nodes of a mesh", counts)
       .add("max-element-count", &C::max_element_count, "Maximum number of elements of a mesh",
            counts)
@@ -268,6 +289,8 @@ void add_times(Table& table) {
            "Waiting time after which a job gains one priority level, in seconds; 0: never", seconds)
       .add("max-queue-timeout-seconds", &C::max_queue_timeout,
            "Maximum waiting time in the queue, in seconds", seconds)
+      .add("max-job-seconds", &C::max_job_time,
+           "Maximum running time of a job, in seconds; 0: no limit", seconds)
       .add("stream-idle-timeout-seconds", &C::stream_idle_timeout,
            "Maximum pause of an upload, or of a client that does not read, in seconds", seconds)
       .add("min-upload-bytes-per-second", &C::min_upload_bytes_per_second,
@@ -276,10 +299,14 @@ void add_times(Table& table) {
            "Time by which an upload may fall behind the minimum rate, in seconds; must suffice for "
            "a chunk of 1 MiB",
            seconds)
+      .add("max-upload-seconds", &C::max_upload_time,
+           "Time for an upload of any size, in seconds: its minimum rate is at least its size "
+           "divided by this; 0: no limit",
+           seconds)
       .add("max-connection-upload-share", &C::max_connection_upload_share,
            "Fraction of host and device memory that the unfinished uploads of one TCP connection "
            "may reserve together; a single upload may exceed it",
-           CLI::Range(0.0, 1.0))
+           fraction())
       .add("drop-timeout-seconds", &C::drop_timeout,
            "Time for a refused client to stop sending, in seconds", seconds)
       .add("lame-duck-seconds", &C::lame_duck,

@@ -70,8 +70,15 @@ bool TopologyCache::remove(const std::string& caller, const std::string& name) {
 
 std::shared_ptr<CachedTopology> TopologyCache::take_idle() {
   const std::lock_guard lock(mutex_);
-  const auto idle =
-      std::ranges::find_if(by_use_, [](const auto& topology) { return topology.use_count() == 1; });
+  std::map<std::string, std::int64_t> bytes_of;  // by caller
+  for (const auto& topology : by_use_) bytes_of[topology->caller()] += topology->resident_bytes();
+  auto idle = by_use_.end();
+  for (auto topology = by_use_.begin(); topology != by_use_.end(); ++topology) {
+    if (topology->use_count() != 1) continue;
+    if (idle == by_use_.end() || bytes_of[(*topology)->caller()] > bytes_of[(*idle)->caller()]) {
+      idle = topology;
+    }
+  }
   if (idle == by_use_.end()) return nullptr;
   std::shared_ptr<CachedTopology> taken = *idle;
   by_name_.erase({taken->caller(), taken->name()});

@@ -68,8 +68,9 @@ struct PreparedForJob {
   bool reused = false;  // prepared by another job
 };
 
-/// Topologies by caller and name. Unused ones are evicted, the least recently used first, when
-/// they exceed the limit or their memory is needed. Thread-safe.
+/// Topologies by caller and name. Unused ones are evicted, of the caller whose topologies take the
+/// most memory the least recently used first, when they exceed the limit or their memory is needed.
+/// Thread-safe.
 class TopologyCache {
  public:
   /// The budget must outlive it.
@@ -90,7 +91,7 @@ class TopologyCache {
   /// Jobs that use it continue. False when unknown.
   bool remove(const std::string& caller, const std::string& name);
 
-  /// Evicts the least recently used one that no job uses; false when there is none.
+  /// Evicts one that no job uses; false when there is none. O(n log callers).
   bool evict_one();
 
   /// What `smoother`, on this device, needs for a job: prepared now, before, or by another lane

@@ -19,6 +19,14 @@ class UploadRate {
   UploadRate(std::int64_t bytes_per_second, Clock::duration window)
       : bytes_per_second_(static_cast<double>(bytes_per_second)), window_(window) {}
 
+  /// The minimum is at least so much. Call it before `start`.
+  void require(double bytes_per_second) {
+    bytes_per_second_ = std::max(bytes_per_second_, bytes_per_second);
+  }
+  [[nodiscard]] std::int64_t bytes_per_second() const {
+    return static_cast<std::int64_t>(bytes_per_second_);
+  }
+
   /// The upload begins.
   void start(Clock::time_point now) {
     if (bytes_per_second_ > 0) deadline_ = now + window_;
@@ -39,7 +47,7 @@ class UploadRate {
  private:
   static constexpr double kMaxSeconds = 1e8;
 
-  const double bytes_per_second_;
+  double bytes_per_second_;
   const Clock::duration window_;
   std::optional<Clock::time_point> deadline_;
 };

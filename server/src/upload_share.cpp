@@ -8,10 +8,9 @@ void UploadShares::check(std::int64_t held, std::int64_t need, std::int64_t limi
                          std::string_view space, const DrainRate& freed) const {
   if (need <= limit - held) return;
   throw Busy("QUOTA_EXCEEDED",
-             "the unfinished uploads of this connection hold " + std::to_string(held) +
-                 " bytes of " + std::string(space) + " memory, " + std::to_string(need) +
-                 " more would exceed the limit of " + std::to_string(limit) +
-                 "; finish one of them first",
+             what_ + " hold " + std::to_string(held) + " bytes of " + std::string(space) +
+                 " memory, " + std::to_string(need) + " more would exceed the limit of " +
+                 std::to_string(limit) + "; finish one of them first",
              {{"limit_bytes", std::to_string(limit)}, {"space", std::string(space)}},
              freed.time_for(static_cast<double>(need - (limit - held)), DrainRate::Clock::now()));
 }

@@ -13,8 +13,8 @@ namespace meshsmooth::server {
 
 class UploadShares;
 
-/// Counts one upload against the share of its connection; returned on destruction.
-/// Move-only; the `UploadShares` outlives it.
+/// Counts the memory of one upload, job or stream against the share of its connection or caller;
+/// returned on destruction. Move-only; the `UploadShares` outlives it.
 class UploadShare {
  public:
   UploadShare() = default;
@@ -40,13 +40,15 @@ class UploadShare {
   MemoryEstimate bytes_;
 };
 
-/// Limits the memory that the unfinished uploads of one connection reserve together, so that
-/// a client whose uploads stall cannot take the memory of all others. A connection always gets
-/// one upload, of any size. Thread-safe.
+/// Limits the memory that the unfinished uploads of one connection, or all jobs or streams of one
+/// caller, reserve together, so that a client whose uploads stall cannot take the memory of all
+/// others. A connection always gets one upload, of any size. Thread-safe.
 class UploadShares {
  public:
-  /// `limit`: of each connection.
-  explicit UploadShares(MemoryEstimate limit) : limit_(limit) {}
+  /// `limit`: of each connection. `what` it limits, for the error.
+  explicit UploadShares(MemoryEstimate limit,
+                        std::string what = "the unfinished uploads of this connection")
+      : limit_(limit), what_(std::move(what)) {}
 
   /// An empty `connection` is not limited. Throws Busy (QUOTA_EXCEEDED). O(log connections).
   [[nodiscard]] UploadShare take(const std::string& connection, MemoryEstimate need);
@@ -63,6 +65,7 @@ class UploadShares {
     MemoryEstimate bytes;
   };
   const MemoryEstimate limit_;
+  const std::string what_;
   std::mutex mutex_;
   std::map<std::string, Held> held_;  // by connection
   DrainRate host_freed_, device_freed_;

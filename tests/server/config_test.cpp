@@ -149,6 +149,15 @@ TEST_F(Config, NamesFieldValueAndSourceOfAWrongValue) {
                     HasSubstr("file " + path + ", line 3")));
 }
 
+// A container engine makes one where the file that it should mount is missing.
+TEST_F(Config, RefusesAFolderInsteadOfAFile) {
+  EXPECT_THROW((void)read({"--config", "/"}), InvalidOption);
+}
+
+TEST_F(Config, RefusesAFractionThatIsNoNumber) {
+  EXPECT_THROW((void)read({"--max-connection-upload-share=nan"}), InvalidOption);
+}
+
 TEST_F(Config, SaysWhatIsWrongWithAFile) {
   const auto error_of_file = [&](const std::string& text) {
     return error_of({"--config", file_with(text).c_str()});

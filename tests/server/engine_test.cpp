@@ -8,6 +8,7 @@
 #include <condition_variable>
 #include <cstring>
 #include <mutex>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -77,6 +78,14 @@ class Caller {
   }
 
   Job& job() { return *job_; }
+  /// The reason of a job that failed.
+  std::string failure() {
+    try {
+      std::rethrow_exception(job_->snapshot().error);
+    } catch (const Error& error) {
+      return error.reason();
+    }
+  }
 
  private:
   struct Signal {
@@ -116,7 +125,7 @@ TEST_F(EngineTest, FillsInTheDefaultsThatDependOnTheMachine) {
 
   EXPECT_EQ(engine.config().threads_per_lane, available_cores());
   EXPECT_GT(engine.config().host_memory_limit_bytes, 0);
-  EXPECT_EQ(engine.config().max_job_bytes, engine.config().host_memory_limit_bytes);
+  EXPECT_EQ(engine.config().max_job_bytes, engine.config().host_memory_limit_bytes / 8 * 7);
 }
 
 TEST_F(EngineTest, RunsSeveralLanesUnlessToldOtherwise) {
@@ -327,6 +336,20 @@ TEST(EngineWatchdog, BreaksALaneThatDoesNotLetGo) {
   EXPECT_EQ(caller.finish(), JobState::cancelled);
   engine.close();
   EXPECT_EQ(broken, 1);
+}
+
+TEST(EngineLimits, EndsAJobThatRunsTooLong) {
+  const auto fake = std::make_shared<FakeControl>();
+  ServerConfig config = testing::quiet_config();
+  config.max_job_time = std::chrono::milliseconds(50);
+  Engine engine(config, [&] { return std::make_unique<FakeSmoother>(fake); });
+  fake->hold();
+  Caller caller(engine);
+  ASSERT_TRUE(caller.admit());
+  caller.submit();
+
+  EXPECT_EQ(caller.finish(), JobState::failed);
+  EXPECT_EQ(caller.failure(), "RUN_TIMEOUT");
 }
 
 TEST_F(EngineTest, ExpiresOnlyJobsThatStillWait) {

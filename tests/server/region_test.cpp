@@ -70,7 +70,11 @@ class Child {
 
 class RegionTest : public ::testing::Test {
  protected:
-  static server::ServerConfig config() { return sharing_config(quiet_config()); }
+  static server::ServerConfig config() {
+    server::ServerConfig config = sharing_config(quiet_config());
+    config.max_job_bytes = config.host_memory_limit_bytes;
+    return config;
+  }
 
   InProcessServer server_{config()};
   Stub stub_{server_.channel()};

@@ -294,7 +294,7 @@ class FullMemory : public Topologies {
  protected:
   static server::ServerConfig config() {
     server::ServerConfig config = quiet_config();
-    config.host_memory_limit_bytes = 40 << 20;
+    config.host_memory_limit_bytes = config.max_job_bytes = 40 << 20;
     config.stream_window_bytes = 1 << 20;
     return config;
   }

@@ -40,6 +40,17 @@ TEST_F(UploadRateTest, EndsAnUploadThatStopsAfterTheWindow) {
   EXPECT_EQ(*rate_.deadline(), now_ + kWindow);
 }
 
+TEST_F(UploadRateTest, EndsALargeUploadThatWouldTakeTooLong) {
+  UploadRate rate(kRate, kWindow);
+  rate.require(2 * kRate);
+  rate.require(kRate / 2);  // the larger one holds
+  rate.start(now_);
+  EXPECT_EQ(rate.bytes_per_second(), 2 * kRate);
+  const auto begin = now_;
+  for (; now_ < *rate.deadline() && now_ < begin + 24h; now_ += 1s) rate.add(kRate, now_);
+  EXPECT_LT(now_, begin + 3 * kWindow);
+}
+
 TEST_F(UploadRateTest, EndsATrickleSoonAfterTheWindow) {
   EXPECT_LT(survives(1, 1, 1h), kWindow + 1s);
 }

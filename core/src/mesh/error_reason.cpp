@@ -93,6 +93,8 @@ constexpr ErrorReason kReasons[] = {
      "the call's deadline passed in the queue", "the caller decides"},
     {"QUEUE_TIMEOUT", server, deadline_exceeded, stopped, "",
      "the job waited longer than its queue timeout", "the caller decides"},
+    {"RUN_TIMEOUT", server, deadline_exceeded, stopped, "",
+     "the job ran longer than the server allows", "the caller decides"},
     {"DEADLINE_RUNNING", server, deadline_exceeded, stopped, "",
      "the call's deadline passed during the job", "the caller decides"},
     {"STREAM_IDLE", server, deadline_exceeded, stopped, "",

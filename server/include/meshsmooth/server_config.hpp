@@ -23,6 +23,8 @@ struct ServerConfig {
   int max_metadata_bytes = 8 * 1024;
   int max_jobs_per_caller = 0;            // 0: no limit
   std::int64_t max_bytes_per_caller = 0;  // 0: no limit
+  double max_caller_memory_share = 0.875;
+  std::string interactive_callers = "";  // "all", or names
 
   std::string backend = "auto";
   std::string devices = "";  // empty: the device of `backend`
@@ -32,7 +34,7 @@ struct ServerConfig {
   std::int64_t host_memory_limit_bytes = 0;  // 0: 80 % of what machine and control group allow
   std::int64_t device_bytes = 0;             // 0: what is free at the start, less a margin
   std::int64_t idle_pinned_bytes = 0;        // 0: 1/16 of the host memory limit, at most 1 GiB
-  std::int64_t max_job_bytes = 0;            // 0: the host memory limit
+  std::int64_t max_job_bytes = 0;            // 0: 7/8 of the host memory limit
   std::int64_t max_node_count = INT32_MAX;
   std::int64_t max_element_count = INT32_MAX;
   int max_queued_jobs = 100;
@@ -49,9 +51,11 @@ struct ServerConfig {
 
   Duration priority_ageing = std::chrono::seconds(60);  // 0: never
   Duration max_queue_timeout = std::chrono::hours(1);
+  Duration max_job_time = std::chrono::hours(1);  // 0: no limit
   Duration stream_idle_timeout = std::chrono::seconds(60);
   std::int64_t min_upload_bytes_per_second = 32 * 1024;  // 0: no minimum
   Duration upload_rate_window = std::chrono::seconds(40);
+  Duration max_upload_time = std::chrono::minutes(10);  // 0: no limit
   double max_connection_upload_share = 0.25;
   Duration drop_timeout = std::chrono::seconds(1);
   Duration lame_duck = std::chrono::seconds(5);

@@ -47,7 +47,7 @@ void AttachReactor::attach(const grpc::ByteBuffer& request, const AuthResult& au
   auto job = engine_.store().find(auth.caller.name, message.name());
   if (!job) throw Error("JOB_NOT_FOUND", "job not found or no longer retained");
   check_offset(*job, message.result_offset_bytes());
-  Subscription subscription = engine_.subscribe(job, pump_later());
+  Subscription subscription = engine_.subscribe(job, auth.caller.share, pump_later());
   const std::lock_guard lock(mutex_);
   subscription_ = std::move(subscription);
   result_stream_.emplace(ResultStream::Options{

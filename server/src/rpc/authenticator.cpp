@@ -9,6 +9,7 @@
 #include "log.hpp"
 #include "meshsmooth/error.hpp"
 #include "traceparent.hpp"
+#include "wire/local_address.hpp"
 
 namespace meshsmooth::server {
 namespace {
@@ -36,6 +37,13 @@ std::string connection_of(const grpc::CallbackServerContext& context) {
   return peer.starts_with("ipv4:") || peer.starts_with("ipv6:") ? peer : std::string();
 }
 
+// The address of the peer; on this host, where a proxy may stand for many, its connection.
+std::string origin_of(const std::string& connection) {
+  const std::string address = connection.substr(connection.find(':') + 1);
+  if (connection.empty() || wire::is_local_address(address)) return connection;
+  return connection.substr(0, connection.rfind(':'));
+}
+
 }  // namespace
 
 Authenticator::Authenticator(const ServerConfig& config, Metrics& metrics)
@@ -55,6 +63,8 @@ AuthResult Authenticator::authenticate(grpc::CallbackServerContext& context) con
   }
   try {
     auth.caller.name = identify(context);
+    auth.caller.share =
+        auth.caller.name == kAnonymous ? origin_of(auth.caller.connection) : auth.caller.name;
   } catch (const Error& error) {
     metrics_.denied(error.reason());
     log_denied(error, context.peer());

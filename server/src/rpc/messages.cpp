@@ -6,6 +6,7 @@
 #include <cctype>
 #include <map>
 #include <span>
+#include <sstream>
 #include <string_view>
 #include <vector>
 
@@ -81,6 +82,14 @@ std::string short_form(std::string bytes) {
   wire::Sha256 sha256;
   sha256.add(std::as_bytes(std::span(bytes)));
   return sha256.finish();  // 64 digits
+}
+
+bool may_be_interactive(const std::string& caller, const std::string& callers) {
+  std::istringstream names(callers);
+  for (std::string name; std::getline(names, name, ',');) {
+    if (name == caller || name == "all") return true;
+  }
+  return false;
 }
 
 // The fields that define the job, without those that only concern the call.
@@ -211,6 +220,9 @@ DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& caller, Engi
   decoded.job.options = wire::decode_options(spec.options());
   decoded.job.options.history = spec.iteration_history_included();
   decoded.job.priority = decode_priority(spec.priority());
+  if (!may_be_interactive(caller, config.interactive_callers)) {
+    decoded.job.priority = std::min(decoded.job.priority, Priority::normal);
+  }
   decoded.job.options.quality_detail = decode_quality_detail(spec.quality_detail());
   decoded.job.options.element_quality_metrics =
       wire::decode_metrics(spec.element_quality_metrics());

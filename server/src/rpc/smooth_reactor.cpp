@@ -164,6 +164,7 @@ void SmoothReactor::ingest_spec(const v1::JobSpec& spec) {
   DecodedSpec decoded = decode_spec(spec, caller_.name, engine_);
   decoded.job.traceparent = caller_.traceparent;
   decoded.job.connection = caller_.connection;
+  decoded.job.share = caller_.share;
   decoded.job.deadline = call_deadline(*context_);
   MemoryEstimate estimate;
   Subscription subscription;
@@ -188,6 +189,10 @@ void SmoothReactor::ingest_spec(const v1::JobSpec& spec) {
       .in_region = call_.region != nullptr,
       .upload_by_another_call = subscription_.joined,
   });
+  const double limit = std::chrono::duration<double>(engine_.config().max_upload_time).count();
+  if (limit > 0) {
+    upload_rate_.require(static_cast<double>(job_->request().layout.total_bytes()) / limit);
+  }
   upload_rate_.start(Clock::now());
 }
 
@@ -309,8 +314,7 @@ SmoothReactor::Action SmoothReactor::next_read() {
 // An upload that pauses or trickles would hold memory for as long as it likes.
 void SmoothReactor::notice_slow_upload(Clock::time_point now) {
   if (error_ || !uploading()) return;
-  const ServerConfig& config = engine_.config();
-  const auto idle_at = last_read_ + config.stream_idle_timeout;
+  const auto idle_at = last_read_ + engine_.config().stream_idle_timeout;
   const auto slow_at = upload_rate_.deadline();
   if (now >= idle_at) {
     fail(
@@ -318,7 +322,7 @@ void SmoothReactor::notice_slow_upload(Clock::time_point now) {
   } else if (slow_at && now >= *slow_at) {
     fail(std::make_exception_ptr(
         DeadlineExceeded("UPLOAD_TOO_SLOW", "the upload was slower than " +
-                                                std::to_string(config.min_upload_bytes_per_second) +
+                                                std::to_string(upload_rate_.bytes_per_second()) +
                                                 " bytes per second")));
   } else {
     wake_at(idle_at);
