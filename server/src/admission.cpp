@@ -132,7 +132,7 @@ Subscription Admission::admit(const JobRequest& request, const Job::Observer& ob
     UploadShare of_caller = callers_.take(request.share, need);
     Reservation reservation =
         reserve(need, request.topology ? request.topology->devices() : std::vector<int>{});
-    queue_.check_room(request.layout.total_bytes());
+    queue_.check_room(request.share_or_caller(), request.layout.total_bytes());
     Subscription subscription;
     subscription.stream = reservation.split({stream_bytes_, 0});
     const std::int64_t sequence = next_sequence_++;

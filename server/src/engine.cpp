@@ -16,11 +16,20 @@ std::exception_ptr draining_error() {
       Error("DRAINING", "this server is shutting down; send the job to another one"));
 }
 
-Engine::Engine(ServerConfig config, const SmootherFactory& factory,
-               const std::function<void()>& on_lane_broken)
-    : Engine(acquire_resources(std::move(config), factory), on_lane_broken) {}
+namespace {
 
-Engine::Engine(Resources resources, const std::function<void()>& on_lane_broken)
+std::exception_ptr device_lost_error() {
+  return std::make_exception_ptr(
+      DeviceError("DEVICE_LOST", "the device of this job has no lane left", true));
+}
+
+}  // namespace
+
+Engine::Engine(ServerConfig config, const SmootherFactory& factory,
+               std::function<void()> on_lanes_lost)
+    : Engine(acquire_resources(std::move(config), factory), std::move(on_lanes_lost)) {}
+
+Engine::Engine(Resources resources, std::function<void()> on_lanes_lost)
     : config_(std::move(resources.config)),
       passed_over_(std::move(resources.passed_over)),
       threads_(std::move(resources.threads)),
@@ -34,19 +43,16 @@ Engine::Engine(Resources resources, const std::function<void()>& on_lane_broken)
              {config_.max_jobs_per_caller, config_.max_bytes_per_caller}),
       admission_(config_, *resources.devices.front().smoothers.front(), budget_, topologies_,
                  queue_, store_, staging_.get(), [this](const Job& ended) { retire(ended); }),
-      results_(config_.max_kept_result_bytes) {
+      results_(config_.max_kept_result_bytes),
+      on_lanes_lost_(std::move(on_lanes_lost)) {
   const LaneEvents events{
       .finished = [this](Job& job, SmoothSummary summary) { finish(job, std::move(summary)); },
-      .failed = [](Job& job, std::exception_ptr error) { job.end(std::move(error)); },
-      .broken = on_lane_broken};
-  for (Resources::Device& device : resources.devices) {
-    const int index = static_cast<int>(devices_.size());
-    devices_.push_back(device.backend);
-    for (auto& smoother : device.smoothers) {
-      lanes_.push_back(
-          std::make_unique<Lane>(std::move(smoother), index, queue_, topologies_, events));
-    }
-  }
+      .failed = [](Job& job, std::exception_ptr error) { job.end(std::move(error)); }};
+  for (const Resources::Device& device : resources.devices) devices_.push_back(device.backend);
+  lanes_ = std::make_unique<LanePool>(
+      std::move(resources.devices), std::move(resources.make_smoother), queue_, topologies_,
+      LanePool::Options{config_.lanes, config_.lane_watchdog},
+      LanePool::Events{events, [this](int device) { close_device(device); }});
   maintenance_ = std::jthread([this](const std::stop_token& stop) { run_maintenance(stop); });
 }
 
@@ -109,8 +115,10 @@ void Engine::leave(Subscription& subscription, const std::exception_ptr& cause) 
 void Engine::submit(const std::shared_ptr<Job>& job) {
   const JobRequest& request = job->request();
   job->keep_topology(topologies_, Admission::topology_bytes(request.layout));
-  job->queue(queue_.take_place(request.layout.total_bytes()));
-  queue_.push(job, {request.caller, job->device(), request.priority});
+  const std::string& share = request.share_or_caller();
+  job->queue(queue_.take_place(share, request.layout.total_bytes()));
+  queue_.push(job, {share, job->device(), request.priority});
+  if (budget_.closed(job->device())) job->reject(device_lost_error());
   // A stop that came before the push did not find the job in the queue.
   if (job->stop_cause()) end_waiting(*job, job->stop_cause());
 }
@@ -160,6 +168,17 @@ void Engine::call_ended() {
   wake();
 }
 
+// Its waiting jobs would never run.
+void Engine::close_device(int device) {
+  log_error("device_lost", devices_[static_cast<std::size_t>(device)] + " has no lane left");
+  const bool last = budget_.close_device(device);
+  for (const auto& job : store_.living()) {
+    const std::exception_ptr cause = device_lost_error();
+    if (job->device() == device && job->reject(cause)) end_waiting(*job, cause);
+  }
+  if (last) on_lanes_lost_();
+}
+
 // --- drain and maintenance -------------------------------------------------------------
 
 void Engine::refuse_new() {
@@ -180,7 +199,7 @@ void Engine::stop_all() {
 
 void Engine::close() {
   queue_.close();
-  for (const auto& lane : lanes_) lane->join();
+  lanes_->join();
   if (regions_) regions_->close();
 }
 
@@ -192,7 +211,7 @@ void Engine::run_maintenance(const std::stop_token& stop) {
   while (!stopped.wait_for(lock, stop, kInterval, [] { return false; }) && !stop.stop_requested()) {
     const auto now = Clock::now();
     results_.expire(now);
-    for (const auto& lane : lanes_) lane->check_watchdog(now, config_.lane_watchdog);
+    lanes_->check_watchdog(now);
     end_late_jobs(now);
   }
 }

@@ -17,7 +17,7 @@
 #include "job.hpp"
 #include "job_queue.hpp"
 #include "job_store.hpp"
-#include "lane.hpp"
+#include "lane_pool.hpp"
 #include "memory_budget.hpp"
 #include "meshsmooth/server.hpp"
 #include "meshsmooth/server_config.hpp"
@@ -35,11 +35,11 @@ struct Resources;
 /// else ends a job. Thread-safe.
 class Engine {
  public:
-  /// Starts the lanes. `on_lane_broken` is called by a lane's own thread.
+  /// Starts the lanes. `on_lanes_lost` is called once, by any thread, when none is left in service.
   /// Throws what `acquire_resources` throws.
   Engine(
       ServerConfig config, const SmootherFactory& factory,
-      const std::function<void()>& on_lane_broken = [] {});
+      std::function<void()> on_lanes_lost = [] {});
   /// Stops every job and waits for the lanes.
   ~Engine();
   Engine(const Engine&) = delete;
@@ -61,8 +61,8 @@ class Engine {
   /// See Admission; also throws Error (DRAINING).
   [[nodiscard]] Subscription admit(const JobRequest& request, const Job::Observer& observer);
   /// See Admission.
-  [[nodiscard]] Subscription subscribe(const std::shared_ptr<Job>& job,
-                                       const std::string& share, const Job::Observer& observer) {
+  [[nodiscard]] Subscription subscribe(const std::shared_ptr<Job>& job, const std::string& share,
+                                       const Job::Observer& observer) {
     return admission_.subscribe(job, share, observer);
   }
 
@@ -102,7 +102,7 @@ class Engine {
   [[nodiscard]] std::int64_t memory_ceiling_bytes() const;
   [[nodiscard]] Metrics& metrics() { return metrics_; }
   [[nodiscard]] const Metrics& metrics() const { return metrics_; }
-  [[nodiscard]] const std::vector<std::unique_ptr<Lane>>& lanes() const { return lanes_; }
+  [[nodiscard]] std::vector<std::shared_ptr<const Lane>> lanes() const { return lanes_->lanes(); }
   /// The backend of each device, "cuda:0" …; `Lane::device` is an index into it.
   [[nodiscard]] const std::vector<std::string>& devices() const { return devices_; }
   /// Why backends that "auto" prefers are not used; empty when the best one is.
@@ -119,7 +119,7 @@ class Engine {
   /// Ends all jobs that do not run yet, as DRAINING: their callers send them to another server.
   void reject_waiting();
   void stop_all();
-  /// Waits for the lanes; they take no more jobs, and no region is leased any more.
+  /// Waits for the lanes in service; they take no more jobs, and no region is leased any more.
   void close();
   /// Waits until `until`, or until `give_up` is set; `wait_idle` at most until all jobs and their
   /// calls have ended.
@@ -129,7 +129,8 @@ class Engine {
   void wake();
 
  private:
-  Engine(Resources resources, const std::function<void()>& on_lane_broken);
+  Engine(Resources resources, std::function<void()> on_lanes_lost);
+  void close_device(int device);
   [[nodiscard]] Subscription admit_or_make_room(const JobRequest& request,
                                                 const Job::Observer& observer);
   void finish(Job& job, SmoothSummary summary);
@@ -155,7 +156,8 @@ class Engine {
   std::mutex idle_mutex_;
   std::condition_variable idle_;
   std::vector<std::string> devices_;
-  std::vector<std::unique_ptr<Lane>> lanes_;
+  const std::function<void()> on_lanes_lost_;
+  std::unique_ptr<LanePool> lanes_;
   std::jthread maintenance_;  // maintenance thread: expiry, queue timeouts, watchdog
 };
 

@@ -10,13 +10,19 @@
 namespace meshsmooth::server {
 
 QueuePlace::~QueuePlace() {
-  if (queue_ != nullptr) queue_->give_back(bytes_);
+  if (queue_ != nullptr) queue_->give_back(caller_, bytes_);
 }
 
-void JobQueue::check_room(std::int64_t bytes) const {
+void JobQueue::check_room(const std::string& caller, std::int64_t bytes) const {
   const std::lock_guard lock(mutex_);
   const std::int64_t too_many_bytes = bytes - (max_bytes_ - queued_bytes_);
-  if (queued_jobs_ >= max_jobs_ || too_many_bytes > 0) {
+  const auto found = places_.find(caller);
+  const Places own = found == places_.end() ? Places() : found->second;
+  // With this one; each has a share of the places, even when others have taken more before.
+  const auto callers = static_cast<int>(places_.size() + (found == places_.end() ? 1 : 0));
+  const bool below_share = callers > 1 && own.jobs < std::max(1, max_jobs_ / callers) &&
+                           own.bytes + bytes <= max_bytes_ / callers;
+  if (!below_share && (queued_jobs_ >= max_jobs_ || too_many_bytes > 0)) {
     const auto now = Clock::now();
     auto delay = jobs_left_.time_for(1, now);
     if (too_many_bytes > 0) {
@@ -31,11 +37,14 @@ void JobQueue::check_room(std::int64_t bytes) const {
   }
 }
 
-QueuePlace JobQueue::take_place(std::int64_t bytes) {
+QueuePlace JobQueue::take_place(const std::string& caller, std::int64_t bytes) {
   const std::lock_guard lock(mutex_);
+  Places& own = places_[caller];
+  ++own.jobs;
+  own.bytes += bytes;
   ++queued_jobs_;
   queued_bytes_ += bytes;
-  return {this, bytes};
+  return {this, caller, bytes};
 }
 
 void JobQueue::push(std::shared_ptr<Job> job, QueueKey key) {
@@ -63,16 +72,36 @@ void JobQueue::rank_all(const Visit& visit) const {
   }
 }
 
-std::shared_ptr<Job> JobQueue::pop(int device) {
+std::optional<JobQueue::Rank> JobQueue::find_next(int device, Takes takes) const {
+  const bool newcomers = takes == Takes::newcomers;
+  std::optional<Rank> next;
+  const auto idle = idle_.find(device);
+  if (newcomers && idle != idle_.end() && idle->second > 0) return next;
+  rank_all([&](const Waiting& waiting, const Rank& rank) {
+    if (waiting.key.device != device || (newcomers && running_.contains(waiting.key.caller)))
+      return;
+    if (!next || rank < *next) next = rank;
+  });
+  return next;
+}
+
+bool JobQueue::has_idle_lane(int device) const {
+  const std::lock_guard lock(mutex_);
+  const auto idle = idle_.find(device);
+  return idle != idle_.end() && idle->second > 0;
+}
+
+std::shared_ptr<Job> JobQueue::pop(int device, Takes takes) {
   std::unique_lock lock(mutex_);
   std::optional<Rank> next;
+  const int counted = takes == Takes::any ? 1 : 0;
+  idle_[device] += counted;
   not_empty_.wait(lock, [&] {
-    if (closed_) return true;
-    rank_all([&](const Waiting& waiting, const Rank& rank) {
-      if (waiting.key.device == device && (!next || rank < *next)) next = rank;
-    });
-    return next.has_value();
+    if (!closed_) next = find_next(device, takes);
+    return closed_ || next.has_value();
   });
+  idle_[device] -= counted;
+  not_empty_.notify_all();  // a lane for newcomers may be the last idle one now
   if (closed_) return nullptr;
   auto first = waiting_.extract(next->age);
   std::shared_ptr<Job> job = std::move(first.mapped().job);
@@ -84,7 +113,9 @@ std::shared_ptr<Job> JobQueue::pop(int device) {
 void JobQueue::done(const std::string& caller) {
   const std::lock_guard lock(mutex_);
   const auto running = running_.find(caller);
-  if (--running->second == 0) running_.erase(running);
+  if (--running->second > 0) return;
+  running_.erase(running);
+  not_empty_.notify_all();  // its next job may be for a lane of newcomers
 }
 
 bool JobQueue::remove(const Job& job) {
@@ -120,8 +151,11 @@ void JobQueue::close() {
   not_empty_.notify_all();
 }
 
-void JobQueue::give_back(std::int64_t bytes) {
+void JobQueue::give_back(const std::string& caller, std::int64_t bytes) {
   const std::lock_guard lock(mutex_);
+  const auto own = places_.find(caller);
+  own->second.bytes -= bytes;
+  if (--own->second.jobs == 0) places_.erase(own);
   --queued_jobs_;
   queued_bytes_ -= bytes;
   const auto now = Clock::now();

@@ -3,34 +3,35 @@
 #include <exception>
 #include <utility>
 
-#include "log.hpp"
 #include "meshsmooth/error.hpp"
 
 namespace meshsmooth::server {
 
-Lane::Lane(std::unique_ptr<Smoother> smoother, int device, JobQueue& queue,
+Lane::Lane(std::unique_ptr<Smoother> smoother, Place place, JobQueue& queue,
            TopologyCache& topologies, LaneEvents events)
     : smoother_(std::move(smoother)),
-      device_(device),
+      place_(place),
       queue_(queue),
       topologies_(topologies),
       events_(std::move(events)),
       thread_([this] { run(); }) {}
 
 void Lane::join() {
+  const std::lock_guard lock(joining_);
   if (thread_.joinable()) thread_.join();
 }
 
 void Lane::run() {
-  while (!broken_) {
-    const std::shared_ptr<Job> job = queue_.pop(device_);
-    if (!job) return;
+  while (!lost_ && !retired_) {
+    const std::shared_ptr<Job> job = queue_.pop(place_.device, place_.takes);
+    if (!job) break;
     set_job(job);
     run_job(*job);
     set_job(nullptr);
-    queue_.done(job->request().caller);
+    queue_.done(job->request().share_or_caller());
   }
-  break_down();
+  if (lost_) events_.lost();
+  ended_ = true;
 }
 
 void Lane::set_job(std::shared_ptr<Job> job) {
@@ -41,18 +42,9 @@ void Lane::set_job(std::shared_ptr<Job> job) {
   job_.swap(job);
 }
 
-void Lane::check_watchdog(Clock::time_point now, Clock::duration patience) {
-  {
-    const std::lock_guard lock(mutex_);
-    if (!job_ || job_->stopping_for(now) <= patience) return;
-  }
-  log_error("lane_stuck", "a lane does not stop its job");
-  break_down();
-}
-
-void Lane::break_down() {
-  broken_ = true;
-  if (!reported_.exchange(true)) events_.broken();
+bool Lane::ignores_stop(Clock::time_point now, Clock::duration patience) const {
+  const std::lock_guard lock(mutex_);
+  return job_ && job_->stopping_for(now) > patience;
 }
 
 bool Lane::busy() const {
@@ -82,7 +74,7 @@ void Lane::run_job(Job& job) {
   try {
     events_.finished(job, smooth(job, control));
   } catch (const DeviceError& error) {
-    if (error.fatal()) broken_ = true;  // for good, see `check_watchdog`
+    if (error.fatal()) lost_ = true;
     events_.failed(job, std::current_exception());
   } catch (...) {
     events_.failed(job, std::current_exception());
@@ -101,7 +93,8 @@ SmoothSummary Lane::smooth(Job& job, const JobControl& control) {
   positions.kept_on_error = false;  // a job that fails has no result
   const auto topology = job.topology();
   if (!topology) return smoother_->smooth(mesh.topology(), positions, options, control);
-  const PreparedForJob prepared = topologies_.prepare(*topology, *smoother_, device_, control);
+  const PreparedForJob prepared =
+      topologies_.prepare(*topology, *smoother_, place_.device, control);
   if (prepared.reused) job.note_topology_reused();
   return smoother_->smooth(*prepared.topology, positions, options, control);
 }

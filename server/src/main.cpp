@@ -79,9 +79,9 @@ void watch_stdin(std::atomic<bool>& ended, Exit& exit) {
   }).detach();
 }
 
-// SIGTERM drains, a second one forces the shutdown; if even that hangs, the process exits. A lost
-// device does not come back within this process: it drains without waiting and exits with its own
-// code, so that the supervisor starts another process.
+// SIGTERM drains, a second one forces the shutdown; if even that hangs, the process exits. When no
+// lane is left, none comes back within this process: it drains without waiting and exits with its
+// own code, so that the supervisor starts another process.
 [[noreturn]] void serve(server::Server& server, const server::ServerConfig& config,
                         const sigset_t& signals, const std::atomic<bool>& stdin_ended, Exit& exit) {
   int signal = 0;
@@ -94,9 +94,9 @@ void watch_stdin(std::atomic<bool>& ended, Exit& exit) {
     server.force_shutdown();
   }).detach();
   const auto limit = config.lame_duck + config.drain_grace + kWatchdogSlack;
-  std::thread([limit, &exit] {
+  std::thread([limit, &server, &exit] {
     std::this_thread::sleep_for(limit);
-    exit.leave(kExitNotDrained);
+    exit.leave(server.device_lost() ? kExitDeviceLost : kExitNotDrained);
   }).detach();
   server.drain();
   std::fflush(nullptr);

@@ -44,7 +44,8 @@ Reservation Reservation::split(MemoryEstimate part) {
 MemoryBudget::MemoryBudget(MemoryBytes limit)
     : limit_(std::move(limit)),
       reserved_{0, std::vector<std::int64_t>(limit_.device_bytes.size())},
-      device_freed_(limit_.device_bytes.size()) {}
+      device_freed_(limit_.device_bytes.size()),
+      closed_(limit_.device_bytes.size()) {}
 
 void MemoryBudget::check_fits(MemoryEstimate need) const {
   check_limit(need.host_bytes, limit_.host_bytes, "host");
@@ -65,7 +66,19 @@ Reservation MemoryBudget::reserve_on(int device, MemoryEstimate need) {
 }
 
 std::int64_t MemoryBudget::free_bytes(int device) const {
+  if (closed_[static_cast<std::size_t>(device)]) return -1;  // less than any job needs
   return limit_.device_bytes[device] - reserved_.device_bytes[device];
+}
+
+bool MemoryBudget::close_device(int device) {
+  const std::lock_guard lock(mutex_);
+  closed_[static_cast<std::size_t>(device)] = true;
+  return std::ranges::all_of(closed_, [](bool closed) { return closed; });
+}
+
+bool MemoryBudget::closed(int device) const {
+  const std::lock_guard lock(mutex_);
+  return closed_[static_cast<std::size_t>(device)];
 }
 
 int MemoryBudget::choose_device(std::int64_t need, std::span<const int> preferred) const {
@@ -85,6 +98,9 @@ int MemoryBudget::choose_device(std::int64_t need, std::span<const int> preferre
 }
 
 Reservation MemoryBudget::take(int device, MemoryEstimate need) {
+  if (closed_[static_cast<std::size_t>(device)]) {
+    throw DeviceError("DEVICE_LOST", "the device has no lane left", true);
+  }
   const std::int64_t host_free = limit_.host_bytes - reserved_.host_bytes;
   if (need.host_bytes > host_free) {
     throw_busy("HOST_MEMORY_BUSY", need.host_bytes, host_free, "host", host_freed_);

@@ -64,10 +64,14 @@ class MemoryBudget {
   /// Reserves on the first of the `preferred` devices that has room, else on the device with the
   /// fewest reserved bytes of those that have. Throws OutOfMemory: MESH_TOO_LARGE
   /// ("need_bytes", "limit_bytes") when it could never fit; Busy: HOST_MEMORY_BUSY
-  /// or DEVICE_MEMORY_BUSY when it does not fit now.
+  /// or DEVICE_MEMORY_BUSY when it does not fit now; DeviceError when all devices are closed.
   [[nodiscard]] Reservation reserve(MemoryEstimate need, std::span<const int> preferred = {});
   /// Reserves on this device. Throws the same.
   [[nodiscard]] Reservation reserve_on(int device, MemoryEstimate need);
+
+  /// No more jobs for this device; returns whether all are closed.
+  bool close_device(int device);
+  [[nodiscard]] bool closed(int device) const;
 
   /// Throws as `reserve` does when it could never fit.
   void check_fits(MemoryEstimate need) const;
@@ -89,6 +93,7 @@ class MemoryBudget {
   MemoryBytes reserved_;
   DrainRate host_freed_;
   std::vector<DrainRate> device_freed_;
+  std::vector<bool> closed_;  // by device
 };
 
 }  // namespace meshsmooth::server

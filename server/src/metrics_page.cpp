@@ -129,17 +129,17 @@ void read_resources(const Engine& engine, std::vector<MetricFamily>& families) {
   Reading busy("meshsmooth_lane_busy_seconds_total",
                "Time that the lane has spent on jobs in seconds", MetricType::Counter);
   int broken = 0;
-  for (std::size_t i = 0; i < engine.lanes().size(); ++i) {
-    const Lane& lane = *engine.lanes()[i];
-    busy.add(lane.busy_seconds(),
-             {{"device", engine.devices()[lane.device()]}, {"lane", std::to_string(i)}});
-    if (lane.broken()) ++broken;
+  const auto lanes = engine.lanes();
+  for (const auto& lane : lanes) {
+    busy.add(lane->busy_seconds(), {{"device", engine.devices()[lane->device()]},
+                                    {"lane", std::to_string(lane->number())}});
+    if (!lane->in_service()) ++broken;
   }
   families.push_back(busy.take());
   families.push_back(
       Reading("meshsmooth_lanes",
               "Lanes by state: working, or broken because the device is lost or a job hangs")
-          .add(static_cast<double>(engine.lanes().size()) - broken, {{"state", "working"}})
+          .add(static_cast<double>(lanes.size()) - broken, {{"state", "working"}})
           .add(broken, {{"state", "broken"}})
           .take());
 }

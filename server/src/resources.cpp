@@ -128,7 +128,8 @@ void fill_in_host_bytes(ServerConfig& config) {
 std::int64_t device_limit(const ServerConfig& config, const DeviceSpace& space) {
   if (space.total_bytes == 0) return INT64_MAX;
   const std::int64_t margin = std::max(std::int64_t{256} << 20, space.total_bytes / 32);
-  const std::int64_t usable = space.free_bytes - (config.lanes - 1) * space.kept_bytes - margin;
+  const std::int64_t usable =
+      space.free_bytes - (config.lanes + config.reserved_lanes - 1) * space.kept_bytes - margin;
   if (usable <= 0) {
     throw InvalidOption("OPTION_OUT_OF_RANGE",
                         "lanes: " + std::to_string(config.lanes) + " lanes may keep " +
@@ -216,7 +217,8 @@ Resources acquire_resources(ServerConfig config, const SmootherFactory& factory)
   const std::string backend = result.devices.front().backend;
   config.lanes = lane_count(config, backend);
   for (Device& device : result.devices) {
-    while (device.smoothers.size() < static_cast<std::size_t>(config.lanes)) {
+    while (device.smoothers.size() <
+           static_cast<std::size_t>(config.lanes + config.reserved_lanes)) {
       device.smoothers.push_back(factory ? factory() : make(config, device.backend));
     }
     if (!factory && config.warm_up) {
@@ -234,6 +236,11 @@ Resources acquire_resources(ServerConfig config, const SmootherFactory& factory)
   config.device_bytes = most == INT64_MAX ? 0 : most;
   result.staging = make_job_memory(backend, static_cast<std::size_t>(config.idle_pinned_bytes));
   result.resident_bytes = process_stats().resident_bytes;
+  std::vector<std::string> backends;
+  for (const Device& device : result.devices) backends.push_back(device.backend);
+  result.make_smoother = [factory, config, backends](int device) {
+    return factory ? factory() : make(config, backends[static_cast<std::size_t>(device)]);
+  };
   result.config = std::move(config);
   return result;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -13,6 +14,9 @@
 
 namespace meshsmooth::server {
 
+/// Makes another smoother of a device.
+using MakeSmoother = std::function<std::unique_ptr<Smoother>(int device)>;
+
 /// What the settings mean on this machine: backends, memory and threads.
 struct Resources {
   /// A GPU, or the host as the one device of the CPU backend.
@@ -24,6 +28,7 @@ struct Resources {
   ServerConfig config;                   // with the defaults that depend on the machine filled in
   std::unique_ptr<ThreadLimit> threads;  // shared by all lanes
   std::vector<Device> devices;
+  MakeSmoother make_smoother;
   MemoryBytes limits;                      // for all jobs
   std::string passed_over;                 // why backends that "auto" prefers are not used
   std::unique_ptr<StagingMemory> staging;  // for the arrays of meshes

@@ -223,6 +223,10 @@ void add_devices(Table& table) {
            "Number of jobs that run concurrently on each device; 0: 4 on CUDA, on the CPU a "
            "quarter of the cores, from 2 to 8",
            CLI::Range(0, 1024))
+      .add("reserved-lanes", &C::reserved_lanes,
+           "Number of further lanes of each device, for callers without a running job while all "
+           "other lanes are busy",
+           CLI::Range(0, 1024))
       .add("threads-per-lane", &C::threads_per_lane,
            "Maximum number of threads of a job; 0: all available cores, shared by concurrent jobs",
            CLI::Range(0, 4096));

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <future>
 #include <thread>
 #include <vector>
 
@@ -125,38 +126,84 @@ TEST(JobQueue, RemovesAJobOnce) {
 
 TEST(JobQueue, IsBoundedByJobs) {
   JobQueue queue(2, 1000);
-  auto first = queue.take_place(1);
-  EXPECT_NO_THROW(queue.check_room(1));
-  const auto second = queue.take_place(1);
-  EXPECT_THROW(queue.check_room(1), OutOfMemory);
+  auto first = queue.take_place(kAnonymous, 1);
+  EXPECT_NO_THROW(queue.check_room(kAnonymous, 1));
+  const auto second = queue.take_place(kAnonymous, 1);
+  EXPECT_THROW(queue.check_room(kAnonymous, 1), OutOfMemory);
 
   first = QueuePlace();
-  EXPECT_NO_THROW(queue.check_room(1));
+  EXPECT_NO_THROW(queue.check_room(kAnonymous, 1));
+}
+
+TEST(JobQueue, HasRoomForACallerWhoHasLessThanAShareOfThePlaces) {
+  JobQueue queue(4, 1000);
+  std::vector<QueuePlace> places;
+  for (int i = 0; i < 4; ++i) places.push_back(queue.take_place("a", 1));
+  EXPECT_THROW(queue.check_room("a", 1), OutOfMemory);
+  EXPECT_NO_THROW(queue.check_room("b", 1));
+  EXPECT_THROW(queue.check_room("b", 501), OutOfMemory) << "more than half of the bytes";
+
+  for (int i = 0; i < 2; ++i) places.push_back(queue.take_place("b", 1));
+  EXPECT_THROW(queue.check_room("b", 1), OutOfMemory);
+  EXPECT_NO_THROW(queue.check_room("c", 1));
+}
+
+TEST(JobQueue, HasALaneForCallersWithoutARunningJob) {
+  JobQueue queue(10, 1000);
+  push(queue, make_job(1, "a"), Priority::normal);
+  push(queue, make_job(2, "a"), Priority::interactive);
+  EXPECT_EQ(queue.pop()->sequence(), 2);  // the only other lane is busy now
+
+  std::promise<std::int64_t> taken;
+  std::thread lane([&] { taken.set_value(queue.pop(0, JobQueue::Takes::newcomers)->sequence()); });
+  push(queue, make_job(3, "a"), Priority::interactive);
+  push(queue, make_job(4, "b"), Priority::batch);
+  EXPECT_EQ(taken.get_future().get(), 4);
+  lane.join();
+  EXPECT_EQ(queue.pop()->sequence(), 3);
+}
+
+TEST(JobQueue, LeavesJobsToALaneForAnyWhileOneWaits) {
+  JobQueue queue(10, 1000);
+  std::promise<std::int64_t> by_any, by_newcomers;
+  std::thread any([&] { by_any.set_value(queue.pop()->sequence()); });
+  std::thread newcomers([&] {
+    const auto job = queue.pop(0, JobQueue::Takes::newcomers);
+    by_newcomers.set_value(job ? job->sequence() : 0);
+  });
+  while (!queue.has_idle_lane()) std::this_thread::yield();
+  push(queue, make_job(1, "a"), Priority::normal);
+  EXPECT_EQ(by_any.get_future().get(), 1);
+  push(queue, make_job(2, "a"), Priority::normal);
+  queue.done("a");
+  EXPECT_EQ(by_newcomers.get_future().get(), 2);
+  any.join();
+  newcomers.join();
 }
 
 TEST(JobQueue, IsBoundedByBytes) {
   JobQueue queue(10, 100);
-  const auto first = queue.take_place(60);
+  const auto first = queue.take_place(kAnonymous, 60);
 
-  EXPECT_THROW(queue.check_room(41), OutOfMemory);
-  EXPECT_NO_THROW(queue.check_room(40));
+  EXPECT_THROW(queue.check_room(kAnonymous, 41), OutOfMemory);
+  EXPECT_NO_THROW(queue.check_room(kAnonymous, 40));
 }
 
 TEST(JobQueue, GivesAPlaceBackWhenTheJobStarts) {
   JobQueue queue(1, 1000);
   const auto job = make_job(1);
-  EXPECT_NO_THROW(queue.check_room(1));  // an upload takes no place
-  job->queue(queue.take_place(24));
-  EXPECT_THROW(queue.check_room(1), OutOfMemory);
+  EXPECT_NO_THROW(queue.check_room(kAnonymous, 1));  // an upload takes no place
+  job->queue(queue.take_place(kAnonymous, 24));
+  EXPECT_THROW(queue.check_room(kAnonymous, 1), OutOfMemory);
   job->start();
 
-  EXPECT_NO_THROW(queue.check_room(1));
+  EXPECT_NO_THROW(queue.check_room(kAnonymous, 1));
 }
 
 TEST(JobQueue, AlwaysHasAPlaceForAJobThatWasUploaded) {
   JobQueue queue(1, 1000);
-  const auto first = queue.take_place(1000);
-  EXPECT_NO_THROW((void)queue.take_place(1000));
+  const auto first = queue.take_place(kAnonymous, 1000);
+  EXPECT_NO_THROW((void)queue.take_place(kAnonymous, 1000));
 }
 
 TEST(JobQueue, WakesWhoWaitsWhenItCloses) {

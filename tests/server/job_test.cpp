@@ -32,7 +32,7 @@ class JobTest : public ::testing::Test {
 
 TEST_F(JobTest, WalksFromReceivingToSucceeded) {
   EXPECT_EQ(job_->state(), JobState::receiving);
-  job_->queue(queue_.take_place(24));
+  job_->queue(queue_.take_place(kAnonymous, 24));
   EXPECT_EQ(job_->state(), JobState::queued);
   job_->start();
   EXPECT_EQ(job_->state(), JobState::running);
@@ -53,12 +53,12 @@ TEST_F(JobTest, EndsOnce) {
 
 TEST_F(JobTest, GivesAllMemoryBackAtItsEnd) {
   EXPECT_EQ(budget_.reserved().host_bytes, 100);
-  job_->queue(queue_.take_place(24));
-  EXPECT_THROW(queue_.check_room(24), OutOfMemory);
+  job_->queue(queue_.take_place(kAnonymous, 24));
+  EXPECT_THROW(queue_.check_room(kAnonymous, 24), OutOfMemory);
   job_->end(failed());
 
   EXPECT_EQ(budget_.reserved().host_bytes, 0);
-  EXPECT_NO_THROW(queue_.check_room(24));
+  EXPECT_NO_THROW(queue_.check_room(kAnonymous, 24));
 }
 
 TEST_F(JobTest, EndsByTheFirstStopThatWasRequested) {
@@ -72,7 +72,7 @@ TEST_F(JobTest, EndsByTheFirstStopThatWasRequested) {
 
 // The call may be gone when the lane finishes: nobody would send the result.
 TEST_F(JobTest, EndsInsteadOfSendingWhenAStopWasRequested) {
-  job_->queue(queue_.take_place(24));
+  job_->queue(queue_.take_place(kAnonymous, 24));
   job_->start();
   job_->request_stop(cancelled());
   EXPECT_FALSE(job_->finish({}));
@@ -84,7 +84,7 @@ TEST_F(JobTest, EndsInsteadOfSendingWhenAStopWasRequested) {
 }
 
 TEST_F(JobTest, IsRejectedOnlyBeforeItRuns) {
-  job_->queue(queue_.take_place(24));
+  job_->queue(queue_.take_place(kAnonymous, 24));
   job_->start();
 
   EXPECT_FALSE(job_->reject(failed()));
@@ -94,7 +94,7 @@ TEST_F(JobTest, IsRejectedOnlyBeforeItRuns) {
 }
 
 TEST_F(JobTest, DoesNotRunOnceItIsRejected) {
-  job_->queue(queue_.take_place(24));
+  job_->queue(queue_.take_place(kAnonymous, 24));
 
   EXPECT_TRUE(job_->reject(failed()));
   EXPECT_FALSE(job_->start());
@@ -102,7 +102,7 @@ TEST_F(JobTest, DoesNotRunOnceItIsRejected) {
 }
 
 TEST_F(JobTest, TellsItsObserverOfEveryChange) {
-  job_->queue(queue_.take_place(24));
+  job_->queue(queue_.take_place(kAnonymous, 24));
   job_->start();
   job_->report({.stage = Stage::iterate, .iteration = 3});
   job_->request_stop(cancelled());
@@ -115,7 +115,7 @@ TEST_F(JobTest, TellsItsObserverOfEveryChange) {
 TEST_F(JobTest, TellsOfItsProgressOnlyWhoWantsToHear) {
   int changes = 0;
   (void)job_->observe([&] { ++changes; }, false);
-  job_->queue(queue_.take_place(24));
+  job_->queue(queue_.take_place(kAnonymous, 24));
   job_->start();
   job_->report({});
   job_->report({});
@@ -125,7 +125,7 @@ TEST_F(JobTest, TellsOfItsProgressOnlyWhoWantsToHear) {
 }
 
 TEST_F(JobTest, MeasuresTheStepsUpToItsEnd) {
-  job_->queue(queue_.take_place(24));
+  job_->queue(queue_.take_place(kAnonymous, 24));
   job_->end(cancelled());
   const JobTimes times = job_->snapshot().times;
 

@@ -23,6 +23,7 @@ inline server::ServerConfig quiet_config() {
   config.log_level = "off";
   config.host_memory_limit_bytes = 1 << 30;
   config.lanes = 1;  // on any machine
+  config.reserved_lanes = 0;
   config.interactive_callers = "all";
   // Tests speak both sides of a call, so a client reads only after it has sent; and the
   // machine may be busy.

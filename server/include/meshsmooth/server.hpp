@@ -30,13 +30,13 @@ class Server {
   Server& operator=(const Server&) = delete;
 
   /// Builds the lanes, then serves. `on_device_lost` is called by another thread
-  /// when a lane has lost its device: the server no longer reports SERVING; drain it
-  /// and start another process. Call it once. Throws NotSupported (BACKEND_NOT_AVAILABLE),
-  /// DeviceError, or InvalidOption (OPTION_OUT_OF_RANGE: `listen` cannot be bound,
-  /// or the device has no memory for so many `lanes`).
+  /// when no lane is left, because each lost its device or does not stop its job: the server no
+  /// longer reports SERVING; drain it and start another process. Call it once. Throws NotSupported
+  /// (BACKEND_NOT_AVAILABLE), DeviceError, or InvalidOption (OPTION_OUT_OF_RANGE: `listen` cannot
+  /// be bound, or the device has no memory for so many `lanes`).
   void start(std::function<void()> on_device_lost = [] {});
 
-  /// Whether a lane has lost its device.
+  /// Whether no lane is left.
   [[nodiscard]] bool device_lost() const;
 
   /// The bound port; 0 without one.

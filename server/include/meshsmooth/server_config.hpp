@@ -29,6 +29,7 @@ struct ServerConfig {
   std::string backend = "auto";
   std::string devices = "";  // empty: the device of `backend`
   int lanes = 0;             // 0: depends on the backend
+  int reserved_lanes = 1;
   int threads_per_lane = 0;  // 0: all available cores
 
   std::int64_t host_memory_limit_bytes = 0;  // 0: 80 % of what machine and control group allow

@@ -384,12 +384,11 @@ v1::GetServerInfoResponse encode_server_info(const Engine& engine) {
     backend->set_total_bytes(on_device ? limit.device_bytes[device] : limit.host_bytes);
     backend->set_reserved_bytes(on_device ? reserved.device_bytes[device] : reserved.host_bytes);
     if (on_device) backend->set_device_index(parsed.device.value_or(0));
-    backend->set_healthy(true);
     for (const auto& lane : engine.lanes()) {
       if (lane->device() != device) continue;
       backend->set_lane_count(backend->lane_count() + 1);
       if (lane->busy()) backend->set_busy_lane_count(backend->busy_lane_count() + 1);
-      if (lane->broken()) backend->set_healthy(false);
+      if (lane->in_service()) backend->set_healthy(true);
     }
   }
   return info;
