@@ -2,6 +2,7 @@
 
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/health_check_service_interface.h>
+#include <grpcpp/resource_quota.h>
 #include <grpcpp/server.h>
 #include <grpcpp/server_builder.h>
 #include <sys/stat.h>
@@ -17,14 +18,18 @@
 #include "meshsmooth/error.hpp"
 #include "meshsmooth/v1/smoothing.grpc.pb.h"
 #include "metrics_page.hpp"
+#include "port_probe.hpp"
 #include "rpc/smoothing_service.hpp"
 #include "rpc/transport_security.hpp"
 
 namespace meshsmooth::server {
 namespace {
 
+constexpr int kMaxReflectionThreads = 16;
 // Additional time for calls that have nothing left to wait for.
 constexpr auto kCallSlack = std::chrono::seconds(1);
+// Probes give up after a second.
+constexpr auto kProbeTimeout = std::chrono::milliseconds(800);
 
 int to_milliseconds(ServerConfig::Duration duration) {
   return static_cast<int>(std::chrono::duration_cast<std::chrono::milliseconds>(duration).count());
@@ -50,7 +55,10 @@ void configure(grpc::ServerBuilder& builder, const ServerConfig& config) {
     builder.AddChannelArgument(GRPC_ARG_HTTP2_BDP_PROBE, 0);
     builder.AddChannelArgument(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, config.stream_window_bytes);
   }
-  // These threads only serve reflection.
+  // Reflection holds a thread for each open stream; it waits for one when there are too many.
+  grpc::ResourceQuota quota("meshsmooth");
+  quota.SetMaxThreads(kMaxReflectionThreads);
+  builder.SetResourceQuota(quota);
   builder.SetSyncServerOption(grpc::ServerBuilder::NUM_CQS, 1);
   builder.SetSyncServerOption(grpc::ServerBuilder::MIN_POLLERS, 1);
   builder.SetSyncServerOption(grpc::ServerBuilder::MAX_POLLERS, 2);
@@ -80,17 +88,20 @@ struct Server::Impl {
     health->SetServingStatus(v1::SmoothingService::service_full_name(), serving);
   }
 
-  // A process that has lost a lane should be replaced.
+  // A process without a lane should be replaced.
   [[nodiscard]] HttpAnswer health() const {
-    if (device_lost) return {503, "device lost\n"};
+    if (device_lost) return {503, "no lane left\n"};
     return {200, "ok\n"};
   }
 
   // Whether new calls are accepted.
   [[nodiscard]] HttpAnswer readiness() const {
-    if (device_lost) return {503, "device lost\n"};
+    if (device_lost) return {503, "no lane left\n"};
     if (draining) return {503, "draining\n"};
     if (running_engine == nullptr) return {503, "starting\n"};
+    if (port != 0 && !port_answers(config.listen, port, !config.tls_cert.empty(), kProbeTimeout)) {
+      return {503, "the port does not answer\n"};
+    }
     return {200, "ok\n"};
   }
 
@@ -142,7 +153,7 @@ void Server::start(std::function<void()> on_device_lost) {
   impl.start_admin();  // before the device is warmed up, which may take long
   auto engine = std::make_unique<Engine>(
       impl.config, impl.factory, [&impl, lost = std::move(on_device_lost)] {
-        log_error("lane_broken", "a lane lost its device; restart the server");
+        log_error("lane_broken", "no lane is left; restart the server");
         impl.device_lost = true;
         impl.set_serving(false);
         lost();
