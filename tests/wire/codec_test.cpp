@@ -330,7 +330,7 @@ TEST(DecodeOptions, RefusesUnknownMethods) {
               auto* taubin = o.mutable_taubin();
               taubin->GetReflection()->MutableUnknownFields(taubin)->AddVarint(9, 1);
             }),
-            "OPTION_NOT_SUPPORTED taubin#9");
+            "OPTION_NOT_SUPPORTED options.taubin#9");
 }
 
 TEST(DecodeDuration, CutsWhatNanosecondsCannotHold) {
