@@ -2,7 +2,12 @@
 # Debian 12; Debian 13 has newer ones of most.
 find_package(Threads REQUIRED)
 find_package(TBB 2021.8 REQUIRED)
-find_package(Protobuf 3.21 REQUIRED)
+# By its own configuration where there is one, and before gRPC, whose configuration looks for it too:
+# from version 22 on it needs Abseil, which CMake's module does not know.
+find_package(Protobuf CONFIG QUIET)
+if(NOT Protobuf_FOUND)
+  find_package(Protobuf 3.21 REQUIRED)
+endif()
 find_package(gRPC 1.51 CONFIG REQUIRED)
 find_package(OpenSSL 3.0 REQUIRED)
 if(MESHSMOOTH_BUILD_SERVER)
