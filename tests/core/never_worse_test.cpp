@@ -208,7 +208,7 @@ Mesh sector(ElementType type, int cells, bool full, double degrees) {
   });
 }
 
-TEST(NeverWorse, LeavesBentSectorsOfBoxesAsTheyAre) {
+TEST(NeverWorse, LeavesCurvedSectorsOfBoxesAsTheyAre) {
   for (const ElementType type : {ElementType::quad, ElementType::hexahedron}) {
     for (const bool full : {false, true}) {
       for (const double degrees : {10.0, 45.0, 90.0}) {

@@ -11,7 +11,7 @@ namespace meshsmooth::detail {
 
 /// Finds the nodes among curved quadrilaterals, hexahedra and other boxes with right angles. Such
 /// elements are their own target, as straight ones are; that does not show in the mesh of their
-/// corners, where the chords of a bent sector meet at other angles. On the threads of the current
+/// corners, where the chords of a curved sector meet at other angles. On the threads of the current
 /// arena. O(elements).
 ///
 /// @returns [nodes], 1: all elements at the node have a least scaled Jacobian of 0.99 or more, no
