@@ -22,10 +22,11 @@ struct Numbering {
 
 /// Finds the mirrored elements of a valid topology by propagation over facets, for each connected
 /// component on its own; facets of three and more elements do not connect. A component of a volume
-/// mesh encloses a positive volume. All components of a plane mesh have the same side; one of a
-/// curved surface is changed only where it has both. Which side that is does not depend on which
-/// elements are mirrored. O(elements log star size), multi-threaded but for the components; the
-/// same result for any number of threads.
+/// mesh encloses a positive volume, unless all of it is numbered alike and most of its elements
+/// have a positive one: then it is tangled. All components of a plane mesh have the same side; one
+/// of a curved surface is changed only where it has both. Which side that is does not depend on
+/// which elements are mirrored. O(elements log star size), multi-threaded but for the components;
+/// the same result for any number of threads.
 ///
 /// @param positions  [topology.node_count]
 [[nodiscard]] Numbering find_numbering(const TopologyView& topology,

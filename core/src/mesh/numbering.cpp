@@ -158,6 +158,7 @@ void for_each_weight(const TopologyView& topology, std::span<const Vec3<Real>> p
 struct Component {
   Weight sum;
   std::size_t even = 0, odd = 0;
+  std::size_t negative = 0;  // volumes
 
   void add(const Weight& weight, bool is_odd) {
     const double sign = is_odd ? -1 : 1;
@@ -165,6 +166,7 @@ struct Component {
     sum.area += sign * weight.area;
     sum.absolute += weight.absolute;
     ++(is_odd ? odd : even);
+    if (sign * weight.volume < 0) ++negative;
   }
 
   /// Whether the elements that are numbered like the first are mirrored. What cancels but for
@@ -173,7 +175,11 @@ struct Component {
   /// those that its normal is nearest to.
   [[nodiscard]] bool turned(bool volume) const {
     constexpr double kRounding = 1e-9;
-    if (volume) return sum.volume < -kRounding * sum.absolute;
+    if (volume) {
+      // One that is numbered alike is tangled, not mirrored, unless most of its elements say so.
+      const bool most = 2 * negative > even + odd;
+      return sum.volume < -kRounding * sum.absolute && (most || (even > 0 && odd > 0));
+    }
     double along = 0;
     for (const double part : {sum.area.x, sum.area.y, sum.area.z}) {
       if (std::abs(part) > (1 + kRounding) * std::abs(along)) along = part;
