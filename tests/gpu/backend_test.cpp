@@ -99,7 +99,6 @@ std::vector<BadJob> bad_jobs() {
                                       })},
       {"not_a_number", with_coordinate(std::numeric_limits<double>::quiet_NaN())},
       {"infinite", with_coordinate(-std::numeric_limits<double>::infinity())},
-      {"all_inverted", test::inverted(lattice)},
       {"tangled",
        test::noisy(test::lattice(ElementType::tetrahedron, 5), 0.5, 2),
        {.method = SmartLaplacian{}, .tangled = TangledPolicy::refuse}},

@@ -4,6 +4,7 @@
 
 #include "core/smoothing.hpp"
 #include "gpu/gpu_meshes.hpp"
+#include "meshsmooth/canonical_topology.hpp"
 #include "support/cuda_device.hpp"
 #include "support/element_values.hpp"
 #include "support/mesh_size.hpp"
@@ -110,10 +111,11 @@ TEST_P(CudaCertifyElements, AgreesWithTheCpu) {
   for (const double size : test::kThrownSizes) {
     Mesh mesh = random_elements(type, size, random);
     const MeshTopology topology(mesh);
-    const SurfaceOrientation orientation(topology.view(), mesh.positions_view());
+    const CanonicalTopology canonical(topology.view(), mesh.positions_view());
+    const SurfaceOrientation orientation(canonical.view(), mesh.positions_view());
     const QualityStats expected = measure_quality(mesh);
     const std::vector<float> jacobians =
-        measure_elements(topology.view(), mesh.positions_view(), orientation,
+        measure_elements(canonical.view(), mesh.positions_view(), orientation,
                          {QualityMetric::scaled_jacobian})
             .values;
 
