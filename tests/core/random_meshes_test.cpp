@@ -143,7 +143,8 @@ TEST(RandomMeshes, NeverGetMoreEnergyByASweep) {
         const test::Job job =
             test::smooth(mesh, {.method = Optimize{.goal = goal, .target = Target::ideal},
                                 .max_iterations = sweeps,
-                                .tolerance = {0}});
+                                .tolerance = {0},
+                                .never_worse = false});
         if (job.summary.convergence.iteration_count < sweeps) break;
         const double after = test::oracle::mean_energy(job.mesh, p);
         EXPECT_LE(after, before * (1 + 1e-13)) << seed;
