@@ -119,7 +119,7 @@ forbid("zlib\\.h" "one file knows the library"
 forbid("prometheus/" "only one place knows how metrics are counted"
   server/src/metrics)
 forbid("openssl/" "secrets and certificates are handled in few places"
-  proto/wire/sha256\\.cpp server/src/token_file\\.cpp server/src/rpc/transport_security\\.cpp tests/)
+  proto/wire/sha256\\.cpp server/src/port_probe\\.cpp server/src/token_file\\.cpp server/src/rpc/transport_security\\.cpp tests/)
 forbid("civetweb\\.h" "only one place knows how HTTP is spoken"
   server/src/admin_server\\.cpp)
 forbid("(cuda|cub/|thrust/)" "CUDA stays in its backend"

@@ -18,9 +18,11 @@ void JobQueue::check_room(const std::string& caller, std::int64_t bytes) const {
   const std::int64_t too_many_bytes = bytes - (max_bytes_ - queued_bytes_);
   const auto found = places_.find(caller);
   const Places own = found == places_.end() ? Places() : found->second;
-  // With this one; each has a share of the places, even when others have taken more before.
+  // With this one; each has a share of the places, even when others have taken more before, up to
+  // twice as many in all: callers are not always told apart by more than a connection.
   const auto callers = static_cast<int>(places_.size() + (found == places_.end() ? 1 : 0));
-  const bool below_share = callers > 1 && own.jobs < std::max(1, max_jobs_ / callers) &&
+  const bool below_share = callers > 1 && queued_jobs_ / 2 < max_jobs_ &&
+                           own.jobs < std::max(1, max_jobs_ / callers) &&
                            own.bytes + bytes <= max_bytes_ / callers;
   if (!below_share && (queued_jobs_ >= max_jobs_ || too_many_bytes > 0)) {
     const auto now = Clock::now();

@@ -13,7 +13,8 @@ from programs import CLI, DONE, FAILED, USAGE, CliTest, main
 FIXTURES = Path(__file__).parent.parent / "formats" / "files"
 SLOW_IS_FINE = 120
 # Nodes of all meshes move.
-ITERATIONS = ["--iterations", "2", "--method", "laplacian", "--boundary", "free"]
+ITERATIONS = ["--iterations", "2", "--method", "laplacian", "--boundary", "free",
+              "--never-worse", "off"]
 
 
 class FileTest(CliTest):

@@ -42,8 +42,7 @@ TEST(DescribeInverted, KnowsTheOtherCases) {
   EXPECT_EQ(describe_inverted(summary_of(1, 1, 8), {}),
             "1 of 8 elements (12.5 %) is inverted; 1 was before");
   EXPECT_EQ(describe_inverted(summary_of(8, 8, 8), {}),
-            "8 of 8 elements (100.0 %) are inverted; 8 were before: when all are, it is their node "
-            "order (VTK's is expected)");
+            "8 of 8 elements (100.0 %) are inverted; 8 were before");
   SmoothSummary locked = summary_of(5, 3);
   locked.locked.inverted_count = 2;
   EXPECT_EQ(describe_inverted(locked, {}),

@@ -72,12 +72,13 @@ template <class MakeMesh>
 void expect_linear(const std::string& what, const MakeMesh& make, const SmoothOptions& options) {
   constexpr int kNodes = 8000;
   constexpr double kNoise = 0.01;  // seconds
+  constexpr double kMost = 8;      // what is linear misses caches; what is quadratic takes 16
   double one = std::numeric_limits<double>::max(), four = one;
-  for (int attempt = 0; attempt == 0 || (attempt < 3 && four > 5 * one); ++attempt) {
+  for (int attempt = 0; attempt == 0 || (attempt < 3 && four > kMost * one); ++attempt) {
     one = std::max(kNoise, std::min(one, cost_of(make(kNodes), options)));
     four = std::min(four, cost_of(make(4 * kNodes), options));
   }
-  EXPECT_LE(four, 5 * one) << what << ": seconds of four times as many elements";
+  EXPECT_LE(four, kMost * one) << what << ": seconds of four times as many elements";
 }
 
 TEST(Growth, IsLinearForEveryMethodAtAHub) {

@@ -106,8 +106,9 @@ TEST_F(MshErrors, WhatIsNotReadIsNamed) {
   expect_error(kFormat + kNodes, "MESH_EMPTY", "there is no $Elements section");
   expect_error(kFormat + elements(row), "MESH_EMPTY", "there is no $Nodes section");
   expect_error(kFormat, "FILE_TRUNCATED", "there is no $Nodes section");
-  expect_error(kFormat + kNodes + "$Periodic\n1\n", "FILE_TRUNCATED",
-               "there is no $EndPeriodic after $Periodic");
+  expect_error(kFormat + kNodes + "$Comments\n1\n", "FILE_TRUNCATED",
+               "there is no $EndComments after $Comments");
+  expect_error(kFormat + kNodes + "$Periodic\n1\n", "FILE_TRUNCATED", "the file ends too early");
   expect_error(kFormat + kNodes + elements(row).substr(0, 20), "FILE_TRUNCATED",
                "the file ends too early");
 }
