@@ -27,7 +27,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr std::int64_t kHostMemoryLimit = 256 << 20;
-constexpr int kConnections = 500, kUploads = 64, kQueue = 8;
+constexpr int kConnections = 500, kUploads = 64, kQueue = 2;
 
 /// A line of /proc/PID/status, in bytes.
 std::int64_t memory_of(pid_t process, const std::string& what) {
