@@ -272,11 +272,11 @@ class Smooth(CliTest):
         cubes = [[at(x, y, z), at(x + 1, y, z), at(x + 1, y + 1, z), at(x, y + 1, z),
                   at(x, y, z + 1), at(x + 1, y, z + 1), at(x + 1, y + 1, z + 1), at(x, y + 1, z + 1)]
                  for z in range(4) for y in range(3) for x in range(3)]
-        # Of the first layer, halves that repeat an edge; the third one has no thickness.
-        halves = [half for n in cubes[:9]
+        # Of two layers, halves that repeat an edge; the third one has no thickness.
+        halves = [half for n in cubes[:18]
                   for half in ([n[0], n[1], n[2], n[2], n[4], n[5], n[6], n[6]],
                                [n[0], n[2], n[3], n[3], n[4], n[6], n[7], n[7]])]
-        (self.folder / "in.vtk").write_text(vtk_text(points, halves + cubes[9:], cell_type=12))
+        (self.folder / "in.vtk").write_text(vtk_text(points, halves + cubes[18:], cell_type=12))
         quality = self.run_cli("quality", self.path("in.vtk")).stdout
         for server in (False, True):
             with contextlib.ExitStack() as stack:
@@ -284,9 +284,9 @@ class Smooth(CliTest):
                 moved, report, output = self.moved_nodes(self.path("in.vtk"), "--never-worse", "off",
                                                          *where)
             for text in (quality, output):
-                self.assertIn("18 elements with repeated nodes: read as the type", text)
+                self.assertIn("36 elements with repeated nodes: read as the type", text)
                 self.assertIn("9 interface elements without thickness: not evaluated", text)
-            self.assertEqual(report["quality_after"]["collapsed_element_count"], "18")
+            self.assertEqual(report["quality_after"]["collapsed_element_count"], "36")
             self.assertEqual(report["quality_after"]["interface_element_count"], "9")
             self.assertIn("no element is inverted", output)
             self.assertTrue(moved)
