@@ -17,10 +17,12 @@ using test::Job;
 class CudaCanonical : public test::CudaTest {
  protected:
   Job on_cuda(const Mesh& mesh, const SmoothOptions& options) {
+    if (smoother_ == nullptr) smoother_ = make_smoother("cuda:0");
     return test::smooth_on(*smoother_, mesh, options);
   }
 
-  std::unique_ptr<Smoother> smoother_ = make_smoother("cuda:0");
+ private:
+  std::unique_ptr<Smoother> smoother_;
 };
 
 TEST_F(CudaCanonical, MirroredMeshesHaveTheBitsOfTheMeshNumberedAlike) {
