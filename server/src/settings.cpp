@@ -28,30 +28,20 @@ CLI::Validator text_that(const std::string& what, bool (*fits)(std::string_view)
 }
 
 /// CLI11's own lets "nan" through, which is in no range.
-CLI::Validator seconds_range() {
-  const CLI::Range range(0.0, 1e6);
+CLI::Validator number_range(double lowest, double highest) {
+  const CLI::Range range(lowest, highest);
   return {[range](std::string& text) {
             double value = 0;
             if (CLI::detail::lexical_cast(text, value) && std::isnan(value)) {
-              return text + " is no number";
+              return text + " is not a number";
             }
             return range(text);
           },
           range.get_description()};
 }
 
-/// The same for fractions.
-CLI::Validator fraction() {
-  const CLI::Range range(0.0, 1.0);
-  return {[range](std::string& text) {
-            double value = 0;
-            if (CLI::detail::lexical_cast(text, value) && std::isnan(value)) {
-              return text + " is no number";
-            }
-            return range(text);
-          },
-          range.get_description()};
-}
+CLI::Validator seconds_range() { return number_range(0.0, 1e6); }
+CLI::Validator fraction() { return number_range(0.0, 1.0); }
 
 bool is_printable(std::string_view text) {
   return std::ranges::all_of(text, [](unsigned char c) { return c >= 0x20 && c != 0x7f; });

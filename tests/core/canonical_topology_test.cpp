@@ -107,6 +107,13 @@ INSTANTIATE_TEST_SUITE_P(Types, Interfaces,
                                            ElementType::tetrahedron, ElementType::hexahedron),
                          [](const auto& of) { return std::string(element_name(of.param)); });
 
+void expect_matched(const test::Cut& cut, const test::Job& job, std::string_view way = "") {
+  const std::vector<Vec3d>& points = test::points(job.mesh);
+  for (const auto& [a, b] : cut.pairs) {
+    EXPECT_EQ(points[static_cast<std::size_t>(a)], points[static_cast<std::size_t>(b)]) << way;
+  }
+}
+
 TEST_P(Interfaces, StayTogetherAndAreInNoFigure) {
   const test::Cut cut = test::cut_lattice(GetParam(), false);
   const auto regular = static_cast<std::int64_t>(cut.mesh.element_count()) - cut.interface_count;
@@ -123,11 +130,7 @@ TEST_P(Interfaces, StayTogetherAndAreInNoFigure) {
                                                     .max_iterations = 5,
                                                     .boundary = boundary,
                                                     .never_worse = false});
-      const auto& points = std::get<std::vector<Vec3d>>(job.mesh.positions);
-      for (const auto& [a, b] : cut.pairs) {
-        EXPECT_EQ(points[static_cast<std::size_t>(a)], points[static_cast<std::size_t>(b)])
-            << way.name;
-      }
+      expect_matched(cut, job, way.name);
       EXPECT_EQ(job.summary.quality_after.interface_count, cut.interface_count);
       EXPECT_EQ(job.summary.quality_after.element_count, regular);
       EXPECT_GT(job.summary.nodes.moved, 0);
@@ -142,10 +145,7 @@ TEST_P(Interfaces, StayTogetherAndAreInNoFigure) {
 TEST_P(Interfaces, OfSecondOrderToo) {
   const test::Cut cut = test::cut_lattice(GetParam(), true);
   const test::Job job = test::smooth(cut.mesh, {});
-  const auto& points = std::get<std::vector<Vec3d>>(job.mesh.positions);
-  for (const auto& [a, b] : cut.pairs) {
-    EXPECT_EQ(points[static_cast<std::size_t>(a)], points[static_cast<std::size_t>(b)]);
-  }
+  expect_matched(cut, job);
   EXPECT_EQ(job.summary.quality_after.interface_count, cut.interface_count);
   EXPECT_EQ(job.summary.quality_after.inverted_count, 0);
 }
@@ -186,11 +186,7 @@ TEST_P(Interfaces, OrWithoutElementsStayTogetherUnderEveryBoundary) {
                                                     .max_iterations = 5,
                                                     .boundary = boundary,
                                                     .never_worse = false});
-      const auto& points = std::get<std::vector<Vec3d>>(job.mesh.positions);
-      for (const auto& [a, b] : cut.pairs) {
-        EXPECT_EQ(points[static_cast<std::size_t>(a)], points[static_cast<std::size_t>(b)])
-            << way.name;
-      }
+      expect_matched(cut, job, way.name);
       EXPECT_EQ(job.summary.nodes.coincident, static_cast<std::int64_t>(2 * cut.pairs.size()));
       EXPECT_GT(job.summary.nodes.moved, 0);
     }

@@ -126,7 +126,7 @@ TEST_F(Config, NamesFieldValueAndSourceOfAWrongValue) {
                     ContainsRegex("0 (to|-) 1024")));  // by CLI11's version
   EXPECT_THAT(error_of({"--lame-duck-seconds", "soon"}),
               AllOf(HasSubstr("lame-duck-seconds: "), HasSubstr("\"soon\"")));
-  EXPECT_THAT(error_of({"--lame-duck-seconds", "nan"}), HasSubstr("nan is no number"));
+  EXPECT_THAT(error_of({"--lame-duck-seconds", "nan"}), HasSubstr("nan is not a number"));
   EXPECT_THAT(error_of({"--max-receive-message-bytes", "1048576"}),
               ContainsRegex("2097152 (to|-) "));
   EXPECT_THAT(error_of({"--max-job-bytes", "lots"}), HasSubstr("\"lots\" (flag --max-job-bytes)"));

@@ -99,8 +99,7 @@ std::optional<PlainElement> corners_of(const std::vector<Face>& faces) {
   return same_faces(faces_of(shape, nodes), faces) ? std::optional(result) : std::nullopt;
 }
 
-/// The type of second order with these corners that has nodes in the middle of edges alone, and
-/// with `faces` of quadrilateral faces.
+/// The type of second order with these corners that has nodes in the middle of edges alone.
 std::optional<ElementType> second_order_type(ElementType linear) {
   for (const ElementType type : kElementTypes) {
     if (!is_second_order(type) || linear_type(type) != linear) continue;

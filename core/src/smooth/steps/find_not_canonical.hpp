@@ -13,7 +13,7 @@ struct NotCanonical {};
 /// Whether an element may be mirrored, or is an interface.
 template <class Real>
 struct NotCanonicalRule {
-  // A ball in which it is not worth while to search.
+  // Balls longer than this are left to the host, which sorts: a search there is quadratic.
   static constexpr std::size_t kLongBall = 512;
 
   Elements elements;
@@ -76,7 +76,7 @@ struct NotCanonicalRule {
 };
 
 /// Whether the mesh may not be canonical. What is not canonical has inverted or degenerate
-/// elements, or is a curved surface: nobody asks for other meshes.
+/// elements, or is a curved surface: other meshes are not examined.
 ///
 /// cost   O(ball entries) around the inverted elements
 template <Executor E, class Real, class Orientation>

@@ -21,7 +21,7 @@ struct QualityFloor {
   double mean_ratio = std::numeric_limits<double>::infinity();
   double scaled_jacobian = std::numeric_limits<double>::infinity();
 
-  /// Whether a measure is below, or is no number.
+  /// Whether a measure is below, or is not a number.
   [[nodiscard]] MESHSMOOTH_HD bool is_above(const ElementMeasure& measure) const {
     return !(measure.mean_ratio >= mean_ratio && measure.scaled_jacobian >= scaled_jacobian);
   }
