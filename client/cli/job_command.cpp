@@ -101,6 +101,8 @@ client::SmoothReport run_job(
   formats::MeshFile file = read_mesh(flags.input);
   set_precision(output, file.mesh);
   fix_named_nodes(file, flags);
+  const std::vector<NodePair> pairs = find_periodic_pairs(file, flags);
+  options.node_pairs = pairs;
   complete(file, options);
   validate(options);
   const MeshParts parts = set_up_mesh(file, flags, options);
@@ -135,6 +137,13 @@ void add_job_flags(CLI::App& command, JobFlags& flags, const std::string& input_
                   "(Abaqus), a marker (SU2), a patch or zone (OpenFOAM), or a point array of the "
                   "file (not 0: fixed); may be repeated")
       ->allow_extra_args(false);
+  command
+      .add_option(
+          "--periodic", flags.periodic,
+          "Two sets of nodes, by name as --fixed-set, that a translation or rotation takes to "
+          "each other: their nodes stay matched, being held; may be repeated")
+      ->allow_extra_args(false)
+      ->type_name("SET_A SET_B");
   std::vector<std::string> types;
   for (const ElementType type : kElementTypes) types.emplace_back(element_name(type));
   command

@@ -5,6 +5,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "connection.hpp"
@@ -22,6 +23,7 @@ struct JobFlags {
   std::optional<std::filesystem::path> fixed_nodes;
   std::vector<std::string> fixed_sets;
   std::vector<std::string> fixed_types;
+  std::vector<std::pair<std::string, std::string>> periodic;  // names of sets
   std::string regions = "auto";
   std::vector<std::string> element_quality;  // names of metrics
   std::string backend = "auto";

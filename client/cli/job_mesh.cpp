@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "fixed_nodes.hpp"
+#include "node_pairs.hpp"
 #include "node_sets.hpp"
 
 namespace meshsmooth::cli {
@@ -58,6 +59,18 @@ void fix_named_nodes(formats::MeshFile& file, const JobFlags& flags) {
     if (std::ranges::find(flags.fixed_types, type) == flags.fixed_types.end()) continue;
     mark_fixed(file.mesh.fixed, block.nodes, node_count);
   }
+}
+
+std::vector<NodePair> find_periodic_pairs(const formats::MeshFile& file, const JobFlags& flags) {
+  std::vector<NodePair> pairs;
+  for (const auto& [name_a, name_b] : flags.periodic) {
+    const std::vector<NodeId> a = formats::find_node_set(file, name_a);
+    const std::vector<NodeId> b = formats::find_node_set(file, name_b);
+    const auto found =
+        formats::match_sides(file.mesh.positions_view(), {name_a, a}, {name_b, b}, "--periodic");
+    pairs.insert(pairs.end(), found.begin(), found.end());
+  }
+  return pairs;
 }
 
 MeshParts set_up_mesh(formats::MeshFile& file, const JobFlags& flags,

@@ -162,6 +162,9 @@ std::string nodes_sentence(const SmoothSummary& summary, const SmoothOptions& op
     text += fmt::format(", {} on the boundary share their positions and stay",
                         with_commas(nodes.coincident));
   }
+  if (nodes.paired > 0) {
+    text += fmt::format(", {} in pairs stay", with_commas(nodes.paired));
+  }
   if (nodes.on_non_manifold_edges > 0) {
     text += fmt::format(", {} on non-manifold edges (of three or more elements)",
                         with_commas(nodes.on_non_manifold_edges));

@@ -141,6 +141,7 @@ v1::JobSpec SmoothCall::make_spec() const {
   }
   spec.set_coordinate_type(wire::encode_position_type(positions_));
   spec.set_prescribed_node_count(static_cast<std::int64_t>(options_.prescribed.nodes.size()));
+  spec.set_node_pair_count(static_cast<std::int64_t>(options_.node_pairs.size()));
   *spec.mutable_options() = wire::encode_options(options_);
   spec.set_backend_kind(encode_backend(request_.backend));
   if (request_.on_progress) {
@@ -291,6 +292,9 @@ std::vector<SmoothCall::Part> SmoothCall::parts_to_send() const {
         std::visit([](const auto& own) { return std::as_bytes(std::span(own)); }, converted_);
     add(id, converted.empty() ? bytes_of(further_positions(options_)) : converted);
   };
+  if (!options_.node_pairs.empty()) {
+    (void)hold_node_pairs(MeshTopology(mesh_).view(), options_);  // refuses them before they travel
+  }
   if (moves(options_)) {
     validate_prescribed(MeshTopology(mesh_).view(), options_.prescribed);
     if (topology_.name.empty()) add(v1::ARRAY_ID_REFERENCE_COORDINATES, bytes_of(positions_));
@@ -303,6 +307,7 @@ std::vector<SmoothCall::Part> SmoothCall::parts_to_send() const {
       add_further(v1::ARRAY_ID_REFERENCE_COORDINATES);
     }
   }
+  add(v1::ARRAY_ID_NODE_PAIRS, std::as_bytes(options_.node_pairs));
   std::ranges::reverse(parts);
   return parts;
 }

@@ -97,13 +97,14 @@ MeshAssembler::MeshAssembler(MeshLayout layout, std::shared_ptr<const TopologyAr
       reference_(size_of(layout_.reference_bytes), memory),
       prescribed_nodes_(size_of(layout_.prescribed_nodes_bytes()), memory),
       prescribed_coordinates_(size_of(layout_.prescribed_coordinates_bytes()), memory),
+      node_pairs_(size_of(layout_.node_pairs_bytes()), memory),
       arrays_(list_arrays(nullptr)),
       received_bytes_(static_cast<std::int64_t>(shared_.size())) {
   skip_complete_arrays();
 }
 
 /// Without a topology its arrays are there already.
-std::array<MeshAssembler::Array, 8> MeshAssembler::list_arrays(TopologyArrays* topology) {
+std::array<MeshAssembler::Array, 9> MeshAssembler::list_arrays(TopologyArrays* topology) {
   const auto array = [](v1::ArrayId id, ByteArray& bytes) {
     return Array{id, bytes.data(), bytes.size()};
   };
@@ -119,7 +120,8 @@ std::array<MeshAssembler::Array, 8> MeshAssembler::list_arrays(TopologyArrays* t
               : Array{v1::ARRAY_ID_COORDINATES, nullptr, 0},
           array(v1::ARRAY_ID_REFERENCE_COORDINATES, reference_),
           array(v1::ARRAY_ID_PRESCRIBED_NODES, prescribed_nodes_),
-          array(v1::ARRAY_ID_PRESCRIBED_COORDINATES, prescribed_coordinates_)};
+          array(v1::ARRAY_ID_PRESCRIBED_COORDINATES, prescribed_coordinates_),
+          array(v1::ARRAY_ID_NODE_PAIRS, node_pairs_)};
 }
 
 void MeshAssembler::skip_complete_arrays() {
@@ -193,6 +195,11 @@ PrescribedNodes MeshAssembler::prescribed() const {
   return {{reinterpret_cast<const NodeId*>(prescribed_nodes_.data()),
            static_cast<std::size_t>(layout_.prescribed_count)},
           positions_in(prescribed_coordinates_.bytes(), layout_.float64)};
+}
+
+std::span<const NodePair> MeshAssembler::node_pairs() const {
+  return {reinterpret_cast<const NodePair*>(node_pairs_.data()),
+          static_cast<std::size_t>(layout_.pair_count)};
 }
 
 PositionsView MeshAssembler::given_positions() const {

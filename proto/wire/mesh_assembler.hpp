@@ -99,6 +99,8 @@ class MeshAssembler {
   [[nodiscard]] PositionsView reference() const;
   /// Empty unless the layout announces prescribed nodes.
   [[nodiscard]] PrescribedNodes prescribed() const;
+  /// Empty unless the layout announces node pairs.
+  [[nodiscard]] std::span<const NodePair> node_pairs() const;
   [[nodiscard]] std::span<const std::byte> coordinate_bytes() const { return coordinates_.bytes(); }
 
   /// The topology, to be shared.
@@ -114,7 +116,7 @@ class MeshAssembler {
     std::size_t received_bytes = 0;
   };
 
-  [[nodiscard]] std::array<Array, 8> list_arrays(TopologyArrays* topology);
+  [[nodiscard]] std::array<Array, 9> list_arrays(TopologyArrays* topology);
   void skip_complete_arrays();
   [[noreturn]] void throw_unexpected(const ChunkView& chunk) const;
 
@@ -124,8 +126,8 @@ class MeshAssembler {
   bool shares_coordinates_ = false;
   std::span<const std::byte> shared_;  // that are given
   ByteArray reference_;
-  ByteArray prescribed_nodes_, prescribed_coordinates_;
-  std::array<Array, 8> arrays_;  // in the order of the stream; absent ones have no bytes
+  ByteArray prescribed_nodes_, prescribed_coordinates_, node_pairs_;
+  std::array<Array, 9> arrays_;  // in the order of the stream; absent ones have no bytes
   std::size_t current_ = 0;
   std::int64_t received_bytes_ = 0;
   std::optional<TopologyNamer> namer_;

@@ -76,11 +76,28 @@ void MeshLayout::expect_prescribed(std::int64_t count, const MeshLimits& limits)
                limits.max_mesh_bytes, "bytes");
 }
 
+void MeshLayout::expect_node_pairs(std::int64_t count, const MeshLimits& limits) {
+  // A node is in few pairs: at a corner of a box that is periodic in all directions, in seven.
+  constexpr std::int64_t kMostPairsPerNode = 8;
+  const std::int64_t most = saturating_multiply(kMostPairsPerNode, node_count);
+  if (count < 0 || count > most) {
+    throw InvalidOption("OPTION_OUT_OF_RANGE",
+                        "node_pair_count is " + std::to_string(count) +
+                            ", it must be at least 0 and at most " + std::to_string(most) +
+                            ", eight times the number of nodes",
+                        {{"field", "node_pair_count"}});
+  }
+  const std::int64_t others = total_bytes();
+  pair_count = count;
+  need_at_most(saturating_add(others, node_pairs_bytes()), limits.max_mesh_bytes, "bytes");
+}
+
 MeshLayout MeshLayout::coordinates_only(bool as_float64) const {
   MeshLayout layout = *this;
   layout.float64 = as_float64;
   layout.elements_bytes = layout.fixed_mask_bytes = layout.element_regions_bytes = 0;
-  layout.reference_bytes = layout.kept_reference_bytes = layout.prescribed_count = 0;
+  layout.reference_bytes = layout.kept_reference_bytes = layout.prescribed_count =
+      layout.pair_count = 0;
   layout.coordinates_follow = true;
   layout.coordinates_bytes = node_count * position_bytes(as_float64);
   return layout;
@@ -95,7 +112,8 @@ std::vector<MeshLayout::Array> MeshLayout::arrays() const {
       {v1::ARRAY_ID_COORDINATES, coordinates_follow ? coordinates_bytes : 0},
       {v1::ARRAY_ID_REFERENCE_COORDINATES, reference_bytes},
       {v1::ARRAY_ID_PRESCRIBED_NODES, prescribed_nodes_bytes()},
-      {v1::ARRAY_ID_PRESCRIBED_COORDINATES, prescribed_coordinates_bytes()}};
+      {v1::ARRAY_ID_PRESCRIBED_COORDINATES, prescribed_coordinates_bytes()},
+      {v1::ARRAY_ID_NODE_PAIRS, node_pairs_bytes()}};
   std::erase_if(arrays, [](const Array& array) { return array.size_bytes == 0; });
   return arrays;
 }
@@ -105,7 +123,8 @@ MeshSize MeshLayout::size() const {
                 .element_counts = {},
                 .float64 = float64,
                 .regions = regions_present,
-                .reference = kept_reference_float64.has_value()};
+                .reference = kept_reference_float64.has_value(),
+                .node_pairs = pair_count > 0};
   for (const Block& block : blocks) {
     size.element_counts[static_cast<std::size_t>(block.type)] += block.element_count;
   }

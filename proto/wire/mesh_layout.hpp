@@ -39,6 +39,7 @@ struct MeshLayout {
   std::optional<bool> kept_reference_float64 = {};
   std::int64_t kept_reference_bytes = 0;  // 0: none follows
   std::int64_t prescribed_count = 0;      // nodes
+  std::int64_t pair_count = 0;            // of nodes
 
   [[nodiscard]] std::int64_t topology_bytes() const {
     return elements_bytes + fixed_mask_bytes + element_regions_bytes + kept_reference_bytes;
@@ -49,10 +50,13 @@ struct MeshLayout {
   [[nodiscard]] std::int64_t prescribed_coordinates_bytes() const {
     return prescribed_count * position_bytes(float64);
   }
+  [[nodiscard]] std::int64_t node_pairs_bytes() const {
+    return pair_count * static_cast<std::int64_t>(sizeof(NodePair));
+  }
   /// Of all arrays, that of the result included.
   [[nodiscard]] std::int64_t total_bytes() const {
     return topology_bytes() + coordinates_bytes + reference_bytes + prescribed_nodes_bytes() +
-           prescribed_coordinates_bytes();
+           prescribed_coordinates_bytes() + node_pairs_bytes();
   }
   [[nodiscard]] static std::int64_t position_bytes(bool as_float64) {
     return as_float64 ? sizeof(Vec3d) : sizeof(Vec3f);
@@ -62,6 +66,9 @@ struct MeshLayout {
   /// Prescribed nodes follow, and no coordinates: the kept reference moves. Throws InvalidOption
   /// (OPTION_OUT_OF_RANGE, SPEC_MISSING without a reference), OutOfMemory (MESH_TOO_LARGE).
   void expect_prescribed(std::int64_t count, const MeshLimits& limits);
+  /// Node pairs follow, or none if `count` is 0. Throws InvalidOption (OPTION_OUT_OF_RANGE),
+  /// OutOfMemory (MESH_TOO_LARGE).
+  void expect_node_pairs(std::int64_t count, const MeshLimits& limits);
   [[nodiscard]] std::int64_t element_count() const;
   struct Array {
     v1::ArrayId id;

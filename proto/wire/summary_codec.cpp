@@ -286,6 +286,7 @@ v1::Summary encode_summary(const SmoothSummary& summary) {
   nodes->set_between_regions(summary.nodes.between_regions);
   nodes->set_outside_only_below(summary.nodes.outside_only_below);
   nodes->set_coincident(summary.nodes.coincident);
+  nodes->set_paired(summary.nodes.paired);
   nodes->set_sliding_in_plane(summary.nodes.sliding_in_plane);
   nodes->set_sliding_on_line(summary.nodes.sliding_on_line);
   nodes->set_curved(summary.nodes.curved);
@@ -343,6 +344,7 @@ SmoothSummary decode_summary(const v1::Summary& message) {
                    .between_regions = message.nodes().between_regions(),
                    .outside_only_below = message.nodes().outside_only_below(),
                    .coincident = message.nodes().coincident(),
+                   .paired = message.nodes().paired(),
                    .sliding_in_plane = message.nodes().sliding_in_plane(),
                    .sliding_on_line = message.nodes().sliding_on_line(),
                    .curved = message.nodes().curved(),

@@ -96,10 +96,11 @@ MemoryEstimate Admission::estimate(const JobRequest& request) const {
   const wire::MeshLayout& layout = request.layout;
   const MemoryEstimate own = smoother_.estimate(layout.size(), request.options);
   const MemoryEstimate need{
-      .host_bytes =
-          topology_bytes(layout) + block_bytes(layout.coordinates_bytes) +
-          block_bytes(layout.reference_bytes) + block_bytes(layout.prescribed_nodes_bytes()) +
-          block_bytes(layout.prescribed_coordinates_bytes()) + own.host_bytes + stream_bytes_,
+      .host_bytes = topology_bytes(layout) + block_bytes(layout.coordinates_bytes) +
+                    block_bytes(layout.reference_bytes) +
+                    block_bytes(layout.prescribed_nodes_bytes()) +
+                    block_bytes(layout.prescribed_coordinates_bytes()) +
+                    block_bytes(layout.node_pairs_bytes()) + own.host_bytes + stream_bytes_,
       .device_bytes = own.device_bytes};
   budget_.check_fits(need);
   if (need.host_bytes > config_.max_job_bytes) {

@@ -89,6 +89,7 @@ SmoothSummary Lane::smooth(Job& job, const JobControl& control) {
     options.prescribed = mesh.prescribed();
     options.reference = mesh.reference();
   }
+  options.node_pairs = mesh.node_pairs();
   JobPositions positions(mesh.given_positions(), mesh.positions());
   positions.kept_on_error = false;  // a job that fails has no result
   const auto topology = job.topology();

@@ -407,6 +407,7 @@ SmoothSummary full_summary() {
              .moved = 39,
              .between_regions = 52,
              .coincident = 65,
+             .paired = 66,
              .sliding_in_plane = 53,
              .sliding_on_line = 54,
              .curved = 55,
@@ -465,6 +466,7 @@ TEST(DecodeSummary, ReadsWhatEncodeWrote) {
   EXPECT_EQ(s.quality_before.collapsed_count, 63);
   EXPECT_EQ(s.quality_before.interface_count, 64);
   EXPECT_EQ(s.nodes.coincident, 65);
+  EXPECT_EQ(s.nodes.paired, 66);
   EXPECT_EQ(s.quality_after.element_count, 29);
   EXPECT_EQ(s.locked.worst.value().element, 32);
   EXPECT_EQ(s.nodes.isolated, 38);

@@ -120,6 +120,39 @@ TEST_F(MeshAssemblerTest, TakesTheReferenceAfterTheCoordinates) {
   EXPECT_THROW(with_reference.expect_reference({.max_mesh_bytes = 276}), OutOfMemory);
 }
 
+TEST_F(MeshAssemblerTest, TakesNodePairsLast) {
+  MeshLayout with_pairs = layout();
+  with_pairs.expect_node_pairs(2, {});
+  EXPECT_EQ(with_pairs.total_bytes(), layout().total_bytes() + 16);
+  EXPECT_TRUE(with_pairs.size().node_pairs);
+  MeshAssembler assembler(with_pairs);
+  assembler.add(chunk(v1::ARRAY_ID_ELEMENTS, 0, kElements));
+  assembler.add(chunk(v1::ARRAY_ID_FIXED_MASK, 0, kFixed));
+  assembler.add(chunk(v1::ARRAY_ID_COORDINATES, 0, kCoordinates));
+  EXPECT_EQ(reason_of([&] { assembler.finish(); }), "ARRAY_SIZE_MISMATCH");
+  assembler.add(chunk(v1::ARRAY_ID_NODE_PAIRS, 0, bytes_of<std::int32_t>({0, 4, 1, 3})));
+  assembler.finish();
+  EXPECT_THAT(assembler.node_pairs(), ElementsAre(NodePair{0, 4}, NodePair{1, 3}));
+  EXPECT_EQ(reason_of([&] {
+              assembler.add(chunk(v1::ARRAY_ID_NODE_PAIRS, 16, bytes_of<std::int32_t>({0, 1})));
+            }),
+            "ARRAY_SIZE_MISMATCH");
+}
+
+TEST_F(MeshAssemblerTest, BoundsTheNumberOfNodePairs) {
+  const auto expect = [](std::int64_t count, MeshLimits limits = {}) {
+    MeshLayout with_pairs = layout();
+    with_pairs.expect_node_pairs(count, limits);
+  };
+  expect(0);
+  expect(40);
+  EXPECT_THROW(expect(-1), InvalidOption);
+  EXPECT_THROW(expect(41), InvalidOption);
+  EXPECT_THROW(expect(INT64_MAX), InvalidOption);
+  expect(2, {.max_mesh_bytes = 157 + 16});
+  EXPECT_THROW(expect(2, {.max_mesh_bytes = 157 + 15}), OutOfMemory);
+}
+
 TEST_F(MeshAssemblerTest, TakesChunksThatCutNumbersInPieces) {
   for (std::size_t i = 0; i < kElements.size(); ++i) {
     assembler_.add(

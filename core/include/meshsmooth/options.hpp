@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <optional>
 #include <span>
@@ -52,6 +53,9 @@ struct PrescribedNodes {
   PositionsView positions = {};        ///< [nodes.size()], in the mesh's unit.
 };
 
+/// Two nodes that belong together, as on periodic sides.
+using NodePair = std::array<NodeId, 2>;
+
 /// The options of a job. The defaults are those of the wire and of the command line.
 struct SmoothOptions {
   Method method = Optimize{};
@@ -89,6 +93,10 @@ struct SmoothOptions {
   /// Of `Move`: where the nodes lie at first, or empty: in the positions of the job.
   PositionsView reference = {};
   PrescribedNodes prescribed = {};  ///< Of `Move`, which needs at least one.
+  /// Nodes that belong together, not owned; a node may be in several pairs. They are held, not
+  /// moved together, by every method and boundary policy. Of `Move`, prescribed ones go where they
+  /// are prescribed: both of a pair, or none.
+  std::span<const NodePair> node_pairs = {};
   /// Metrics to return for every element of the result, each once: SmoothSummary::element_quality.
   std::vector<QualityMetric> element_quality_metrics = {};
 };
@@ -135,5 +143,17 @@ void validate(const SmoothOptions& options);
 ///         INDEX_OUT_OF_RANGE, NON_FINITE_COORDINATE, PRESCRIBED_TWICE, PRESCRIBED_AND_FIXED,
 ///         detail "node"
 void validate_prescribed(const TopologyView& topology, const PrescribedNodes& prescribed);
+
+/// The nodes that do not move with `SmoothOptions::node_pairs`.
+struct HeldPairs {
+  std::vector<std::uint8_t> fixed;  ///< [node_count]: 1 for those and the caller's fixed nodes.
+  std::int64_t paired = 0;          ///< Held by a pair, whether the caller fixed them or not.
+};
+
+/// Marks the nodes of `options.node_pairs` that are not prescribed.
+/// O(nodes + pairs + prescribed nodes).
+/// @throws InvalidMesh INDEX_OUT_OF_RANGE, PAIR_HALF_PRESCRIBED, detail "node";
+///         ARRAY_SIZE_MISMATCH for a fixed mask of another size
+[[nodiscard]] HeldPairs hold_node_pairs(const TopologyView& topology, const SmoothOptions& options);
 
 }  // namespace meshsmooth

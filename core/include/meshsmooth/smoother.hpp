@@ -64,8 +64,9 @@ struct MeshSize {
   std::int64_t node_count = 0;
   std::array<std::int64_t, kElementTypeCount> element_counts{};
   bool float64 = true;
-  bool regions = false;    // its elements have regions
-  bool reference = false;  // a reference is kept with it, for motions
+  bool regions = false;     // its elements have regions
+  bool reference = false;   // a reference is kept with it, for motions
+  bool node_pairs = false;  // jobs have `SmoothOptions::node_pairs`
 };
 
 /// Bytes by memory space.

@@ -5,6 +5,7 @@
 #include "smooth/canonical_smoother.hpp"
 #include "smooth/cpu/cpu_smoother.hpp"
 #include "smooth/cuda/device/smoother.hpp"
+#include "smooth/paired_smoother.hpp"
 #include "smooth/second_order/second_order_smoother.hpp"
 
 namespace meshsmooth {
@@ -25,6 +26,12 @@ namespace {
                      "backend '" + std::string(backend) + "' is not available here" + problems +
                          "; there is: " + names,
                      {{"field", "backend"}});
+}
+
+/// A backend's smoother with what is the same on all of them.
+std::unique_ptr<Smoother> complete(std::unique_ptr<Smoother> backend, int thread_count) {
+  return detail::make_paired_smoother(detail::make_canonical_smoother(
+      detail::make_second_order_smoother(std::move(backend), thread_count)));
 }
 
 }  // namespace
@@ -61,14 +68,12 @@ std::unique_ptr<Smoother> make_smoother(std::string_view backend, int thread_cou
     }
   }
   if (name == "cpu") {
-    return detail::make_canonical_smoother(
-        detail::make_second_order_smoother(detail::make_cpu_smoother(thread_count), thread_count));
+    return complete(detail::make_cpu_smoother(thread_count), thread_count);
   }
   const int device = detail::cuda_device(name);
   for (const BackendInfo& info : detail::list_cuda_backends()) {
     if (info.available && info.name == to_string({.kind = BackendKind::cuda, .device = device})) {
-      return detail::make_canonical_smoother(
-          detail::make_second_order_smoother(detail::make_cuda_smoother(device), thread_count));
+      return complete(detail::make_cuda_smoother(device), thread_count);
     }
   }
   throw_not_available(backend);

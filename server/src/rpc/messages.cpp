@@ -237,6 +237,8 @@ DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& caller, Engi
     throw_not_supported("prescribed_node_count", "only move takes prescribed nodes");
   }
 
+  layout.expect_node_pairs(spec.node_pair_count(), engine.mesh_limits());
+
   decoded.job.progress_wanted = spec.has_progress_interval();
   if (spec.has_progress_interval()) {
     decoded.call.progress_interval =
@@ -350,7 +352,8 @@ v1::GetServerInfoResponse encode_server_info(const Engine& engine) {
     info.add_element_types(wire::encode_element_type(type));
   }
   for (const char* feature : {"element_quality", "element_regions", "request_id_joins",
-                              "kept_results", "topology_cache", "kept_reference"}) {
+                              "kept_results", "topology_cache", "kept_reference",
+                              "node_pairs"}) {
     info.add_features(feature);
   }
   if (engine.regions() != nullptr) info.add_features("shared_memory");

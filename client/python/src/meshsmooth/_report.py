@@ -183,6 +183,8 @@ def _nodes_sentence(summary: Summary) -> str:
         text += f", {sliding:,} slide"
     if nodes.coincident:
         text += f", {nodes.coincident:,} on the boundary share their positions and stay"
+    if nodes.paired:
+        text += f", {nodes.paired:,} in pairs stay"
     if nodes.on_non_manifold_edges:
         text += f", {nodes.on_non_manifold_edges:,} on non-manifold edges"
     if nodes.isolated:

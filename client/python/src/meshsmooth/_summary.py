@@ -154,6 +154,7 @@ class NodeCounts:
     sliding_on_curve: int = 0
     outside_only_below: int = 0
     coincident: int = 0
+    paired: int = 0
     on_non_manifold_edges: int = 0
 
 

@@ -19,7 +19,7 @@ CHUNK_BYTES = 1 << 20  # smaller ones cost more CPU, larger ones only leave the 
 ELEMENTS, FIXED_MASK, ELEMENT_REGIONS, COORDINATES, REFERENCE_COORDINATES, ELEMENT_QUALITY = range(
     1, 7
 )
-PRESCRIBED_NODES, PRESCRIBED_COORDINATES = 7, 8
+PRESCRIBED_NODES, PRESCRIBED_COORDINATES, NODE_PAIRS = 7, 8, 9
 
 # Field numbers of `chunk` in the messages that carry one.
 SMOOTH_REQUEST_CHUNK = 2

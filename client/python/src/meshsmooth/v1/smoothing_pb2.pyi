@@ -363,13 +363,14 @@ class JobError(_message.Message):
     def __init__(self, code: _Optional[int] = ..., reason: _Optional[str] = ..., message: _Optional[str] = ..., metadata: _Optional[_Mapping[str, str]] = ...) -> None: ...
 
 class JobSpec(_message.Message):
-    __slots__ = ["backend_kind", "coordinate_type", "element_quality_metrics", "inline_topology", "iteration_history_included", "max_result_chunk_bytes", "options", "prescribed_node_count", "priority", "progress_interval", "quality_detail", "queue_timeout", "region", "request_id", "result_ttl", "topology_kept", "topology_name", "validate_only"]
+    __slots__ = ["backend_kind", "coordinate_type", "element_quality_metrics", "inline_topology", "iteration_history_included", "max_result_chunk_bytes", "node_pair_count", "options", "prescribed_node_count", "priority", "progress_interval", "quality_detail", "queue_timeout", "region", "request_id", "result_ttl", "topology_kept", "topology_name", "validate_only"]
     BACKEND_KIND_FIELD_NUMBER: _ClassVar[int]
     COORDINATE_TYPE_FIELD_NUMBER: _ClassVar[int]
     ELEMENT_QUALITY_METRICS_FIELD_NUMBER: _ClassVar[int]
     INLINE_TOPOLOGY_FIELD_NUMBER: _ClassVar[int]
     ITERATION_HISTORY_INCLUDED_FIELD_NUMBER: _ClassVar[int]
     MAX_RESULT_CHUNK_BYTES_FIELD_NUMBER: _ClassVar[int]
+    NODE_PAIR_COUNT_FIELD_NUMBER: _ClassVar[int]
     OPTIONS_FIELD_NUMBER: _ClassVar[int]
     PRESCRIBED_NODE_COUNT_FIELD_NUMBER: _ClassVar[int]
     PRIORITY_FIELD_NUMBER: _ClassVar[int]
@@ -388,6 +389,7 @@ class JobSpec(_message.Message):
     inline_topology: _mesh_pb2.TopologySpec
     iteration_history_included: bool
     max_result_chunk_bytes: int
+    node_pair_count: int
     options: SmoothingOptions
     prescribed_node_count: int
     priority: Priority
@@ -400,7 +402,7 @@ class JobSpec(_message.Message):
     topology_kept: bool
     topology_name: str
     validate_only: bool
-    def __init__(self, request_id: _Optional[str] = ..., inline_topology: _Optional[_Union[_mesh_pb2.TopologySpec, _Mapping]] = ..., topology_name: _Optional[str] = ..., coordinate_type: _Optional[_Union[_mesh_pb2.ScalarType, str]] = ..., options: _Optional[_Union[SmoothingOptions, _Mapping]] = ..., backend_kind: _Optional[_Union[BackendKind, str]] = ..., priority: _Optional[_Union[Priority, str]] = ..., queue_timeout: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., progress_interval: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., result_ttl: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., validate_only: bool = ..., max_result_chunk_bytes: _Optional[int] = ..., iteration_history_included: bool = ..., topology_kept: bool = ..., quality_detail: _Optional[_Union[QualityDetail, str]] = ..., element_quality_metrics: _Optional[_Iterable[_Union[QualityMetric, str]]] = ..., prescribed_node_count: _Optional[int] = ..., region: _Optional[_Union[RegionUse, _Mapping]] = ...) -> None: ...
+    def __init__(self, request_id: _Optional[str] = ..., inline_topology: _Optional[_Union[_mesh_pb2.TopologySpec, _Mapping]] = ..., topology_name: _Optional[str] = ..., coordinate_type: _Optional[_Union[_mesh_pb2.ScalarType, str]] = ..., options: _Optional[_Union[SmoothingOptions, _Mapping]] = ..., backend_kind: _Optional[_Union[BackendKind, str]] = ..., priority: _Optional[_Union[Priority, str]] = ..., queue_timeout: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., progress_interval: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., result_ttl: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., validate_only: bool = ..., max_result_chunk_bytes: _Optional[int] = ..., iteration_history_included: bool = ..., topology_kept: bool = ..., quality_detail: _Optional[_Union[QualityDetail, str]] = ..., element_quality_metrics: _Optional[_Iterable[_Union[QualityMetric, str]]] = ..., prescribed_node_count: _Optional[int] = ..., region: _Optional[_Union[RegionUse, _Mapping]] = ..., node_pair_count: _Optional[int] = ...) -> None: ...
 
 class KeptQuality(_message.Message):
     __slots__ = ["for_mean", "for_mean_ratio", "for_scaled_jacobian", "metric"]
@@ -547,7 +549,7 @@ class Move(_message.Message):
     def __init__(self, target: _Optional[_Union[Target, str]] = ..., least_step: _Optional[float] = ..., start: _Optional[_Union[Start, str]] = ...) -> None: ...
 
 class NodeCounts(_message.Message):
-    __slots__ = ["between_regions", "boundary", "coincident", "curved", "fixed", "isolated", "moved", "on_non_manifold_edges", "outside_only_below", "sliding_in_plane", "sliding_on_curve", "sliding_on_line", "sliding_on_surface", "total"]
+    __slots__ = ["between_regions", "boundary", "coincident", "curved", "fixed", "isolated", "moved", "on_non_manifold_edges", "outside_only_below", "paired", "sliding_in_plane", "sliding_on_curve", "sliding_on_line", "sliding_on_surface", "total"]
     BETWEEN_REGIONS_FIELD_NUMBER: _ClassVar[int]
     BOUNDARY_FIELD_NUMBER: _ClassVar[int]
     COINCIDENT_FIELD_NUMBER: _ClassVar[int]
@@ -557,6 +559,7 @@ class NodeCounts(_message.Message):
     MOVED_FIELD_NUMBER: _ClassVar[int]
     ON_NON_MANIFOLD_EDGES_FIELD_NUMBER: _ClassVar[int]
     OUTSIDE_ONLY_BELOW_FIELD_NUMBER: _ClassVar[int]
+    PAIRED_FIELD_NUMBER: _ClassVar[int]
     SLIDING_IN_PLANE_FIELD_NUMBER: _ClassVar[int]
     SLIDING_ON_CURVE_FIELD_NUMBER: _ClassVar[int]
     SLIDING_ON_LINE_FIELD_NUMBER: _ClassVar[int]
@@ -571,12 +574,13 @@ class NodeCounts(_message.Message):
     moved: int
     on_non_manifold_edges: int
     outside_only_below: int
+    paired: int
     sliding_in_plane: int
     sliding_on_curve: int
     sliding_on_line: int
     sliding_on_surface: int
     total: int
-    def __init__(self, total: _Optional[int] = ..., boundary: _Optional[int] = ..., fixed: _Optional[int] = ..., isolated: _Optional[int] = ..., moved: _Optional[int] = ..., between_regions: _Optional[int] = ..., sliding_in_plane: _Optional[int] = ..., sliding_on_line: _Optional[int] = ..., curved: _Optional[int] = ..., sliding_on_surface: _Optional[int] = ..., sliding_on_curve: _Optional[int] = ..., outside_only_below: _Optional[int] = ..., coincident: _Optional[int] = ..., on_non_manifold_edges: _Optional[int] = ...) -> None: ...
+    def __init__(self, total: _Optional[int] = ..., boundary: _Optional[int] = ..., fixed: _Optional[int] = ..., isolated: _Optional[int] = ..., moved: _Optional[int] = ..., between_regions: _Optional[int] = ..., sliding_in_plane: _Optional[int] = ..., sliding_on_line: _Optional[int] = ..., curved: _Optional[int] = ..., sliding_on_surface: _Optional[int] = ..., sliding_on_curve: _Optional[int] = ..., outside_only_below: _Optional[int] = ..., coincident: _Optional[int] = ..., on_non_manifold_edges: _Optional[int] = ..., paired: _Optional[int] = ...) -> None: ...
 
 class Optimize(_message.Message):
     __slots__ = ["goal", "stay", "target"]
