@@ -69,6 +69,7 @@ class JobOptions(TypedDict, total=False):
     fixed: ArrayLike | str | Sequence[str] | None
     fixed_types: Sequence[str]
     regions: ArrayLike | str | None
+    periodic: Any  # [pairs, 2], or sides that match: held
     reference: Any
     guard: bool
     never_worse: bool  # nodes go back where the result would be worse than the input

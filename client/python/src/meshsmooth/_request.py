@@ -19,6 +19,7 @@ from ._cells import Block
 from ._errors import InvalidMesh
 from ._mesh import Mesh, element_regions, fixed_mask, lower_dimensional_mask, to_wire
 from ._options import JobOptions
+from ._periodic import node_pairs
 from .v1 import mesh_pb2, smoothing_pb2
 
 # Options that are a part of the topology: a session takes them when it opens.
@@ -190,6 +191,7 @@ class Request:
         self.metrics = _metrics(options.get("element_quality"))
         self.topology = topology or Topology.of(mesh, options)
         self.reference = self._read_reference()
+        self.node_pairs = node_pairs(mesh, options.get("periodic"))
         self.request_id = options.get("request_id") or str(uuid.uuid4())
         self.max_attempts = options.get("max_attempts", 4)
         timeout = options.get("timeout")
@@ -221,6 +223,8 @@ class Request:
         spec.coordinate_type = _scalar_type(self.points)
         if self.prescribed is not None:
             spec.prescribed_node_count = len(self.prescribed.nodes)
+        if self.node_pairs is not None:
+            spec.node_pair_count = len(self.node_pairs)
         spec.options.CopyFrom(self.message)
         if (backend := options.get("backend", "auto")) != "auto":
             spec.backend_kind = _options.to_choice("backend", backend)
@@ -251,6 +255,8 @@ class Request:
             own = [(_wire.COORDINATES, self.points)]
             if self.reference is not None:
                 own.append((_wire.REFERENCE_COORDINATES, self.reference))
+        if self.node_pairs is not None:
+            own.append((_wire.NODE_PAIRS, self.node_pairs))
         return parts + [_wire.Part(array_id, 0, _wire.bytes_of(array)) for array_id, array in own]
 
     @property

@@ -15,6 +15,7 @@ from ._adapters import Adapter, find_adapter, read_mesh
 from ._call import Result
 from ._mesh import Mesh
 from ._options import JobOptions, MoveOptions
+from ._periodic import node_pairs
 from ._prescribed import prescribe, prescribe_motion
 from ._progress import enum_name
 from ._region import Held
@@ -178,6 +179,9 @@ class Steps:
         # A copy: `move` begins at these positions, and the caller may change theirs in place.
         self._mesh = read.moved(np.array(read.data.points))
         self._options = options
+        if options.get("periodic") is not None:  # found once, where the mesh lies at first
+            pairs = node_pairs(self._mesh, options["periodic"])
+            self._options = {**options, "periodic": pairs}
         self.topology = Topology.of(self._mesh, options)
         self._moving: Topology | None = None  # of the last step that moved
         self._memory: NDArray[Any] | None = None
