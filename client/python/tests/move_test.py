@@ -17,7 +17,7 @@ from meshes import CASES, Case
 from scripted_server import Call, MockServer, mock_server
 
 import meshsmooth as ms
-from meshsmooth import _prescribed, _request
+from meshsmooth import _facets
 from meshsmooth._cells import parse_cells
 
 Kind = type[ms.Client] | type[ms.AsyncClient]
@@ -94,15 +94,14 @@ def test_what_travels(mock: MockServer, kind: Kind) -> None:
 @given(CASES)
 def test_boundary_is_what_one_element_has(case: Case) -> None:
     cells = parse_cells(case.blocks())
-    topology = _request.Topology(len(case.points), cells.blocks, None, None, None)
     facets = collections.Counter(
         tuple(sorted(element[list(facet)].tolist()))
         for block in cells.blocks
         for element in block.nodes
-        for facet in _prescribed._FACETS[block.element_type]
+        for facet in _facets._FACETS[block.element_type]
     )
     expected = {node for facet, count in facets.items() if count == 1 for node in facet}
-    assert _prescribed.boundary_nodes(topology).tolist() == sorted(expected)
+    assert _facets.boundary_nodes(cells.blocks, len(case.points)).tolist() == sorted(expected)
 
 
 # --- the mesh of a call --------------------------------------------------------------------------

@@ -110,7 +110,7 @@ class Cells:
     cell_count: int
     blocks: list[Block]
     element_cells: NDArray[np.int64] | None  # the cell of each element; None: its own number
-    lower_dimensional: list[IntArray]  # the nodes of the other cells
+    lower_dimensional: list[Run]  # the other cells
 
     @property
     def element_count(self) -> int:
@@ -140,7 +140,7 @@ def parse_cells(cells: Any) -> Cells:
     lower = []
     for run in runs:
         if run.kind.dimension < highest:
-            lower.append(run.nodes.reshape(-1))
+            lower.append(run)
         else:
             elements.setdefault(run.kind.element, []).append(run)
     blocks = [

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._cells import Cells, parse_cells
 from ._errors import InvalidMesh, InvalidOption
+from ._facets import inner_nodes
 
 
 class LazyArrays(Mapping[str, NDArray[Any]]):
@@ -161,8 +162,18 @@ def fixed_mask(mesh: Mesh, fixed: Any, fixed_types: tuple[int, ...]) -> NDArray[
 def lower_dimensional_mask(mesh: Mesh) -> NDArray[np.uint8] | None:
     """Returns 1 for each node of a lower-dimensional cell, or None if there are none."""
     mask = np.zeros(mesh.node_count, np.uint8)
-    for nodes in mesh.cells.lower_dimensional:
-        _mark(mask, nodes)
+    for run in mesh.cells.lower_dimensional:
+        _mark(mask, run.nodes.reshape(-1))
+    return mask if mask.any() else None
+
+
+def inner_mask(mesh: Mesh, regions: NDArray[np.int32] | None) -> NDArray[np.uint8] | None:
+    """Returns 1 for each node of a lower-dimensional cell inside a region, or None without any."""
+    cells = mesh.cells
+    if not cells.lower_dimensional:
+        return None
+    mask = np.zeros(mesh.node_count, np.uint8)
+    mask[inner_nodes(cells.blocks, cells.lower_dimensional, mesh.node_count, regions)] = 1
     return mask if mask.any() else None
 
 

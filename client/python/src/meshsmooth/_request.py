@@ -17,7 +17,14 @@ from . import _options, _wire
 from ._adapters import read_mesh
 from ._cells import Block
 from ._errors import InvalidMesh
-from ._mesh import Mesh, element_regions, fixed_mask, lower_dimensional_mask, to_wire
+from ._mesh import (
+    Mesh,
+    element_regions,
+    fixed_mask,
+    inner_mask,
+    lower_dimensional_mask,
+    to_wire,
+)
 from ._options import JobOptions
 from ._periodic import node_pairs
 from .v1 import mesh_pb2, smoothing_pb2
@@ -67,14 +74,16 @@ class Topology:
         """Returns the topology of a mesh with those of the options that belong to it."""
         boundary = options.get("boundary") or "fixed"
         _options.to_choice("boundary", boundary)
-        # With a free boundary, lower-dimensional cells move with their nodes, and with a sliding
-        # one the boundary's rules hold for their nodes too.
+        regions = element_regions(mesh, options.get("regions", "auto"), boundary == "free")
+        # Where the boundary may move, its cells of lower dimension follow its nodes; those inside
+        # would drift.
+        held = lower_dimensional_mask(mesh) if boundary == "fixed" else inner_mask(mesh, regions)
         return cls(
             mesh.node_count,
             mesh.cells.blocks,
             fixed_mask(mesh, options.get("fixed"), _element_types(options.get("fixed_types"))),
-            lower_dimensional_mask(mesh) if boundary == "fixed" else None,
-            element_regions(mesh, options.get("regions", "auto"), boundary == "free"),
+            held,
+            regions,
         )
 
     def moving(self, reference: NDArray[Any], nodes: NDArray[np.int32]) -> Topology:
