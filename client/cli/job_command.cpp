@@ -7,11 +7,13 @@
 #include <cmath>
 #include <iostream>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "interrupt.hpp"
 #include "job_mesh.hpp"
 #include "locked_elements.hpp"
+#include "merged_job.hpp"
 #include "meshsmooth/backend_name.hpp"
 #include "quality_report.hpp"
 #include "readable.hpp"
@@ -109,13 +111,21 @@ client::SmoothReport run_job(
   interrupt.check();
 
   const JobInput input = keep_input(output, flags.input.path, file.mesh);
+  std::optional<MergedJob> merged;
+  if (flags.merge_coincident) merged.emplace(file.mesh, options);
   const client::SmoothReport report = call_server(file, flags, options, interrupt);
+  if (merged) merged->undo();
   write_result(output, input, file, report, options, start);
   if (!output.quiet) std::cout << describe_notes(file) << describe_held_cells(file) << std::flush;
   if (!output.quiet && parts.regions.count > 1) {
     std::cout << counted(static_cast<std::int64_t>(parts.regions.count), "region") << " by "
               << parts.regions.array << ", "
               << counted(report.summary.nodes.between_regions, "node") << " between them\n"
+              << std::flush;
+  }
+  if (!output.quiet && merged && merged->merged_count() > 0) {
+    std::cout << counted(merged->merged_count(), "coincident node")
+              << " followed another at the same position\n"
               << std::flush;
   }
   if (!output.quiet) {
@@ -144,6 +154,9 @@ void add_job_flags(CLI::App& command, JobFlags& flags, const std::string& input_
           "each other: their nodes stay matched, being held; may be repeated")
       ->allow_extra_args(false)
       ->type_name("SET_A SET_B");
+  command.add_flag("--merge-coincident", flags.merge_coincident,
+                   "Smooth nodes at the same position as one, as of separate triangles; the file "
+                   "keeps all its nodes");
   std::vector<std::string> types;
   for (const ElementType type : kElementTypes) types.emplace_back(element_name(type));
   command

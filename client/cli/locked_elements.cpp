@@ -50,8 +50,8 @@ std::string describe_locked_mesh(const Mesh& mesh, const SmoothSummary& summary,
   std::string text = "no node can move: all are fixed";
   // A few pairs are meant, as at a crack.
   if (10 * positions < 9 * nodes) {
-    text += fmt::format("; {} are at {}: merge coincident nodes first", counted(nodes, "node"),
-                        counted(positions, "position"));
+    text += fmt::format("; {} are at {}: --merge-coincident smooths them as one",
+                        counted(nodes, "node"), counted(positions, "position"));
   } else if (options.boundary == BoundaryPolicy::fixed && summary.nodes.boundary > 0) {
     const bool volume = element_shape(mesh.blocks.front().type).dimension == 3;
     text += fmt::format("; {} on the boundary{}, where --boundary slide lets them move",

@@ -5,6 +5,7 @@
 #include <variant>
 #include <vector>
 
+#include "coincident_nodes.hpp"
 #include "commands.hpp"
 #include "job_command.hpp"
 #include "node_sets.hpp"
@@ -42,7 +43,11 @@ std::vector<Vec3d> moved_positions(const MoveCommand& command, const formats::Me
 std::vector<NodeId> prescribed_nodes(const MoveCommand& command, const formats::MeshFile& file) {
   std::vector<NodeId> nodes;
   if (command.prescribed_sets.empty()) {
-    nodes = find_boundary_nodes(MeshTopology(file.mesh).view());
+    Mesh mesh = file.mesh;
+    if (command.job.merge_coincident) {
+      formats::CoincidentNodes(mesh.positions_view()).merge(mesh);
+    }
+    nodes = find_boundary_nodes(MeshTopology(mesh).view());
     const auto& fixed = file.mesh.fixed;
     std::erase_if(nodes, [&](NodeId node) {
       return !fixed.empty() && fixed[static_cast<std::size_t>(node)] != 0;

@@ -363,7 +363,7 @@ class Smooth(CliTest):
         flat = {corner: k for k, corner in enumerate(itertools.product(range(5), range(5), (0, 1)))}
         layer = [[flat[x + u, y + v, z] for z in (0, 1) for u, v in corners] for x, y in grid]
         for why, text in (
-                ("64 nodes are at 25 positions: merge coincident nodes first",
+                ("64 nodes are at 25 positions: --merge-coincident smooths them as one",
                  vtk_text(points, cells, 9)),
                 ("50 nodes on the boundary, as in a mesh of one layer of elements, where "
                  "--boundary slide lets them move", vtk_text(list(flat), layer, 12))):

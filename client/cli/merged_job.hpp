@@ -1,0 +1,33 @@
+#pragma once
+
+#include <vector>
+
+#include "coincident_nodes.hpp"
+#include "meshsmooth/options.hpp"
+
+namespace meshsmooth::cli {
+
+/// A job on a mesh whose coincident nodes are one, while the caller's mesh keeps all of them.
+class MergedJob {
+ public:
+  /// Merges the nodes of `mesh`, which must outlive this, and of the options, which view this
+  /// then: of prescribed nodes at one position the first counts. O(nodes * log nodes).
+  MergedJob(Mesh& mesh, SmoothOptions& options);
+
+  [[nodiscard]] std::int64_t merged_count() const { return coincident_.merged_count(); }
+  /// Gives the mesh its own elements and fixed nodes again, with the result in all nodes.
+  void undo();
+
+ private:
+  void merge_prescribed(SmoothOptions& options);
+
+  Mesh& mesh_;
+  formats::CoincidentNodes coincident_;
+  std::vector<ElementBlock> blocks_;
+  std::vector<std::uint8_t> fixed_;
+  std::vector<NodePair> pairs_;
+  std::vector<NodeId> prescribed_;
+  std::vector<Vec3d> prescribed_positions_;
+};
+
+}  // namespace meshsmooth::cli
