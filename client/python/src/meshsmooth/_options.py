@@ -69,6 +69,7 @@ class JobOptions(TypedDict, total=False):
     fixed: ArrayLike | str | Sequence[str] | None
     fixed_types: Sequence[str]
     regions: ArrayLike | str | None
+    merge_coincident: bool  # nodes at one position are smoothed as one
     periodic: Any  # [pairs, 2], or sides that match: held
     reference: Any
     guard: bool

@@ -30,7 +30,7 @@ def prescribe(mesh: Mesh, topology: Topology, nodes: Any, positions: ArrayLike) 
     if given.shape[:1] == (mesh.node_count,) != chosen.shape:
         given = given[chosen]
     _need_shape(given, (len(chosen), mesh.width), f"the positions of {len(chosen)} nodes need")
-    return _prescribed(mesh, chosen, given)
+    return _prescribed(mesh, topology, chosen, given)
 
 
 def prescribe_motion(mesh: Mesh, topology: Topology, options: MoveOptions) -> Prescribed:
@@ -57,7 +57,7 @@ def prescribe_motion(mesh: Mesh, topology: Topology, options: MoveOptions) -> Pr
         if topology.fixed is not None:
             nodes = nodes[topology.fixed[nodes] == 0]
     nodes = _checked(mesh, topology, nodes)
-    return _prescribed(mesh, nodes, positions[nodes])
+    return _prescribed(mesh, topology, nodes, positions[nodes])
 
 
 def _checked(mesh: Mesh, topology: Topology, nodes: NDArray[Any]) -> NDArray[np.int32]:
@@ -76,7 +76,12 @@ def _checked(mesh: Mesh, topology: Topology, nodes: NDArray[Any]) -> NDArray[np.
     return nodes.astype("<i4")
 
 
-def _prescribed(mesh: Mesh, nodes: NDArray[np.int32], positions: NDArray[Any]) -> Prescribed:
+def _prescribed(
+    mesh: Mesh, topology: Topology, nodes: NDArray[np.int32], positions: NDArray[Any]
+) -> Prescribed:
+    if topology.representatives is not None:  # of nodes at one position the first counts
+        standing, first = np.unique(topology.representatives[nodes], return_index=True)
+        nodes, positions = standing.astype("<i4"), positions[first]
     # A copy: the caller may change the positions, or have the result written there.
     own = np.array(to_wire(positions), mesh.points.dtype, order="C")
     finite = np.isfinite(own).all(axis=1)

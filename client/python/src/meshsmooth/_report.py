@@ -202,7 +202,7 @@ def _sentences(summary: Summary) -> list[str]:
         sentences.append(_locked_sentence(summary))
     if 0 < summary.quality_after.element_count == summary.locked.element_count:
         sentences.append(
-            "no node can move: all are fixed; are there coincident nodes to merge first, "
+            "no node can move: all are fixed; are there coincident nodes (merge_coincident=True), "
             'or may the boundary move (boundary="slide")?'
         )
     if summary.poor is not None:

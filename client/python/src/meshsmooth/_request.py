@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from . import _options, _wire
 from ._adapters import read_mesh
 from ._cells import Block
+from ._coincident import find_representatives, merged, merged_blocks, merged_mask
 from ._errors import InvalidMesh
 from ._mesh import (
     Mesh,
@@ -30,7 +31,7 @@ from ._periodic import node_pairs
 from .v1 import mesh_pb2, smoothing_pb2
 
 # Options that are a part of the topology: a session takes them when it opens.
-TOPOLOGY_OPTIONS = ("fixed", "fixed_types", "regions", "boundary")
+TOPOLOGY_OPTIONS = ("fixed", "fixed_types", "regions", "boundary", "merge_coincident")
 
 _KNOWN = frozenset(JobOptions.__annotations__)
 _WEEK = 7 * 24 * 3600.0
@@ -50,6 +51,7 @@ class Topology:
         fixed: 1 for each node that the caller fixed; None: no node.
         mask: 1 for each of these and of the nodes that cells of lower dimension hold, likewise.
         reference: positions that are kept with it; None: it has none.
+        representatives: the node that stands for each at its position; None: each for itself.
     """
 
     def __init__(
@@ -60,6 +62,7 @@ class Topology:
         held: NDArray[np.uint8] | None,
         regions: NDArray[np.int32] | None,
         reference: NDArray[Any] | None = None,
+        representatives: NDArray[np.int64] | None = None,
     ) -> None:
         self.node_count = node_count
         self.blocks = blocks
@@ -68,6 +71,7 @@ class Topology:
         self.mask = held if fixed is None else fixed if held is None else fixed | held
         self.regions = regions
         self.reference = reference
+        self.representatives = representatives
 
     @classmethod
     def of(cls, mesh: Mesh, options: JobOptions) -> Topology:
@@ -78,12 +82,18 @@ class Topology:
         # Where the boundary may move, its cells of lower dimension follow its nodes; those inside
         # would drift.
         held = lower_dimensional_mask(mesh) if boundary == "fixed" else inner_mask(mesh, regions)
+        fixed = fixed_mask(mesh, options.get("fixed"), _element_types(options.get("fixed_types")))
+        blocks = mesh.cells.blocks
+        if not options.get("merge_coincident"):
+            return cls(mesh.node_count, blocks, fixed, held, regions)
+        of = find_representatives(mesh.points)
         return cls(
             mesh.node_count,
-            mesh.cells.blocks,
-            fixed_mask(mesh, options.get("fixed"), _element_types(options.get("fixed_types"))),
-            held,
+            merged_blocks(blocks, of),
+            merged_mask(fixed, of),
+            merged_mask(held, of),
             regions,
+            representatives=of,
         )
 
     def moving(self, reference: NDArray[Any], nodes: NDArray[np.int32]) -> Topology:
@@ -95,7 +105,15 @@ class Topology:
         if held is not None:
             held = held.copy()
             held[nodes] = 0
-        return Topology(self.node_count, self.blocks, self.fixed, held, self.regions, reference)
+        return Topology(
+            self.node_count,
+            self.blocks,
+            self.fixed,
+            held,
+            self.regions,
+            reference,
+            self.representatives,
+        )
 
     def holds_those_of(self, other: Topology) -> bool:
         """Returns whether the same nodes are fixed or held."""
@@ -201,6 +219,9 @@ class Request:
         self.topology = topology or Topology.of(mesh, options)
         self.reference = self._read_reference()
         self.node_pairs = node_pairs(mesh, options.get("periodic"))
+        of = self.topology.representatives
+        if self.node_pairs is not None and of is not None:
+            self.node_pairs = np.ascontiguousarray(merged(self.node_pairs, of), np.dtype("<i4"))
         self.request_id = options.get("request_id") or str(uuid.uuid4())
         self.max_attempts = options.get("max_attempts", 4)
         timeout = options.get("timeout")

@@ -101,6 +101,8 @@ class Finish:
         request, mesh = self._request, self._request.mesh
         if result.in_region and self.held is None:
             positions = self._copied(positions)
+        if request.topology.representatives is not None:
+            positions[...] = positions[request.topology.representatives]
         points = mesh.from_wire(positions)
         if self._out is not None:
             if positions is not self._out:
