@@ -7,6 +7,7 @@
 
 #include <cerrno>
 #include <chrono>
+#include <cstdlib>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "meshsmooth/error.hpp"
+#include "socket_folder.hpp"
 #include "socket_path.hpp"
 #include "support/scratch_folder.hpp"
 #include "wire/region_socket.hpp"
@@ -173,6 +175,29 @@ TEST(SocketPath, ReplacesADeadSocketOnly) {
   EXPECT_TRUE(is_dead_socket(path));
   const Listener next("unix:" + path, {});
   EXPECT_FALSE(is_dead_socket(path));
+}
+
+TEST(SocketFolder, SweepsThoseOfServersThatWereKilled) {
+  const testing::ScratchFolder parent;
+  ASSERT_EQ(setenv("TMPDIR", parent.path().c_str(), 1), 0);
+  const std::string dead = parent.path("meshsmooth-dead00").string();
+  const std::string other = parent.path("meshsmooth-other0").string();
+  ASSERT_EQ(mkdir(dead.c_str(), 0700), 0);
+  ASSERT_EQ(mkdir(other.c_str(), 0700), 0);  // its server is just making the socket
+  {
+    const Descriptor socket(::socket(AF_UNIX, SOCK_STREAM, 0));
+    const auto address = wire::socket_address(dead + "/socket");
+    ASSERT_EQ(bind(socket.number(), reinterpret_cast<const sockaddr*>(&*address), sizeof *address),
+              0);
+  }
+  SocketFolder living("listen");
+  const Listener listener(living.address(), {});
+  const SocketFolder next("listen");
+  unsetenv("TMPDIR");
+  struct stat facts {};
+  EXPECT_NE(stat(dead.c_str(), &facts), 0);
+  EXPECT_EQ(stat(other.c_str(), &facts), 0);
+  EXPECT_EQ(stat(living.address().substr(5).c_str(), &facts), 0);
 }
 
 }  // namespace

@@ -225,7 +225,8 @@ class SmoothingService final : public SmoothingServiceBase {
                            "this server does not share memory with this caller");
       }
       if (engine_.draining()) std::rethrow_exception(draining_error());
-      RegionLeases::Lease lease = engine_.regions()->lease(caller.name, request->size_bytes());
+      RegionLeases::Lease lease =
+          engine_.regions()->lease(caller.name, caller.share, request->size_bytes());
       response->set_region_name(lease.region->name());
       response->set_socket_path(engine_.regions()->socket_path());
       response->set_ticket(std::move(lease.ticket));
