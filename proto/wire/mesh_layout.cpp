@@ -143,8 +143,17 @@ namespace {
 // A block takes more memory here than in the message, and most of a mesh's elements are in few.
 void check_block_count(const v1::TopologySpec& topology) {
   constexpr std::ptrdiff_t kMostEmpty = 64;
+  constexpr int kMostBlocks = 4096;  // 64 KiB, as long as the job is listed
   const auto empty = std::ranges::count_if(
       topology.element_blocks(), [](const auto& block) { return block.element_count() == 0; });
+  if (topology.element_blocks_size() > kMostBlocks) {
+    throw InvalidOption("OPTION_OUT_OF_RANGE",
+                        "inline_topology.element_blocks: a mesh has at most " +
+                            std::to_string(kMostBlocks) + " blocks, this one has " +
+                            std::to_string(topology.element_blocks_size()) +
+                            "; put the elements of one type into one block",
+                        {{"field", "inline_topology.element_blocks"}});
+  }
   if (empty <= kMostEmpty) return;
   throw InvalidMesh("MESH_EMPTY",
                     std::to_string(empty) + " element blocks have no elements; leave them out",

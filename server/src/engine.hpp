@@ -100,6 +100,8 @@ class Engine {
   /// reserved for jobs and streams, what is kept for the next jobs, and what the heap retains and
   /// connections use.
   [[nodiscard]] std::int64_t memory_ceiling_bytes() const;
+  /// What of it gRPC may have for connections, calls and messages.
+  [[nodiscard]] std::int64_t transport_bytes() const;
   [[nodiscard]] Metrics& metrics() { return metrics_; }
   [[nodiscard]] const Metrics& metrics() const { return metrics_; }
   [[nodiscard]] std::vector<std::shared_ptr<const Lane>> lanes() const { return lanes_->lanes(); }

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <memory>
+#include <mutex>
 #include <utility>
 #include <variant>
 
@@ -36,6 +38,42 @@ spdlog::logger& logger() {
 void write(level_enum level, const LogFields& fields) {
   if (!logger().should_log(level)) return;
   logger().log(level, spdlog::string_view_t(in_json ? to_json(fields) : to_text(fields)));
+}
+
+// Whoever can connect can cause a line for each call. Beyond so many a second they are counted
+// only.
+class LineLimit {
+ public:
+  /// Whether a line may be written; `suppressed`: how many were not since the last one.
+  bool take(std::int64_t& suppressed) {
+    constexpr int kLinesPerSecond = 10;
+    const std::lock_guard lock(mutex_);
+    const auto now = std::chrono::steady_clock::now();
+    if (now - begin_ >= std::chrono::seconds(1)) {
+      begin_ = now;
+      lines_ = 0;
+    }
+    if (lines_ == kLinesPerSecond) {
+      ++suppressed_;
+      return false;
+    }
+    ++lines_;
+    suppressed = std::exchange(suppressed_, 0);
+    return true;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::chrono::steady_clock::time_point begin_;
+  int lines_ = 0;
+  std::int64_t suppressed_ = 0;
+};
+
+void write_limited(LineLimit& limit, level_enum level, LogFields fields) {
+  std::int64_t suppressed = 0;
+  if (!limit.take(suppressed)) return;
+  if (suppressed > 0) fields.emplace_back("suppressed", suppressed);
+  write(level, fields);
 }
 
 void add_error(LogFields& fields, const ErrorText& error) {
@@ -108,11 +146,18 @@ void log_refused(const std::exception_ptr& error, const std::string& traceparent
   LogFields fields = {{"event", "refused"}};
   add_error(fields, text);
   if (!traceparent.empty()) fields.emplace_back("traceparent", traceparent);
-  write(text.ours ? spdlog::level::warn : spdlog::level::err, fields);
+  static LineLimit limit;
+  if (text.ours) {
+    write_limited(limit, spdlog::level::warn, std::move(fields));
+  } else {
+    write(spdlog::level::err, fields);
+  }
 }
 
 void log_denied(const Error& error, const std::string& peer) {
-  write(spdlog::level::warn, {{"event", "denied"}, {"reason", error.reason()}, {"peer", peer}});
+  static LineLimit limit;
+  write_limited(limit, spdlog::level::warn,
+                {{"event", "denied"}, {"reason", error.reason()}, {"peer", peer}});
 }
 
 void log_event(const std::string& event) { write(spdlog::level::info, {{"event", event}}); }

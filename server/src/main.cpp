@@ -8,6 +8,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <exception>
 #include <optional>
 #include <string>
 #include <thread>
@@ -24,8 +25,9 @@ namespace {
 using namespace meshsmooth;
 
 constexpr int kExitUsage = 2;
-constexpr int kExitDeviceLost = 69;  // EX_UNAVAILABLE
-constexpr int kExitNotDrained = 75;  // EX_TEMPFAIL
+constexpr int kExitDeviceLost = 69;   // EX_UNAVAILABLE
+constexpr int kExitNoResources = 71;  // EX_OSERR
+constexpr int kExitNotDrained = 75;   // EX_TEMPFAIL
 constexpr auto kWatchdogSlack = std::chrono::seconds(2);
 constexpr auto kStdinEndLimit = std::chrono::milliseconds(1500);
 
@@ -103,10 +105,16 @@ void watch_stdin(std::atomic<bool>& ended, Exit& exit) {
   exit.leave(server.device_lost() ? kExitDeviceLost : 0);
 }
 
-int fail(const Error& error) {
-  std::fprintf(stderr, "meshsmooth-server: %s\n", error.what());
-  return kExitUsage;
+// A wrong file of settings may contain anything, also control sequences of terminals.
+int fail(std::string what, int code) {
+  for (char& c : what) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x20 || byte == 0x7f) c = '?';
+  }
+  std::fprintf(stderr, "meshsmooth-server: %s\n", what.c_str());
+  return code;
 }
+int fail(const Error& error) { return fail(error.what(), kExitUsage); }
 
 }  // namespace
 
@@ -144,5 +152,7 @@ int main(int argc, char** argv) {
     serve(server, config, signals, stdin_ended, exit);
   } catch (const Error& error) {
     exit.leave(fail(error));
+  } catch (const std::exception& error) {  // no memory, no threads
+    exit.leave(fail(std::string("cannot start: ") + error.what(), kExitNoResources));
   }
 }

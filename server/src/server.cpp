@@ -5,8 +5,8 @@
 #include <grpcpp/resource_quota.h>
 #include <grpcpp/server.h>
 #include <grpcpp/server_builder.h>
-#include <sys/stat.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <mutex>
@@ -14,11 +14,13 @@
 
 #include "admin_server.hpp"
 #include "engine.hpp"
+#include "listener.hpp"
 #include "log.hpp"
 #include "meshsmooth/error.hpp"
 #include "meshsmooth/v1/smoothing.grpc.pb.h"
 #include "metrics_page.hpp"
 #include "port_probe.hpp"
+#include "rpc/call_limits.hpp"
 #include "rpc/smoothing_service.hpp"
 #include "rpc/transport_security.hpp"
 
@@ -30,12 +32,15 @@ constexpr int kMaxReflectionThreads = 16;
 constexpr auto kCallSlack = std::chrono::seconds(1);
 // Probes give up after a second.
 constexpr auto kProbeTimeout = std::chrono::milliseconds(800);
+constexpr auto kHandshakeTimeout = std::chrono::seconds(20);
 
 int to_milliseconds(ServerConfig::Duration duration) {
   return static_cast<int>(std::chrono::duration_cast<std::chrono::milliseconds>(duration).count());
 }
 
-void configure(grpc::ServerBuilder& builder, const ServerConfig& config) {
+// `transport_bytes`: what gRPC may have for connections, calls and messages that nobody took yet.
+void configure(grpc::ServerBuilder& builder, const ServerConfig& config,
+               std::int64_t transport_bytes) {
   builder.SetMaxReceiveMessageSize(config.max_receive_message_bytes);
   builder.AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, config.max_metadata_bytes);
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, config.max_concurrent_streams);
@@ -45,12 +50,17 @@ void configure(grpc::ServerBuilder& builder, const ServerConfig& config) {
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
                              to_milliseconds(config.min_client_ping_interval));
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
+  // For TLS, and for the first settings of HTTP/2.
+  builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS,
+                             to_milliseconds(kHandshakeTimeout));
+  if (config.max_connection_idle > ServerConfig::Duration::zero()) {
+    builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS,
+                               to_milliseconds(config.max_connection_idle));
+  }
   if (config.max_connection_age > ServerConfig::Duration::zero()) {
     builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_MS,
                                to_milliseconds(config.max_connection_age));
   }
-  // Two servers must not share a port by accident.
-  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
   if (config.stream_window_bytes > 0) {
     builder.AddChannelArgument(GRPC_ARG_HTTP2_BDP_PROBE, 0);
     builder.AddChannelArgument(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, config.stream_window_bytes);
@@ -58,23 +68,31 @@ void configure(grpc::ServerBuilder& builder, const ServerConfig& config) {
   // Reflection holds a thread for each open stream; it waits for one when there are too many.
   grpc::ResourceQuota quota("meshsmooth");
   quota.SetMaxThreads(kMaxReflectionThreads);
+  quota.Resize(static_cast<std::size_t>(transport_bytes));
   builder.SetResourceQuota(quota);
   builder.SetSyncServerOption(grpc::ServerBuilder::NUM_CQS, 1);
   builder.SetSyncServerOption(grpc::ServerBuilder::MIN_POLLERS, 1);
   builder.SetSyncServerOption(grpc::ServerBuilder::MAX_POLLERS, 2);
 }
 
-// What is created during its lifetime is the owner's only. The mask is that of the whole process.
-class OwnerOnly {
- public:
-  OwnerOnly() : old_(umask(S_IRWXG | S_IRWXO | S_IXUSR)) {}
-  ~OwnerOnly() { umask(old_); }
-  OwnerOnly(const OwnerOnly&) = delete;
-  OwnerOnly& operator=(const OwnerOnly&) = delete;
+// Twice of what is announced: calls that have ended for the client may not have ended here.
+CallLimits::Limits call_limits(const ServerConfig& config) {
+  constexpr std::int64_t kAnswerBytes = 8 << 20;  // more than one answer ever has
+  return {.calls_per_connection = 2 * config.max_concurrent_streams,
+          .answer_bytes_per_connection = kAnswerBytes,
+          .answer_bytes = 4 * kAnswerBytes};
+}
 
- private:
-  const mode_t old_;
-};
+Listener::Limits listener_limits(const ServerConfig& config) {
+  const auto all = static_cast<std::size_t>(config.max_connections);
+  const auto one = static_cast<std::size_t>(config.max_connections_per_address);
+  return {.max_connections = all,
+          .max_connections_per_address = config.behind_proxy ? all : std::min(all, one),
+          .max_descriptor = max_connection_descriptor(),
+          .first_byte_timeout = kHandshakeTimeout,
+          .unacknowledged_timeout =
+              std::chrono::duration_cast<std::chrono::milliseconds>(config.keepalive_timeout)};
+}
 
 }  // namespace
 
@@ -99,7 +117,8 @@ struct Server::Impl {
     if (device_lost) return {503, "no lane left\n"};
     if (draining) return {503, "draining\n"};
     if (running_engine == nullptr) return {503, "starting\n"};
-    if (port != 0 && !port_answers(config.listen, port, !config.tls_cert.empty(), kProbeTimeout)) {
+    if (listener && listener->port() != 0 &&
+        !port_answers(config.listen, listener->port(), !config.tls_cert.empty(), kProbeTimeout)) {
       return {503, "the port does not answer\n"};
     }
     return {200, "ok\n"};
@@ -120,10 +139,12 @@ struct Server::Impl {
   const ServerConfig config;
   const SmootherFactory factory;
   std::unique_ptr<Engine> engine;
+  std::unique_ptr<Listener> listener;
+  std::unique_ptr<CallLimits> calls;
   std::unique_ptr<Authenticator> authenticator;
   std::unique_ptr<grpc::Service> service;
   std::unique_ptr<grpc::Server> server;
-  int port = 0;
+  std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> acceptor;
 
   std::atomic<bool> device_lost = false;
   std::atomic<bool> draining = false;
@@ -158,34 +179,41 @@ void Server::start(std::function<void()> on_device_lost) {
         impl.set_serving(false);
         lost();
       });
-  impl.authenticator = std::make_unique<Authenticator>(impl.config, engine->metrics());
+  impl.calls = std::make_unique<CallLimits>(call_limits(impl.config),
+                                            [&impl](const std::string& connection) {
+                                              if (impl.listener) impl.listener->cut(connection);
+                                            });
+  impl.authenticator = std::make_unique<Authenticator>(impl.config, engine->metrics(), *impl.calls);
   impl.service = make_smoothing_service(*engine, *impl.authenticator);
   grpc::ServerBuilder builder;
-  configure(builder, engine->config());
+  configure(builder, engine->config(), engine->transport_bytes());
   if (!impl.config.listen.empty()) {
-    builder.AddListeningPort(impl.config.listen, credentials, &impl.port);
+    impl.listener = std::make_unique<Listener>(impl.config.listen, listener_limits(impl.config));
+    using Experimental = grpc::ServerBuilder::experimental_type;
+    impl.acceptor = builder.experimental().AddExternalConnectionAcceptor(
+        Experimental::ExternalConnectionType::FROM_FD, credentials);
   }
   builder.RegisterService(impl.service.get());
   impl.engine = std::move(engine);
-  {
-    const OwnerOnly socket_mode;  // by the mask, since gRPC binds and listens in one step
-    impl.server = builder.BuildAndStart();
-  }
-  if (!impl.server) {
-    throw InvalidOption("OPTION_OUT_OF_RANGE",
-                        "listen: cannot serve on " + impl.config.listen +
-                            "; is the address right and the port free?",
-                        {{"field", "listen"}});
+  impl.server = builder.BuildAndStart();
+  if (!impl.server) throw Error("INTERNAL", "gRPC does not start");
+  if (impl.listener) {
+    impl.listener->start([&impl](int descriptor, int listener) {
+      grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;
+      connection.listener_fd = listener;
+      connection.fd = descriptor;
+      impl.acceptor->HandleNewConnection(&connection);
+    });
   }
   impl.set_serving(true);
   impl.running_engine = impl.engine.get();
-  log_start(impl.engine->config(), impl.engine->devices(), impl.port, admin_port(),
+  log_start(impl.engine->config(), impl.engine->devices(), port(), admin_port(),
             impl.engine->passed_over());
 }
 
 bool Server::device_lost() const { return impl_->device_lost; }
 
-int Server::port() const { return impl_->port; }
+int Server::port() const { return impl_->listener ? impl_->listener->port() : 0; }
 
 int Server::admin_port() const { return impl_->admin ? impl_->admin->port() : 0; }
 
@@ -208,6 +236,7 @@ void Server::drain() {
     engine.stop_all();
     // Let the calls return their status: Shutdown breaks them off on an in-process channel.
     engine.wait_idle(Clock::now() + config.drop_timeout + kCallSlack, false);
+    if (impl.listener) impl.listener->close();
     impl.server->Shutdown(std::chrono::system_clock::now() + std::chrono::seconds(1));
     impl.server->Wait();
     engine.close();

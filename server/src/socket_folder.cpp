@@ -1,15 +1,18 @@
 #include "socket_folder.hpp"
 
 #include <stdlib.h>
+#include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <string_view>
 #include <system_error>
 
 #include "config.hpp"
+#include "socket_path.hpp"
 
 namespace meshsmooth::server {
 namespace {
@@ -25,9 +28,27 @@ std::string parent_folder() {
   return error || path.size() > kMaxParentLength ? "/tmp" : path;
 }
 
+// Folders that servers of this user had which were killed: with a dead socket and nothing else.
+void remove_dead_folders(const std::string& parent) {
+  const std::string_view prefix = std::string_view(kFolder).substr(1, sizeof(kFolder) - 8);
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(parent, error)) {
+    const std::string path = entry.path().string();
+    if (!entry.path().filename().string().starts_with(prefix)) continue;
+    struct stat facts {};
+    if (lstat(path.c_str(), &facts) != 0 || !S_ISDIR(facts.st_mode) || facts.st_uid != geteuid() ||
+        !is_dead_socket(path + kSocket)) {
+      continue;
+    }
+    unlink((path + kSocket).c_str());
+    rmdir(path.c_str());
+  }
+}
+
 }  // namespace
 
 SocketFolder::SocketFolder(const std::string& setting) : folder_(parent_folder() + kFolder) {
+  remove_dead_folders(parent_folder());
   if (mkdtemp(folder_.data()) == nullptr) {  // with mode 0700
     throw_wrong_setting(setting,
                         "cannot create the folder " + folder_ + ": " + std::strerror(errno));

@@ -41,7 +41,12 @@ TokenFile::TokenFile(std::filesystem::path path, std::chrono::nanoseconds reload
       interval_(reload_interval),
       stamp_(stamp()),
       next_look_(std::chrono::steady_clock::now() + interval_),
-      entries_(read()) {}
+      entries_(read()) {
+  struct stat status {};
+  if (::stat(path_.c_str(), &status) == 0 && (status.st_mode & S_IWOTH) != 0) {
+    log_error("token_file_writable", path_.string() + ": every user of this host can write to it");
+  }
+}
 
 std::optional<std::string> TokenFile::find_caller(std::string_view token) {
   const std::string digest = digest_of(token);
@@ -92,7 +97,13 @@ std::vector<TokenFile::Entry> TokenFile::read() const {
     ++number;
     if (line.ends_with('\r')) line.pop_back();
     if (line.empty() || line.front() == '#') continue;
-    entries.push_back(parse(line, "line " + std::to_string(number) + " of " + path_.string()));
+    const std::string place = "line " + std::to_string(number) + " of " + path_.string();
+    Entry entry = parse(line, place);
+    const auto same = std::ranges::find(entries, entry.digest, &Entry::digest);
+    if (same != entries.end() && same->caller != entry.caller) {
+      throw_wrong(place + " gives " + entry.caller + " the token of " + same->caller);
+    }
+    entries.push_back(std::move(entry));
   }
   if (entries.empty()) throw_wrong(path_.string() + " has no tokens: every call would be refused");
   return entries;

@@ -71,7 +71,7 @@ class Settings(CliTest):
         error = self.run_server("--listen", "0.0.0.0:0", exit_code=USAGE).stderr
         for part in ("listen: ", "0.0.0.0:0", "without TLS", "tls-cert", "insecure"):
             self.assertIn(part, error)
-        server = Program(SERVER, "--listen", "0.0.0.0:0", "--insecure")
+        server = Program(SERVER, "--listen", "0.0.0.0:0", "--insecure", "--i-accept-old-grpc")
         self.addCleanup(server.kill)
         server.wait_for("event=start")
 
@@ -100,7 +100,7 @@ class Settings(CliTest):
 
     def test_an_address_in_use_is_named(self):
         error = self.run_server("--listen", "203.0.113.1:1", "--log-level", "off", "--insecure",
-                                exit_code=USAGE).stderr
+                                "--i-accept-old-grpc", exit_code=USAGE).stderr
         self.assertIn("listen", error)
         self.assertIn("203.0.113.1:1", error)
 

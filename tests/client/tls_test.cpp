@@ -1,6 +1,7 @@
 // R20: who comes in over TLS, and what those hear who do not.
 #include <arpa/inet.h>
 #include <gmock/gmock.h>
+#include <grpcpp/version_info.h>
 #include <gtest/gtest.h>
 #include <openssl/ssl.h>
 #include <sys/socket.h>
@@ -239,6 +240,23 @@ TEST_F(Tls, RefusesAnAddressInClearThatOthersReach) {
   }
   config_.listen = "0.0.0.0:0";
   config_.insecure = true;
+  config_.i_accept_old_grpc = true;
+  EXPECT_NO_THROW(start());
+}
+
+TEST_F(Tls, RefusesAnAddressThatOthersReachWithAnOldGrpc) {
+  if (GRPC_CPP_VERSION_MAJOR > 1 || GRPC_CPP_VERSION_MINOR >= 66) {
+    GTEST_SKIP() << "gRPC " << GRPC_CPP_VERSION_STRING << " is not an old one";
+  }
+  config_.listen = "0.0.0.0:0";
+  try {
+    start();
+    ADD_FAILURE() << "it started";
+  } catch (const InvalidOption& error) {
+    EXPECT_THAT(error.what(), AllOf(HasSubstr("listen"), HasSubstr("0.0.0.0:0"),
+                                    HasSubstr("behind-proxy"), HasSubstr("i-accept-old-grpc")));
+  }
+  config_.behind_proxy = true;
   EXPECT_NO_THROW(start());
 }
 

@@ -61,7 +61,7 @@ class Containers(CliTest):
         """A server's container, once it is healthy."""
         container = self.docker(
             "run", "--detach", *LOCKED_DOWN, "--health-interval", "1s", "--env",
-            "MESHSMOOTH_INSECURE=true", "--env", "MESHSMOOTH_LAME_DUCK_SECONDS=1",
+            "MESHSMOOTH_INSECURE=true", "--env", "MESHSMOOTH_I_ACCEPT_OLD_GRPC=true", "--env", "MESHSMOOTH_LAME_DUCK_SECONDS=1",
             "--env", "MESHSMOOTH_DRAIN_GRACE_SECONDS=300", *arguments, self.image).strip()
         self.addCleanup(self.docker, "rm", "--force", container)
         deadline = time.monotonic() + 120

@@ -51,6 +51,7 @@ class AcrossBadNetwork : public ::testing::Test {
     network_->set(conditions);
     config.listen = std::string(BadNetwork::kNear) + ":0";
     config.insecure = true;
+    config.i_accept_old_grpc = true;
     server_ = std::make_unique<InProcessServer>(std::move(config));
     stub_ = std::make_unique<Stub>(server_->channel());
   }

@@ -1,6 +1,11 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <string>
+
+#include "log.hpp"
 #include "log_fields.hpp"
+#include "meshsmooth/error.hpp"
 #include "traceparent.hpp"
 
 namespace meshsmooth::server {
@@ -26,6 +31,19 @@ TEST(LogFields, EscapeWhatCallersMaySend) {
   const std::string evil = "x\n{\"event\":\"fake\"}\x1b[31m\xff\\";
   EXPECT_EQ(to_text({{"m", evil}}), R"(m="x\u000a{\"event\":\"fake\"}\u001b[31m\u00ff\\")");
   EXPECT_EQ(to_json({{"m", evil}}), R"("m":"x\u000a{\"event\":\"fake\"}\u001b[31m\u00ff\\")");
+}
+
+// Nobody fills the disk by calls that are refused.
+TEST(Log, LimitsTheLinesOfDeniedCalls) {
+  set_log("warn", "text");
+  ::testing::internal::CaptureStderr();
+  for (int i = 0; i < 1000; ++i)
+    log_denied(Error("TOKEN_UNKNOWN", "unknown token"), "ipv4:1.2.3.4:5");
+  const std::string lines = ::testing::internal::GetCapturedStderr();
+  set_log("off", "text");
+  const auto count = std::ranges::count(lines, '\n');
+  EXPECT_GE(count, 10);
+  EXPECT_LT(count, 500);
 }
 
 TEST(Traceparent, IsW3cs) {

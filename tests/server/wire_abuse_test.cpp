@@ -1,111 +1,38 @@
 // Peers that do not speak the protocol, or speak it to do harm, by hand-made HTTP/2 frames.
-#include <arpa/inet.h>
 #include <grpcpp/create_channel.h>
 #include <gtest/gtest.h>
 #include <malloc.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
 #include <unistd.h>
 
-#include <cerrno>
 #include <chrono>
 #include <cstdint>
 #include <fstream>
 #include <memory>
 #include <random>
 #include <string>
+#include <thread>
+#include <vector>
 
 #include "server/conservation.hpp"
 #include "server/smooth_call.hpp"
+#include "support/http2_peer.hpp"
 #include "support/in_process_server.hpp"
 #include "support/sanitizer.hpp"
 
 namespace meshsmooth::testing {
 namespace {
 
-const std::string kPreface = "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
-
-enum FrameType : char { kData = 0, kHeaders = 1, kReset = 3, kSettings = 4, kContinuation = 9 };
-constexpr char kEndStream = 1, kEndHeaders = 4;
-
-std::string big_endian(std::uint32_t number, int bytes) {
-  std::string text;
-  for (int b = bytes - 1; b >= 0; --b) text += static_cast<char>(number >> (8 * b));
-  return text;
-}
-
-std::string frame(FrameType type, int flags, std::uint32_t stream, const std::string& payload) {
-  return big_endian(static_cast<std::uint32_t>(payload.size()), 3) + static_cast<char>(type) +
-         static_cast<char>(flags) + big_endian(stream, 4) + payload;
-}
-
-std::string header(const std::string& name, const std::string& value) {
-  // Literal, never indexed; lengths below 127.
-  return std::string("\x10", 1) + static_cast<char>(name.size()) + name +
-         static_cast<char>(value.size()) + value;
-}
-
-std::string call_headers() {
-  return header(":method", "POST") + header(":scheme", "http") +
-         header(":path", "/meshsmooth.v1.SmoothingService/Smooth") + header(":authority", "x") +
-         header("te", "trailers") + header("content-type", "application/grpc");
-}
-
-std::string begin_call(std::uint32_t stream) {
-  return frame(kHeaders, kEndHeaders, stream, call_headers());
-}
-
-/// A gRPC message: not compressed, its length, its bytes.
-std::string message(const std::string& bytes) {
-  return std::string(1, '\0') + big_endian(static_cast<std::uint32_t>(bytes.size()), 4) + bytes;
-}
-
-class Peer {
- public:
-  explicit Peer(int port) : socket_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_port = htons(static_cast<std::uint16_t>(port));
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    connected_ = connect(socket_, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0;
-    const timeval patience{.tv_sec = 5, .tv_usec = 0};
-    setsockopt(socket_, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
-    setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-  }
-  ~Peer() { close(socket_); }
-  Peer(const Peer&) = delete;
-  Peer& operator=(const Peer&) = delete;
-
-  [[nodiscard]] bool connected() const { return connected_; }
-  /// False when the server takes no more.
-  bool send(const std::string& bytes) const {
-    return ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL) ==
-           static_cast<ssize_t>(bytes.size());
-  }
-  /// Ends its side and takes what the server still says.
-  void leave() const {
-    shutdown(socket_, SHUT_WR);
-    static_cast<void>(is_sent_away());
-  }
-  /// Reads until the server closes the connection; false when it does not within 5 s.
-  [[nodiscard]] bool is_sent_away() const {
-    char buffer[4096];
-    ssize_t count;
-    while ((count = recv(socket_, buffer, sizeof buffer, 0)) > 0) {
-    }
-    return count == 0 || errno == ECONNRESET;
-  }
-
- private:
-  int socket_;
-  bool connected_;
-};
-
 std::int64_t resident_bytes() {
   std::ifstream statm("/proc/self/statm");
   std::int64_t size = 0, resident = 0;
   statm >> size >> resident;
   return resident * sysconf(_SC_PAGESIZE);
+}
+
+grpc::ChannelArguments own_connection() {
+  grpc::ChannelArguments arguments;
+  arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+  return arguments;
 }
 
 class WireAbuse : public ::testing::Test {
@@ -188,6 +115,24 @@ TEST_F(WireAbuse, RapidReset) {
     }
   }
   expect_healthy_service(stub_);
+}
+
+// The limit of streams that gRPC announces binds a client only once it has acknowledged it.
+TEST_F(WireAbuse, CallsWithoutEndOfAClientThatIgnoresTheLimit) {
+  const Peer peer(port());
+  std::string burst = kPreface + frame(kSettings, 0, 0, "");
+  for (std::uint32_t i = 0; i < 2000; ++i) burst += begin_call(2 * i + 1);
+  peer.send(burst);
+  EXPECT_TRUE(peer.is_sent_away());
+}
+
+TEST_F(WireAbuse, MoreConnectionsThanAreServed) {
+  // One that says nothing makes room; see ListenerTest for the limits themselves.
+  std::vector<std::unique_ptr<Peer>> peers;
+  for (int i = 0; i < 1100; ++i) peers.push_back(std::make_unique<Peer>(port()));
+  Stub other(grpc::CreateCustomChannel("127.0.0.1:" + std::to_string(port()),
+                                       grpc::InsecureChannelCredentials(), own_connection()));
+  expect_healthy_service(other);
 }
 
 TEST_F(WireAbuse, EndlessContinuation) {

@@ -50,6 +50,20 @@ TEST(MeshLayout, RefusesManyBlocksWithoutElements) {
   EXPECT_EQ(thrown_by([&] { (void)decode(spec); }), "MESH_EMPTY");
 }
 
+// A listed job keeps them, and nothing counts them.
+TEST(MeshLayout, RefusesMoreBlocksThanMeshesHave) {
+  v1::TopologySpec spec = make_spec(10, 7);
+  const auto add = [&] {
+    spec.add_element_blocks()->set_element_type(v1::ELEMENT_TYPE_TETRAHEDRON);
+    spec.mutable_element_blocks(spec.element_blocks_size() - 1)->set_element_count(1);
+  };
+  while (spec.element_blocks_size() < 4096) add();
+  EXPECT_EQ(decode(spec).element_count(), 7 + 4095);
+  add();
+  EXPECT_EQ(thrown_by([&] { (void)decode(spec); }), "OPTION_OUT_OF_RANGE");
+  EXPECT_EQ(thrown_by([&] { (void)decode(spec); }, "field"), "inline_topology.element_blocks");
+}
+
 TEST(MeshLayout, AddsUpTheBytesOfAllArrays) {
   v1::TopologySpec spec = make_spec(10, 7);
   spec.add_element_blocks()->set_element_type(v1::ELEMENT_TYPE_HEXAHEDRON);

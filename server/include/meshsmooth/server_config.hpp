@@ -15,6 +15,8 @@ struct ServerConfig {
   std::string admin_listen = "";           // empty: no admin port
 
   bool insecure = false;
+  bool behind_proxy = false;
+  bool i_accept_old_grpc = false;
   std::string tls_cert = "";
   std::string tls_key = "";
   std::string tls_client_ca = "";
@@ -75,10 +77,13 @@ struct ServerConfig {
   /// and a factor of 4 at a round trip of 5 ms.
   int stream_window_bytes = 0;
   int max_concurrent_streams = 128;
+  int max_connections = 4096;
+  int max_connections_per_address = 1024;
   Duration keepalive_time = std::chrono::seconds(60);
   Duration keepalive_timeout = std::chrono::seconds(20);
   Duration min_client_ping_interval = std::chrono::seconds(15);
-  Duration max_connection_age = std::chrono::hours(1);  // 0: no limit
+  Duration max_connection_age = std::chrono::hours(1);      // 0: no limit
+  Duration max_connection_idle = std::chrono::minutes(10);  // 0: no limit
 
   std::string log_level = "info";   // debug, info, warn, error, off
   std::string log_format = "text";  // text, json

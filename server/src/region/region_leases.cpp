@@ -2,6 +2,7 @@
 
 #include <sys/random.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <stdexcept>
@@ -69,7 +70,28 @@ void RegionLeases::check_limits(const std::string& caller, std::int64_t size_byt
              kRetryDelay);
 }
 
-RegionLeases::Lease RegionLeases::lease(const std::string& caller, std::int64_t size_bytes) {
+// The oldest lease of the one who has the most that wait for their tickets: more than `share`.
+std::shared_ptr<Region> RegionLeases::take_unredeemed(const std::string& share) {
+  std::map<std::string, int> counts;
+  for (const auto& [key, ticket] : tickets_) ++counts[ticket.share];
+  const auto most =
+      std::ranges::max_element(counts, {}, [](const auto& count) { return count.second; });
+  if (most == counts.end() || most->second <= counts[share] + 1) return nullptr;
+  auto oldest = tickets_.end();
+  for (auto ticket = tickets_.begin(); ticket != tickets_.end(); ++ticket) {
+    if (ticket->second.share == most->first &&
+        (oldest == tickets_.end() || ticket->second.expires < oldest->second.expires)) {
+      oldest = ticket;
+    }
+  }
+  std::shared_ptr<Region> region = std::move(oldest->second.region);
+  tickets_.erase(oldest);
+  leased_.erase(Key(region->caller(), region->name()));
+  return region;
+}
+
+RegionLeases::Lease RegionLeases::lease(const std::string& caller, const std::string& share,
+                                        std::int64_t size_bytes) {
   if (size_bytes <= 0) {
     throw InvalidOption("OPTION_OUT_OF_RANGE", "size_bytes: it must be above 0",
                         {{"field", "size_bytes"}});
@@ -81,11 +103,18 @@ RegionLeases::Lease RegionLeases::lease(const std::string& caller, std::int64_t 
   const std::int64_t whole = Region::whole_pages(size_bytes);
   Lease lease{nullptr, random_bytes(wire::kTicketBytes)};
   const std::lock_guard lock(mutex_);
-  check_limits(caller, size_bytes);
+  for (;;) {
+    try {
+      check_limits(caller, size_bytes);
+      break;
+    } catch (const Busy&) {
+      if (!take_unredeemed(share)) throw;  // nobody has written to it: quick to unmap
+    }
+  }
   lease.region = std::make_shared<Region>(random_name(), caller, whole,
                                           budget_.reserve({.host_bytes = whole}));
   leased_.emplace(Key(caller, lease.region->name()), lease.region);
-  tickets_.emplace(lease.ticket, Ticket{lease.region, Clock::now() + kTicketTime});
+  tickets_.emplace(lease.ticket, Ticket{lease.region, Clock::now() + kTicketTime, share});
   return lease;
 }
 

@@ -33,7 +33,10 @@ class RegionLeases {
   };
   /// A new region, whose ticket is good for seconds. Throws InvalidOption (OPTION_OUT_OF_RANGE),
   /// OutOfMemory (MESH_TOO_LARGE, QUOTA_EXCEEDED), Busy (HOST_MEMORY_BUSY).
-  [[nodiscard]] Lease lease(const std::string& caller, std::int64_t size_bytes);
+  /// `share`: whose lease it is where callers without a name are told apart. When there is no
+  /// room, leases that were not redeemed make it, of whoever has more of them.
+  [[nodiscard]] Lease lease(const std::string& caller, const std::string& share,
+                            std::int64_t size_bytes);
   /// The region of a ticket, once; nothing for an unknown one.
   [[nodiscard]] std::shared_ptr<Region> redeem(const std::string& ticket);
   /// No job can name it any more. Its bytes stay reserved as long as jobs use it or another process
@@ -65,10 +68,13 @@ class RegionLeases {
   struct Ticket {
     std::shared_ptr<Region> region;
     Clock::time_point expires;
+    std::string share;
   };
   using Key = std::pair<std::string, std::string>;  // caller, name
 
-  void check_limits(const std::string& caller, std::int64_t size_bytes) const;  // with the lock
+  // With the lock.
+  void check_limits(const std::string& caller, std::int64_t size_bytes) const;
+  [[nodiscard]] std::shared_ptr<Region> take_unredeemed(const std::string& share);
 
   MemoryBudget& budget_;
   const Limits limits_;

@@ -45,8 +45,9 @@ std::unique_ptr<RegionService> RegionService::make(const ServerConfig& config, M
   }
 }
 
-RegionLeases::Lease RegionService::lease(const std::string& caller, std::int64_t size_bytes) {
-  RegionLeases::Lease lease = leases_.lease(caller, size_bytes);
+RegionLeases::Lease RegionService::lease(const std::string& caller, const std::string& share,
+                                         std::int64_t size_bytes) {
+  RegionLeases::Lease lease = leases_.lease(caller, share, size_bytes);
   socket_.wake();  // the ticket expires
   return lease;
 }

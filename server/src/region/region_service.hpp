@@ -25,7 +25,8 @@ class RegionService {
                                                            StagingMemory::PageLock pages);
 
   /// See RegionLeases.
-  [[nodiscard]] RegionLeases::Lease lease(const std::string& caller, std::int64_t size_bytes);
+  [[nodiscard]] RegionLeases::Lease lease(const std::string& caller, const std::string& share,
+                                          std::int64_t size_bytes);
   [[nodiscard]] std::shared_ptr<Region> find(const std::string& caller,
                                              const std::string& name) const {
     return leases_.find(caller, name);

@@ -3,7 +3,6 @@
 #include <poll.h>
 #include <sys/eventfd.h>
 #include <sys/socket.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -16,6 +15,7 @@
 
 #include "config.hpp"
 #include "meshsmooth/error.hpp"
+#include "socket_path.hpp"
 
 namespace meshsmooth::server {
 namespace {
@@ -24,29 +24,12 @@ constexpr auto kTicketTime = std::chrono::seconds(5);
 constexpr auto kMappingTime = std::chrono::seconds(60);  // of very large regions
 constexpr auto kReturnTime = std::chrono::seconds(10);   // until a region wanted back is cut off
 constexpr int kTickMilliseconds = 100;
-constexpr int kBacklog = 64;
 constexpr std::size_t kMaxConnections = 256;
 
-// What a server that was killed has left. gRPC does the same with its own.
-void remove_socket(const std::string& path) {
-  struct stat facts {};
-  if (lstat(path.c_str(), &facts) == 0 && S_ISSOCK(facts.st_mode)) unlink(path.c_str());
-}
-
-wire::Descriptor listen_on(const std::string& path) {
-  const auto fail = [&](const std::string& what) {
-    throw_wrong_setting("region-socket", "cannot serve on " + path + ": " + what);
-  };
-  const auto address = wire::socket_address(path);
-  if (!address) fail("the path is empty or too long for a socket");
+wire::Descriptor listener_at(const std::string& path) {
   wire::Descriptor socket(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
-  remove_socket(path);
-  // The owner alone may open it, from the moment when it exists.
-  if (!socket || fchmod(socket.number(), S_IRUSR | S_IWUSR) != 0 ||
-      bind(socket.number(), reinterpret_cast<const sockaddr*>(&*address), sizeof *address) != 0 ||
-      listen(socket.number(), kBacklog) != 0) {
-    fail(std::strerror(errno));
-  }
+  if (!socket) throw_wrong_setting("region-socket", std::strerror(errno));
+  listen_on_path(socket.number(), path, "region-socket");
   return socket;
 }
 
@@ -85,7 +68,7 @@ RegionSocket::RegionSocket(const std::string& path, RegionLeases& leases, CopyTh
       copies_(copies),
       pages_(pages),
       idle_timeout_(idle_timeout),
-      listener_(listen_on(path)),
+      listener_(listener_at(path)),
       wake_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
       thread_([this] { run(); }) {}
 

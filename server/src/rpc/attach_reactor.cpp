@@ -25,8 +25,8 @@ void check_offset(const Job& job, std::int64_t offset) {
 }  // namespace
 
 AttachReactor* AttachReactor::start(Engine& engine, grpc::CallbackServerContext* context,
-                                    const grpc::ByteBuffer& request, const AuthResult& auth) {
-  std::shared_ptr<AttachReactor> reactor(new AttachReactor(engine, context));
+                                    const grpc::ByteBuffer& request, AuthResult auth) {
+  std::shared_ptr<AttachReactor> reactor(new AttachReactor(engine, context, std::move(auth.place)));
   engine.call_began();
   try {
     reactor->attach(request, auth);

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <exception>
 #include <memory>
+#include <utility>
 
 #include "engine.hpp"
 #include "job.hpp"
@@ -22,13 +23,14 @@ class AttachReactor final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
  public:
   /// The reactor of a new call; owns itself until gRPC is done with it.
   static AttachReactor* start(Engine& engine, grpc::CallbackServerContext* context,
-                              const grpc::ByteBuffer& request, const AuthResult& auth);
+                              const grpc::ByteBuffer& request, AuthResult auth);
 
  private:
   friend CallLoop;
   friend JobCall;
 
-  AttachReactor(Engine& engine, grpc::CallbackServerContext* context) : JobCall(engine, context) {}
+  AttachReactor(Engine& engine, grpc::CallbackServerContext* context, CallPlace place)
+      : JobCall(engine, context), place_(std::move(place)) {}
 
   void OnWriteDone(bool ok) override { write_done(ok); }
   void OnCancel() override;
@@ -38,6 +40,8 @@ class AttachReactor final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
   void attach(const grpc::ByteBuffer& request, const AuthResult& auth);
   Action next_action(Clock::time_point now);  // with the lock
   void report_failure() {}
+
+  const CallPlace place_;
 };
 
 }  // namespace meshsmooth::server

@@ -37,25 +37,33 @@ std::string connection_of(const grpc::CallbackServerContext& context) {
   return peer.starts_with("ipv4:") || peer.starts_with("ipv6:") ? peer : std::string();
 }
 
-// The address of the peer; on this host, where a proxy may stand for many, its connection.
-std::string origin_of(const std::string& connection) {
+// The address of the peer; where a proxy may stand for many, as on this host, its connection.
+std::string origin_of(const std::string& connection, bool behind_proxy) {
   const std::string address = connection.substr(connection.find(':') + 1);
-  if (connection.empty() || wire::is_local_address(address)) return connection;
+  if (behind_proxy || connection.empty() || wire::is_local_address(address)) return connection;
   return connection.substr(0, connection.rfind(':'));
 }
 
 }  // namespace
 
-Authenticator::Authenticator(const ServerConfig& config, Metrics& metrics)
+Authenticator::Authenticator(const ServerConfig& config, Metrics& metrics, CallLimits& calls)
     : tokens_(
           config.token_file.empty()
               ? nullptr
               : std::make_unique<TokenFile>(config.token_file, config.credentials_reload_interval)),
-      metrics_(metrics) {}
+      metrics_(metrics),
+      calls_(calls),
+      behind_proxy_(config.behind_proxy) {}
 
 AuthResult Authenticator::authenticate(grpc::CallbackServerContext& context) const {
   AuthResult auth;
   auth.caller.connection = connection_of(context);
+  try {
+    auth.place = calls_.take(auth.caller.connection);
+  } catch (const Error&) {
+    auth.over_limit = std::current_exception();
+    return auth;
+  }
   if (const auto traceparent = metadata(context, "traceparent");
       traceparent && is_traceparent(*traceparent)) {
     auth.caller.traceparent = *traceparent;
@@ -63,8 +71,9 @@ AuthResult Authenticator::authenticate(grpc::CallbackServerContext& context) con
   }
   try {
     auth.caller.name = identify(context);
-    auth.caller.share =
-        auth.caller.name == kAnonymous ? origin_of(auth.caller.connection) : auth.caller.name;
+    auth.caller.share = auth.caller.name == kAnonymous
+                            ? origin_of(auth.caller.connection, behind_proxy_)
+                            : auth.caller.name;
   } catch (const Error& error) {
     metrics_.denied(error.reason());
     log_denied(error, context.peer());

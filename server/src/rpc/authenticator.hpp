@@ -8,6 +8,7 @@
 #include "caller.hpp"
 #include "meshsmooth/server_config.hpp"
 #include "metrics.hpp"
+#include "rpc/call_limits.hpp"
 #include "token_file.hpp"
 
 namespace meshsmooth::server {
@@ -16,6 +17,9 @@ namespace meshsmooth::server {
 struct AuthResult {
   Caller caller;
   std::exception_ptr denied;  // UNAUTHENTICATED
+  CallPlace place;            // for the call to keep until it is done
+  /// It has more calls than a connection may have: to be refused at once, without ceremony.
+  std::exception_ptr over_limit;
 };
 
 /// The only place that identifies callers: by a bearer token where the server has a token file,
@@ -23,7 +27,7 @@ struct AuthResult {
 class Authenticator {
  public:
   /// Throws InvalidOption when the token file is invalid.
-  Authenticator(const ServerConfig& config, Metrics& metrics);
+  Authenticator(const ServerConfig& config, Metrics& metrics, CallLimits& calls);
 
   /// Must be the first step of every call. Echoes a valid traceparent in the
   /// initial metadata.
@@ -34,6 +38,8 @@ class Authenticator {
 
   const std::unique_ptr<TokenFile> tokens_;
   Metrics& metrics_;
+  CallLimits& calls_;
+  const bool behind_proxy_;
 };
 
 }  // namespace meshsmooth::server

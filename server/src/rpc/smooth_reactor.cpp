@@ -40,6 +40,7 @@ SmoothReactor* SmoothReactor::start(Engine& engine, grpc::CallbackServerContext*
 SmoothReactor::SmoothReactor(Engine& engine, grpc::CallbackServerContext* context, AuthResult auth)
     : JobCall(engine, context),
       caller_(std::move(auth.caller)),
+      place_(std::move(auth.place)),
       last_read_(Clock::now()),
       upload_rate_(engine.config().min_upload_bytes_per_second,
                    engine.config().upload_rate_window) {

@@ -73,6 +73,7 @@ class SmoothReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grp
   [[nodiscard]] bool deadline_passed() const;
 
   const Caller caller_;
+  const CallPlace place_;
   grpc::ByteBuffer request_;  // gRPC's while it is read
   CallOptions call_;
   MemoryEstimate estimate_;  // validate_only

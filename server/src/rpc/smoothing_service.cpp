@@ -4,8 +4,11 @@
 #include <charconv>
 #include <exception>
 #include <limits>
+#include <list>
 #include <memory>
+#include <mutex>
 #include <string>
+#include <utility>
 
 #include "meshsmooth/error.hpp"
 #include "meshsmooth/v1/smoothing.grpc.pb.h"
@@ -46,6 +49,69 @@ bool is_on_this_host(const Caller& caller) {
   return connection.empty() || wire::is_local_address(connection.substr(connection.find(':') + 1));
 }
 
+using RawBidiReactor = grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>;
+using RawWriteReactor = grpc::ServerWriteReactor<grpc::ByteBuffer>;
+
+/// Ends a call at once.
+template <class Reactor>
+class RefusedCall final : public Reactor {
+ public:
+  explicit RefusedCall(const std::exception_ptr& error) {
+    this->Finish(to_status(describe_error(error, "this call")));
+  }
+
+ private:
+  void OnDone() override { delete this; }
+  void OnCancel() override {}
+};
+
+/// The unary calls whose answers clients have not taken. Thread-safe.
+class UnaryCalls {
+ public:
+  /// A call keeps its answer's place until gRPC is done with it; owns itself.
+  class Call final : public grpc::ServerUnaryReactor {
+   public:
+    Call(UnaryCalls& calls, grpc::CallbackServerContext* context)
+        : calls_(calls), context_(context), place_in_list_(calls.add(this)) {}
+    void keep(CallPlace place) { place_ = std::move(place); }
+    void hold_answer(std::int64_t bytes) { place_.hold_answer(bytes); }
+
+   private:
+    friend class UnaryCalls;
+    void OnDone() override {
+      calls_.remove(place_in_list_);
+      delete this;
+    }
+    void OnCancel() override {}
+
+    UnaryCalls& calls_;
+    grpc::CallbackServerContext* const context_;
+    const Clock::time_point began_ = Clock::now();
+    CallPlace place_;
+    const std::list<Call*>::iterator place_in_list_;  // the last: `add` makes it visible
+  };
+
+  explicit UnaryCalls(Clock::duration timeout) : timeout_(timeout) {}
+
+ private:
+  std::list<Call*>::iterator add(Call* call) {
+    const std::lock_guard lock(mutex_);
+    // Who leaves an answer unread for so long will not read it. Without new calls none pile up.
+    if (!calls_.empty() && Clock::now() - calls_.front()->began_ >= timeout_) {
+      calls_.front()->context_->TryCancel();
+    }
+    return calls_.insert(calls_.end(), call);
+  }
+  void remove(std::list<Call*>::iterator place) {
+    const std::lock_guard lock(mutex_);
+    calls_.erase(place);
+  }
+
+  const Clock::duration timeout_;
+  std::recursive_mutex mutex_;  // TryCancel may end the call at once
+  std::list<Call*> calls_;      // the oldest first
+};
+
 /// v1::SmoothingService::CallbackService, but Smooth and AttachJob exchange raw messages.
 using SmoothingServiceBase = v1::SmoothingService::WithRawCallbackMethod_Smooth<
     v1::SmoothingService::WithCallbackMethod_GetTopology<
@@ -59,21 +125,24 @@ using SmoothingServiceBase = v1::SmoothingService::WithRawCallbackMethod_Smooth<
                                     v1::SmoothingService::WithCallbackMethod_GetServerInfo<
                                         v1::SmoothingService::Service>>>>>>>>>>;
 
-/// Stateless. Calls that are not overridden return UNIMPLEMENTED.
+/// Calls that are not overridden return UNIMPLEMENTED.
 class SmoothingService final : public SmoothingServiceBase {
  public:
   SmoothingService(Engine& engine, const Authenticator& authenticator)
-      : engine_(engine), authenticator_(authenticator) {}
+      : engine_(engine),
+        authenticator_(authenticator),
+        unary_calls_(engine.config().stream_idle_timeout) {}
 
-  grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* Smooth(
-      grpc::CallbackServerContext* context) override {
-    return SmoothReactor::start(engine_, context, authenticator_.authenticate(*context));
+  RawBidiReactor* Smooth(grpc::CallbackServerContext* context) override {
+    AuthResult auth = authenticator_.authenticate(*context);
+    if (auth.over_limit) return new RefusedCall<RawBidiReactor>(auth.over_limit);
+    return SmoothReactor::start(engine_, context, std::move(auth));
   }
 
   grpc::ServerUnaryReactor* GetTopology(grpc::CallbackServerContext* context,
                                         const v1::GetTopologyRequest* request,
                                         v1::GetTopologyResponse* response) override {
-    return answer(context, *request, [&](const Caller& caller) {
+    return answer(context, *request, *response, [&](const Caller& caller) {
       *response->mutable_topology() =
           encode_topology(*find_topology(engine_, caller.name, request->name()));
     });
@@ -81,8 +150,8 @@ class SmoothingService final : public SmoothingServiceBase {
 
   grpc::ServerUnaryReactor* DeleteTopology(grpc::CallbackServerContext* context,
                                            const v1::DeleteTopologyRequest* request,
-                                           v1::DeleteTopologyResponse*) override {
-    return answer(context, *request, [&](const Caller& caller) {
+                                           v1::DeleteTopologyResponse* response) override {
+    return answer(context, *request, *response, [&](const Caller& caller) {
       const auto topology = find_topology(engine_, caller.name, request->name());
       engine_.topologies().remove(topology->caller(), topology->name());
     });
@@ -91,7 +160,7 @@ class SmoothingService final : public SmoothingServiceBase {
   grpc::ServerUnaryReactor* GetJob(grpc::CallbackServerContext* context,
                                    const v1::GetJobRequest* request,
                                    v1::GetJobResponse* response) override {
-    return answer(context, *request, [&](const Caller& caller) {
+    return answer(context, *request, *response, [&](const Caller& caller) {
       *response->mutable_job() = encode_job(*find_job(caller, request->name()), engine_);
     });
   }
@@ -99,7 +168,7 @@ class SmoothingService final : public SmoothingServiceBase {
   grpc::ServerUnaryReactor* ListJobs(grpc::CallbackServerContext* context,
                                      const v1::ListJobsRequest* request,
                                      v1::ListJobsResponse* response) override {
-    return answer(context, *request, [&](const Caller& caller) {
+    return answer(context, *request, *response, [&](const Caller& caller) {
       const std::size_t page_size = decode_page_size(request->page_size());
       const auto wanted = [&](const Job& job) {
         return request->states().empty() ||
@@ -120,7 +189,7 @@ class SmoothingService final : public SmoothingServiceBase {
   grpc::ServerUnaryReactor* CancelJob(grpc::CallbackServerContext* context,
                                       const v1::CancelJobRequest* request,
                                       v1::CancelJobResponse* response) override {
-    return answer(context, *request, [&](const Caller& caller) {
+    return answer(context, *request, *response, [&](const Caller& caller) {
       const std::shared_ptr<Job> job = find_job(caller, request->name());
       if (request->result_kept()) {
         job->finish_early();
@@ -132,16 +201,17 @@ class SmoothingService final : public SmoothingServiceBase {
     });
   }
 
-  grpc::ServerWriteReactor<grpc::ByteBuffer>* AttachJob(grpc::CallbackServerContext* context,
-                                                        const grpc::ByteBuffer* request) override {
-    const AuthResult auth = authenticator_.authenticate(*context);
-    return AttachReactor::start(engine_, context, *request, auth);
+  RawWriteReactor* AttachJob(grpc::CallbackServerContext* context,
+                             const grpc::ByteBuffer* request) override {
+    AuthResult auth = authenticator_.authenticate(*context);
+    if (auth.over_limit) return new RefusedCall<RawWriteReactor>(auth.over_limit);
+    return AttachReactor::start(engine_, context, *request, std::move(auth));
   }
 
   grpc::ServerUnaryReactor* DeleteJob(grpc::CallbackServerContext* context,
                                       const v1::DeleteJobRequest* request,
-                                      v1::DeleteJobResponse*) override {
-    return answer(context, *request, [&](const Caller& caller) {
+                                      v1::DeleteJobResponse* response) override {
+    return answer(context, *request, *response, [&](const Caller& caller) {
       engine_.forget(*find_job(caller, request->name()));
     });
   }
@@ -149,13 +219,14 @@ class SmoothingService final : public SmoothingServiceBase {
   grpc::ServerUnaryReactor* LeaseRegion(grpc::CallbackServerContext* context,
                                         const v1::LeaseRegionRequest* request,
                                         v1::LeaseRegionResponse* response) override {
-    return answer(context, *request, [&](const Caller& caller) {
+    return answer(context, *request, *response, [&](const Caller& caller) {
       if (engine_.regions() == nullptr || !is_on_this_host(caller)) {
         throw NotSupported("OPTION_NOT_SUPPORTED",
                            "this server does not share memory with this caller");
       }
       if (engine_.draining()) std::rethrow_exception(draining_error());
-      RegionLeases::Lease lease = engine_.regions()->lease(caller.name, request->size_bytes());
+      RegionLeases::Lease lease =
+          engine_.regions()->lease(caller.name, caller.share, request->size_bytes());
       response->set_region_name(lease.region->name());
       response->set_socket_path(engine_.regions()->socket_path());
       response->set_ticket(std::move(lease.ticket));
@@ -166,26 +237,31 @@ class SmoothingService final : public SmoothingServiceBase {
   grpc::ServerUnaryReactor* GetServerInfo(grpc::CallbackServerContext* context,
                                           const v1::GetServerInfoRequest* request,
                                           v1::GetServerInfoResponse* response) override {
-    return answer(context, *request,
+    return answer(context, *request, *response,
                   [&](const Caller&) { *response = encode_server_info(engine_); });
   }
 
  private:
-  /// Answers a unary call at once by `body(caller)`, or by what it throws.
+  /// Answers a unary call at once by `body(caller)`, which fills the response, or by what it
+  /// throws.
   template <class Body>
   grpc::ServerUnaryReactor* answer(grpc::CallbackServerContext* context,
-                                   const google::protobuf::Message& request, const Body& body) {
-    grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
+                                   const google::protobuf::Message& request,
+                                   google::protobuf::Message& response, const Body& body) {
+    auto* const call = new UnaryCalls::Call(unary_calls_, context);  // until OnDone
     try {
-      const AuthResult auth = authenticator_.authenticate(*context);
+      AuthResult auth = authenticator_.authenticate(*context);
+      if (auth.over_limit) std::rethrow_exception(auth.over_limit);
+      call->keep(std::move(auth.place));
       if (auth.denied) std::rethrow_exception(auth.denied);
       wire::refuse_unknown_fields(request);
       body(auth.caller);
-      reactor->Finish(grpc::Status::OK);
+      call->hold_answer(static_cast<std::int64_t>(response.ByteSizeLong()));
+      call->Finish(grpc::Status::OK);
     } catch (...) {
-      reactor->Finish(to_status(describe_error(std::current_exception(), "this call")));
+      call->Finish(to_status(describe_error(std::current_exception(), "this call")));
     }
-    return reactor;
+    return call;
   }
 
   [[nodiscard]] std::shared_ptr<Job> find_job(const Caller& caller, const std::string& name) const {
@@ -200,6 +276,7 @@ class SmoothingService final : public SmoothingServiceBase {
 
   Engine& engine_;
   const Authenticator& authenticator_;
+  UnaryCalls unary_calls_;
 };
 
 }  // namespace

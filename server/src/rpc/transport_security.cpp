@@ -2,11 +2,13 @@
 
 #include <grpcpp/security/tls_certificate_provider.h>
 #include <grpcpp/security/tls_credentials_options.h>
+#include <grpcpp/version_info.h>
 #include <openssl/err.h>
 #include <openssl/ssl.h>
 
 #include <algorithm>
 #include <chrono>
+#include <cstring>
 #include <memory>
 #include <string>
 
@@ -21,9 +23,33 @@ namespace {
 }
 
 std::string last_openssl_error() {
-  const char* reason = ERR_reason_error_string(ERR_peek_last_error());
+  const unsigned long error = ERR_peek_error();  // the first: others follow from it
   ERR_clear_error();
+  if (ERR_SYSTEM_ERROR(error)) return std::strerror(ERR_GET_REASON(error));
+  const char* reason = ERR_reason_error_string(error);
   return reason == nullptr ? "it cannot be read" : reason;
+}
+
+// The last one whose known vulnerabilities let whoever can connect exhaust the server: streams
+// beyond the limit, endless headers, rapid resets (CVE-2023-44487, CVE-2023-33953, CVE-2024-7246).
+constexpr bool kOldGrpc = GRPC_CPP_VERSION_MAJOR == 1 && GRPC_CPP_VERSION_MINOR < 66;
+
+void check_reachability(const ServerConfig& config) {
+  if (config.listen.empty() || wire::is_local_address(config.listen)) return;
+  if (config.tls_cert.empty() && !config.insecure) {
+    throw_wrong("listen",
+                "other machines can reach " + config.listen +
+                    " without TLS: set tls-cert and tls-key, or insecure where something else "
+                    "protects it");
+  }
+  if (kOldGrpc && !config.behind_proxy && !config.i_accept_old_grpc) {
+    throw_wrong("listen",
+                "other machines can reach " + config.listen +
+                    ", and this server has gRPC " GRPC_CPP_VERSION_STRING
+                    ", in which anyone who can connect can exhaust its memory: set behind-proxy "
+                    "where only a proxy that cuts off floods can reach it (deploy/haproxy), or "
+                    "i-accept-old-grpc where all who can reach it are trusted");
+  }
 }
 
 // Without this check gRPC would only fail each handshake.
@@ -57,15 +83,11 @@ std::shared_ptr<grpc::ServerCredentials> make_server_credentials(const ServerCon
     if (!config.tls_client_ca.empty()) {
       throw_wrong("tls-client-ca", "client certificates need TLS: set tls-cert and tls-key");
     }
-    if (!config.insecure && !config.listen.empty() && !wire::is_local_address(config.listen)) {
-      throw_wrong("listen",
-                  "other machines can reach " + config.listen +
-                      " without TLS: set tls-cert and tls-key, or insecure where something else "
-                      "protects it");
-    }
+    check_reachability(config);
     return grpc::InsecureServerCredentials();
   }
 
+  check_reachability(config);
   check_files(config);
   namespace tls = grpc::experimental;
   const auto interval = std::max(

@@ -1,0 +1,42 @@
+"""scripts/check-sbom finds what the list of vulnerabilities has."""
+
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import test_main
+
+ROOT = Path(__file__).parents[1]
+
+
+class Sbom(unittest.TestCase):
+    def check(self, source: str) -> subprocess.CompletedProcess:
+        with tempfile.TemporaryDirectory() as folder:
+            sbom = Path(folder) / "sbom.spdx"
+            sbom.write_text("SPDXVersion: SPDX-2.3\n" + source)
+            return subprocess.run([sys.executable, ROOT / "scripts" / "check-sbom", sbom],
+                                  capture_output=True, text=True)
+
+    def test_names_accepted_ones_of_an_old_grpc(self):
+        result = self.check("PackageSourceInfo: built from grpc 1.51.1-3\n")
+        self.assertEqual(result.returncode, 0, result.stdout)
+        self.assertIn("CVE-2024-7246", result.stdout)
+        self.assertIn("accepted", result.stdout)
+
+    def test_finds_none_in_a_new_grpc(self):
+        result = self.check("PackageSourceInfo: built from grpc 1.83.0-1\n")
+        self.assertEqual(result.returncode, 0)
+        self.assertNotIn("CVE", result.stdout)
+
+    def test_fails_without_packages(self):
+        self.assertEqual(self.check("").returncode, 1)
+
+    def test_every_row_has_its_columns(self):
+        for line in (ROOT / "scripts" / "vulnerabilities.tsv").read_text().splitlines():
+            self.assertEqual(line.count("\t") if not line.startswith("#") else 4, 4, line)
+
+
+if __name__ == "__main__":
+    test_main.main()
