@@ -128,10 +128,10 @@ class InnerCellFinder {
     }
     std::ranges::sort(facet);
     const std::int32_t region = mesh_.regions.empty() ? 0 : mesh_.regions[element];
-    const auto same = std::ranges::equal_range(uses_, facet, {}, &Use::facet);
-    for (Use& use : same) {
-      if (use.count++ == 0) use.region = region;
-      use.between |= use.region != region;
+    const auto first = std::ranges::lower_bound(uses_, facet, {}, &Use::facet);
+    for (auto use = first; use != uses_.end() && use->facet == facet; ++use) {
+      if (use->count++ == 0) use->region = region;
+      use->between |= use->region != region;
     }
   }
 

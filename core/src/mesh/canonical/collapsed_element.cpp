@@ -21,7 +21,7 @@ Face face_of(const FacetShape& facet, std::span<const NodeId> nodes) {
 
 /// The same cycle, from its lowest node on.
 Face from_lowest(Face face) {
-  std::ranges::rotate(face, std::ranges::min_element(face));
+  std::rotate(face.begin(), std::ranges::min_element(face), face.end());
   return face;
 }
 
