@@ -158,6 +158,8 @@ TEST_F(AbaqusLeniency, FollowsIncludesOfEveryForm) {
   const auto [reason, text] = error("*HEADING\nx\n*INCLUDE, INPUT=my mesh\\none.inp\n" + cells);
   EXPECT_EQ(reason, "FILE_NOT_FOUND");
   EXPECT_THAT(text, HasSubstr("in.inp: line 3: there is no file"));
+  EXPECT_THAT(error("*NODE, INPUT=my mesh/nodes.inp, INPUT=other.inp\n" + cells).second,
+              HasSubstr("in.inp: line 1: INPUT is given twice"));
 }
 
 TEST_F(AbaqusLeniency, NamesFilesOfOtherPrograms) {

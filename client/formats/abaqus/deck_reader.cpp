@@ -223,6 +223,9 @@ void DeckReader::read_input_of(const DeckKeyword& keyword) {
   if (sources_.back().text[input->begin] != ',') {
     fail_at(keyword.place, "expected INPUT in the first line of the keyword");
   }
+  if (std::ranges::count(keyword.parameters, "INPUT", &DeckKeyword::Parameter::name) > 1) {
+    fail_at(keyword.place, "INPUT is given twice");
+  }
   pending_ = *input;
 }
 
