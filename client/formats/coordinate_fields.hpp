@@ -33,6 +33,7 @@ struct CoordinateFields {
     bool in_next_line = false;  // which is missing, too
     std::uint8_t columns = 0;   // of a field of fixed width, even where its line is shorter; or 0
     std::uint8_t lead = 0;      // where missing: columns or commas between the line's end and it
+    std::uint8_t digits = 24;  // columns that the number may take: all cards of a node say the same
   };
 
   NumberStyle style = NumberStyle::shortest;

@@ -160,6 +160,18 @@ TEST_F(NastranWrite, MovesBothCardsOfANodeThatIsThereTwice) {
   EXPECT_EQ(positions_of(file = read(written(file)))[4].z, 0.5);
 }
 
+TEST_F(NastranWrite, WritesTheSameNumbersIntoCardsOfDifferentWidths) {
+  const std::string again =
+      "GRID,5,,.31,.64,.1\n"
+      "GRID*                  5                             .31             .64\n"
+      "*                     .1\n"
+      "GRID           5             .31     .64      .1\n";
+  MeshFile file = read(kFan + again);
+  positions_of(file)[4] = {1.0 / 3, -2.0 / 3, 1e-5 / 3};
+  EXPECT_NEAR(positions_of(file = read(written(file)))[4].x, 1.0 / 3, 1e-6);
+  EXPECT_NEAR(positions_of(file)[4].y, -2.0 / 3, 1e-5);
+}
+
 TEST_F(NastranWrite, MakesADeckOfAnotherFormatWithoutGmsh) {
   put_bytes(
       scratch_.path("a.su2"),

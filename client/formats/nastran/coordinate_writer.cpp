@@ -41,8 +41,9 @@ std::size_t free_columns(std::string_view text, const std::array<Field, 3>& fiel
 }
 
 /// In its columns, on the side on which the number was before.
-std::string in_columns(double value, std::size_t columns, std::string_view before) {
-  std::string number = format_nastran_real(value, columns);
+std::string in_columns(double value, const Field& field, std::string_view before) {
+  const std::size_t columns = field.columns;
+  std::string number = format_nastran_real(value, std::min(columns, std::size_t{field.digits}));
   const std::size_t blanks = columns - std::min(number.size(), columns);
   const bool right = before.size() == columns && before.front() == ' ' && before.back() != ' ' &&
                      before.back() != '\t';
@@ -71,11 +72,11 @@ class NodeWriter {
     }
     end_ = field.begin + field.length;
     if (field.columns > 0) {
-      return result + in_columns(value, field.columns, text_.substr(field.begin, field.length));
+      return result + in_columns(value, field, text_.substr(field.begin, field.length));
     }
     if (columns_ == 0) columns_ = free_columns(text_, fields_);
     const std::size_t columns = field.in_next_line ? kAllDigits : std::max(columns_, field.length);
-    return result + format_nastran_real(value, std::min(columns, kAllDigits));
+    return result + format_nastran_real(value, std::min(columns, std::size_t{field.digits}));
   }
 
  private:

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cstring>
+#include <unordered_map>
 
 #include "text.hpp"
 
@@ -241,6 +242,34 @@ void NastranLines::refuse(const NastranLine& line, const std::string& expected,
   fail_at(line.file, line.number, "expected " + expected + ", found \"" + shown(found) + "\"");
 }
 
+/// The cards of a node that is there more than once take numbers of as many columns as the
+/// narrowest of them has, so that they say the same again. A number between commas may take eight
+/// in every line.
+void NastranLines::share_digits(std::vector<TextSegment>& segments) {
+  struct Cards {
+    int count = 0;
+    std::uint8_t digits = CoordinateFields::Field{}.digits;
+  };
+  std::unordered_map<NodeId, Cards> nodes;
+  constexpr std::uint8_t kBetweenCommas = 8;
+  for (const TextSegment& segment : segments) {
+    for (std::size_t place = 0; place < segment.nodes.size(); ++place) {
+      Cards& cards = nodes[segment.nodes[place]];
+      ++cards.count;
+      for (const CoordinateFields::Field& field : segment.fields.fields[place]) {
+        cards.digits = std::min(cards.digits, field.columns > 0 ? field.columns : kBetweenCommas);
+      }
+    }
+  }
+  for (TextSegment& segment : segments) {
+    for (std::size_t place = 0; place < segment.nodes.size(); ++place) {
+      const Cards& cards = nodes[segment.nodes[place]];
+      if (cards.count == 1) continue;
+      for (auto& field : segment.fields.fields[place]) field.digits = cards.digits;
+    }
+  }
+}
+
 void NastranLines::store(FileContent& content, const std::vector<NodeId>& numbers) {
   stop();
   for (Segment& segment : segments_) {
@@ -251,6 +280,7 @@ void NastranLines::store(FileContent& content, const std::vector<NodeId>& number
     }
     content.segments.push_back(std::move(segment.stored));
   }
+  if (!numbers.empty()) share_digits(content.segments);
   content.files = std::move(files_);
 }
 

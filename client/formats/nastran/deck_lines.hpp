@@ -72,6 +72,7 @@ class NastranLines {
   };
 
   void open(const std::filesystem::path& path);
+  static void share_digits(std::vector<TextSegment>& segments);
   void begin_segment(bool directive);
   void end_segment(std::size_t end);
   std::string_view take_line();
