@@ -352,8 +352,7 @@ v1::GetServerInfoResponse encode_server_info(const Engine& engine) {
     info.add_element_types(wire::encode_element_type(type));
   }
   for (const char* feature : {"element_quality", "element_regions", "request_id_joins",
-                              "kept_results", "topology_cache", "kept_reference",
-                              "node_pairs"}) {
+                              "kept_results", "topology_cache", "kept_reference", "node_pairs"}) {
     info.add_features(feature);
   }
   if (engine.regions() != nullptr) info.add_features("shared_memory");
