@@ -254,11 +254,15 @@ void Listener::accept_from(int listener) {
     const bool crowded = socket.number() >= limits_.max_descriptor || silent_.size() >= kMaxSilent;
     if (crowded) {
       ++refused_;
-      if (silent_.empty()) continue;
-      silent_.pop_front();
-      // To the number that is free now: with a higher one, the next would not be noticed.
-      socket = Descriptor(fcntl(socket.number(), F_DUPFD_CLOEXEC, 0));
-      if (!socket) continue;
+      do {
+        if (silent_.empty()) break;
+        silent_.pop_front();
+        // To the number that is free now: with a higher one, the next would not be noticed.
+        socket = Descriptor(fcntl(socket.number(), F_DUPFD_CLOEXEC, 0));
+      } while (socket && socket.number() >= limits_.max_descriptor);
+      if (!socket || socket.number() >= limits_.max_descriptor || silent_.size() >= kMaxSilent) {
+        continue;
+      }
     }
     if (!path_.empty()) {
       peer.ss_family = AF_UNIX;

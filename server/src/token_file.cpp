@@ -101,7 +101,7 @@ std::vector<TokenFile::Entry> TokenFile::read() const {
     Entry entry = parse(line, place);
     const auto same = std::ranges::find(entries, entry.digest, &Entry::digest);
     if (same != entries.end() && same->caller != entry.caller) {
-      throw_wrong(place + " gives " + entry.caller + " the token of " + same->caller);
+      throw_wrong(place + " has the token of another caller");
     }
     entries.push_back(std::move(entry));
   }

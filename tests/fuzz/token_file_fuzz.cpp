@@ -14,7 +14,7 @@ using namespace meshsmooth;
 using meshsmooth::testing::Choices;
 using meshsmooth::testing::require;
 
-/// Whose token it is by the file's description: of several equal ones the last counts.
+/// Whose token it is by the file's description.
 std::string owner_of(const std::string& token, const std::string& text) {
   std::string owner;
   for (std::size_t at = 0; at < text.size();) {
@@ -46,7 +46,7 @@ std::string complaint(const InvalidOption& error, const std::string& path) {
 /// All that it may say: that of files without a token.
 std::set<std::string> complaints(const testing::ScratchFiles& files) {
   std::set<std::string> texts;
-  for (const char* text : {"\n", "x\n", ":\n", "x:sha256:\n"}) {
+  for (const char* text : {"\n", "x\n", ":\n", "x:sha256:\n", "x:a\ny:a\n"}) {
     const auto path = files.write("tokens", text);
     try {
       const server::TokenFile tokens(path, std::chrono::hours(1));
