@@ -43,11 +43,13 @@ std::vector<Vec3d> moved_positions(const MoveCommand& command, const formats::Me
 std::vector<NodeId> prescribed_nodes(const MoveCommand& command, const formats::MeshFile& file) {
   std::vector<NodeId> nodes;
   if (command.prescribed_sets.empty()) {
-    Mesh mesh = file.mesh;
     if (command.job.merge_coincident) {
-      formats::CoincidentNodes(mesh.positions_view()).merge(mesh);
+      Mesh merged = file.mesh;
+      formats::CoincidentNodes(merged.positions_view()).merge(merged);
+      nodes = find_boundary_nodes(MeshTopology(merged).view());
+    } else {
+      nodes = find_boundary_nodes(MeshTopology(file.mesh).view());
     }
-    nodes = find_boundary_nodes(MeshTopology(mesh).view());
     const auto& fixed = file.mesh.fixed;
     std::erase_if(nodes, [&](NodeId node) {
       return !fixed.empty() && fixed[static_cast<std::size_t>(node)] != 0;
