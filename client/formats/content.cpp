@@ -26,8 +26,8 @@ int dimension_of(const std::filesystem::path& path, const Dataset& dataset, cons
 
 /// Of a cell that keeps its nodes where they are where the mesh has its dimension; those of own
 /// types do so in every mesh.
-std::optional<int> held_dimension(const Cell& cell) {
-  if (cell.type >= kFirstOwnCellType) return 0;
+std::optional<int> held_dimension(const Dataset& dataset, const Cell& cell) {
+  if (cell.type >= kFirstOwnCellType) return dataset.own_dimension(cell.type);
   if (cell.type == kPolyhedronCell) return 3;
   if (cell.type == kTriangleStripCell) return 2;
   if (cell.type == kPolygonCell && cell.nodes.size() > 4) return 2;
@@ -164,7 +164,7 @@ MeshFile make_mesh_file(const std::filesystem::path& path, FileContent content) 
   std::vector<std::int8_t> dimensions(static_cast<std::size_t>(cell_count));
   for (std::int64_t id = 0; id < cell_count; ++id) {
     dataset.get_cell(id, cell);
-    const auto held = held_dimension(cell);
+    const auto held = held_dimension(dataset, cell);
     const int dimension = held ? *held : dimension_of(path, dataset, cell, id_of(id));
     dimensions[static_cast<std::size_t>(id)] = static_cast<std::int8_t>(dimension);
     check_nodes(cell, id);
@@ -199,7 +199,7 @@ MeshFile make_mesh_file(const std::filesystem::path& path, FileContent content) 
     const bool own = cell.type >= kFirstOwnCellType;
     if (dimensions[static_cast<std::size_t>(id)] < *highest && !own) {
       lower_dimensional.add(cell);
-    } else if (held_dimension(cell)) {
+    } else if (held_dimension(dataset, cell)) {
       hold(cell);
     } else {
       const CellKind* kind = find_vtk_cell(cell.type, cell.nodes.size());
@@ -225,7 +225,7 @@ MeshFile make_mesh_file(const std::filesystem::path& path, FileContent content) 
     fail("MESH_EMPTY", path,
          "there are no elements that can be smoothed in it; it has " +
              std::to_string(content.held_cells.front().count) + " cells of the type " +
-             content.held_cells.front().name);
+             content.held_cells.front().name + "; " + kSupportedElements);
   }
   turn_wedges(mesh);
   lower_dimensional.store(content);

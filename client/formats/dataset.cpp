@@ -63,11 +63,15 @@ void PlainDataset::add_cell(int type, std::span<const std::int64_t> nodes) {
   first_.push_back(nodes_.size());
 }
 
-int PlainDataset::own_type(std::string_view name) {
-  const auto known = std::ranges::find(own_types_, name);
+int PlainDataset::own_type(std::string_view name, int dimension) {
+  const auto known = std::ranges::find(own_types_, name, &OwnType::name);
   const auto place = static_cast<int>(known - own_types_.begin());
-  if (known == own_types_.end()) own_types_.emplace_back(name);
+  if (known == own_types_.end()) own_types_.push_back({std::string(name), dimension});
   return kFirstOwnCellType + place;
+}
+
+int PlainDataset::own_dimension(int type) const {
+  return own_types_.at(static_cast<std::size_t>(type - kFirstOwnCellType)).dimension;
 }
 
 std::int64_t PlainDataset::node_count() const {
@@ -107,7 +111,7 @@ std::string PlainDataset::cell_name(int type) const {
   // A file may give any number for a type, also one of these.
   if (type >= kFirstOwnCellType) {
     const auto own = static_cast<std::size_t>(type - kFirstOwnCellType);
-    if (own < own_types_.size()) return own_types_[own];
+    if (own < own_types_.size()) return own_types_[own].name;
   }
   if (type == kPolygonCell) return "polygon";
   if (type == kTriangleStripCell) return "triangle strip";

@@ -38,7 +38,7 @@ inline constexpr int kHexahedron27Cell = 29;
 inline constexpr int kWedge18Cell = 32;
 inline constexpr int kPolyhedronCell = 42;  // its nodes, each once: none here needs its faces
 /// From here on: types that only the file's own format knows (`PlainDataset::own_type`). Such a
-/// cell keeps its nodes where they are and never decides the dimension of the mesh.
+/// cell keeps its nodes where they are.
 inline constexpr int kFirstOwnCellType = 1000;
 
 struct Cell {
@@ -96,6 +96,8 @@ class Dataset {
   [[nodiscard]] virtual std::vector<StoredArray> stored_arrays() const;
   /// "quadratic tetrahedron (VTK cell type 24)".
   [[nodiscard]] virtual std::string cell_name(int type) const = 0;
+  /// Of an own type; 0: it does not decide the dimension of the mesh.
+  [[nodiscard]] virtual int own_dimension(int) const { return 0; }
 };
 
 /// What the readers fill that stand on no library.
@@ -107,8 +109,9 @@ class PlainDataset final : public Dataset {
 
   void add_cell(int type, std::span<const std::int64_t> nodes);
   /// The cell type of elements that the format calls `name` ("COH3D8") and that cannot be smoothed;
-  /// the same for the same name. O(names so far).
-  [[nodiscard]] int own_type(std::string_view name);
+  /// the same for the same name. `dimension` 0: such elements do not decide that of the mesh.
+  /// O(names so far).
+  [[nodiscard]] int own_type(std::string_view name, int dimension = 0);
   void set_positions(Positions positions) { positions_ = std::move(positions); }
   void add_node_column(Column column) { node_columns_.push_back(std::move(column)); }
   void add_cell_column(Column column) { cell_columns_.push_back(std::move(column)); }
@@ -128,11 +131,17 @@ class PlainDataset final : public Dataset {
   [[nodiscard]] std::span<const Table> node_tables() const override { return node_tables_; }
   [[nodiscard]] std::span<const Table> cell_tables() const override { return cell_tables_; }
   [[nodiscard]] std::string cell_name(int type) const override;
+  [[nodiscard]] int own_dimension(int type) const override;
 
  private:
+  struct OwnType {
+    std::string name;
+    int dimension;
+  };
+
   Positions positions_;
   std::vector<int> types_;
-  std::vector<std::string> own_types_;
+  std::vector<OwnType> own_types_;
   std::vector<std::size_t> first_ = {0};  // of each cell in `nodes_`, and the end
   std::vector<std::int64_t> nodes_;
   std::vector<Column> node_columns_;

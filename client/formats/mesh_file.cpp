@@ -131,7 +131,7 @@ void check_writable_with_arrays(const path& file, const path& source, const std:
 }
 
 void write_mesh_file(const path& file, const MeshFile& content, const std::string& named) {
-  const std::string source = content.content() ? content.content()->extension : "";
+  const path source = content.content() ? content.content()->extension : "";
   if (content.element_quality.metrics.empty() && content.element_arrays.empty()) {
     check_writable(file, source, named);
   } else {

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <algorithm>
 
 #include <unistd.h>
 
@@ -115,15 +116,16 @@ TEST(BadFile, NamesAnElementOfHigherOrder) {
   }
   const auto error_with = [&](const std::string& element) {
     put_bytes(scratch.path("a.msh"), "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n14\n" + nodes +
-                                         "$EndNodes\n$Elements\n1\n" + element +
-                                         "\n$EndElements\n");
+                                         "$EndNodes\n$Elements\n" +
+                                         std::to_string(1 + std::ranges::count(element, '\n')) +
+                                         "\n" + element + "\n$EndElements\n");
     return error_of([&] { (void)read_mesh_file(scratch.path("a.msh")); });
   };
   const auto [reason, text] = error_with("5 21 2 1 1 1 2 3 4 5 6 7 8 9 10");
-  EXPECT_EQ(reason, "ELEMENT_NOT_SUPPORTED");
-  EXPECT_THAT(text, HasSubstr("element 5 is a \"Triangle 10\" of order 3; only linear"));
-  EXPECT_THAT(error_with("5 14 2 1 1 1 2 3 4 5 6 7 8 9 10 11 12 13 14").second,
-              HasSubstr("element 5 is a \"Pyramid 14\" of order 2"));
+  EXPECT_EQ(reason, "MESH_EMPTY");
+  EXPECT_THAT(text, HasSubstr("cells of the type Triangle 10; only linear"));
+  EXPECT_THAT(error_with("5 14 2 1 1 1 2 3 4 5 6 7 8 9 10 11 12 13 14\n6 2 2 1 1 1 2 3").second,
+              HasSubstr("it has 1 cells of the type Pyramid 14"));
 }
 
 // Gmsh runs files that it does not know as scripts.

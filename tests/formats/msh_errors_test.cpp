@@ -67,6 +67,10 @@ TEST_F(MshErrors, ALineWithTooManyOrTooFewNumbersIsNamed) {
                "line 14: expected the end of the line of element 1");
   expect_error(kFormat + "$Nodes\n4\n1 0 0\n" + kNodes.substr(17), "FORMAT_ERROR",
                "expected the end of the line of node 1");
+  expect_error(
+      "$MeshFormat\n3 0 8\n$EndMeshFormat\n$Nodes\n3\n1 0 0 0 0\n2 1 0 0 0\n3 0 1 0 0\n"
+      "$EndNodes\n$Elements\n1\n7 2 0 2 1 2\n$EndElements\n",
+      "FORMAT_ERROR", "expected at least 3 numbers of element 7 by its type, found \"2\"");
   expect_error("$NOD\n3\n1 0 0 0\n2 1 0 0\n3 0 1 0\n$ENDNOD\n$ELM\n1\n1 2 0 1 4 1 2 3 3\n$ENDELM\n",
                "FORMAT_ERROR", "expected 3 nodes of element 1 by its type, found \"4\"");
 }
@@ -97,10 +101,11 @@ TEST_F(MshErrors, NodesAreThereOnce) {
 
 TEST_F(MshErrors, WhatIsNotReadIsNamed) {
   const std::string row = "1\n1 2 2 0 1 1 2 3\n";
-  expect_error("$MeshFormat\n3.0 0 8\n$EndMeshFormat\n", "FORMAT_ERROR",
-               "MSH version 3.0 is not supported; 1.0, 2.0 to 2.2, 4.0 and 4.1 are");
-  expect_error(kFormat + kNodes + elements("1\n5 26 2 0 1 1 2 3 4\n"), "ELEMENT_NOT_SUPPORTED",
-               "element 5 is a \"Line 4\" of order 3");
+  expect_error("$MeshFormat\n5.0 0 8\n$EndMeshFormat\n", "FORMAT_ERROR",
+               "MSH version 5.0 is not supported; 1.0, 2.0 to 2.2, 3.0, 4.0 and 4.1 are");
+  expect_error("$MeshFormat\n3 1 8\n", "FORMAT_ERROR", "an ASCII file of MSH version 3");
+  expect_error(kFormat + kNodes + elements("1\n5 26 2 0 1 1 2 3 4\n"), "MESH_EMPTY",
+               "no surface or volume elements in it, only 1 of the type Line 4");
   expect_error(kFormat + kNodes + elements("1\n5 777 2 0 1 1 2 3 4\n"), "ELEMENT_NOT_SUPPORTED",
                "element 5 is of Gmsh's type 777");
   expect_error(kFormat + kNodes, "MESH_EMPTY", "there is no $Elements section");

@@ -396,6 +396,36 @@ TEST_F(Msh, CellsThatCannotBeSmoothedHoldTheirNodes) {
   EXPECT_THAT(plane.mesh.fixed, ElementsAre(1, 1, 1, 1, 1, 0));
 }
 
+// Gmsh 2.10 to 3.0, where Mesh.MshFileVersion is 3.
+TEST_F(Msh, VersionThreeIsRead) {
+  const std::string text =
+      "$MeshFormat\n3 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n1 7 \"rim\"\n2 8 \"sheet\"\n"
+      "$EndPhysicalNames\n$Entities\n1 1 2 0\n1 0\n1 2 1 1 1 7\n3 1 1 1 -8\n4 0 0\n$EndEntities\n"
+      "$Nodes\n5\n10 0 0 0 0\n20 1 0 0 1 1 0.5\n30 1 1 0 3 2 0.5 0.5\n40 0 1 0\n50 2 2 0 0\n"
+      "$EndNodes\n$Elements\n4\n101 1 1 2 10 20\n102 2 3 3 10 20 30\n103 2 4 6 10 30 40 102 1 1\n"
+      "104 135 4 4 20 50 30 103\n$EndElements\n";
+  const MeshFile file = read(text);
+  EXPECT_EQ(file.mesh.element_count(), 2U);
+  EXPECT_EQ(file.mesh.node_count(), 5U);
+  EXPECT_THAT(ids_of_set(file, "rim"), ElementsAre(10, 20));
+  EXPECT_THAT(ids_of_set(file, "sheet"), ElementsAre(10, 20, 30));
+  ASSERT_EQ(file.held_cells().size(), 1U);
+  EXPECT_EQ(file.held_cells()[0].name, "Triangle Sub");
+  EXPECT_THAT(file.mesh.fixed, ElementsAre(0, 1, 1, 0, 1));
+}
+
+TEST_F(Msh, ElementsOfHigherOrderHoldTheirNodes) {
+  std::string text = version_2("2.2");
+  text.replace(text.find("3\n101"), 1, "5");
+  text.insert(text.find("$EndElements"),
+              "300 14 2 9 1 10 20 30 40 50 10 20 30 40 50 10 20 30 40\n301 26 2 9 1 20 30 40 50\n");
+  const MeshFile file = read(text);
+  EXPECT_EQ(file.mesh.element_count(), 2U);
+  ASSERT_EQ(file.held_cells().size(), 2U);
+  EXPECT_EQ(file.held_cells()[0].name, "Pyramid 14");
+  EXPECT_EQ(file.held_cells()[1].name, "Line 4");
+}
+
 TEST_F(Msh, NumbersOfNodesMayBeAnything) {
   std::string text = version_2("2.2");
   const auto replace_all = [&](const std::string& from, const std::string& to) {

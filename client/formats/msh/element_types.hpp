@@ -21,8 +21,8 @@ struct MshElementType {
   }
 };
 
-/// By Gmsh's number of the type. Throws ELEMENT_NOT_SUPPORTED, which names the element, its type
-/// and order. O(1).
+/// By Gmsh's number of the type. Throws ELEMENT_NOT_SUPPORTED for a number that Gmsh has not, which
+/// names the element. O(1).
 [[nodiscard]] const MshElementType& msh_element_type(const std::filesystem::path& path, int type,
                                                      std::int64_t element);
 

@@ -54,6 +54,27 @@ class ElementReader {
     }
   }
 
+  /// "tag type entity numbers node … number …": after the nodes the element of which it is a part,
+  /// and partitions.
+  void read_version_3() {
+    const std::size_t count = announced_in_a_line();
+    for (std::size_t index = 0; index < count; ++index) {
+      const std::int64_t tag = numbers_.first_tag("element", index, count);
+      const MshElementType& type = msh_element_type(path_, numbers_.integer(), tag);
+      const int entity = numbers_.integer();
+      const std::size_t numbers = numbers_.scanner().count();
+      const auto node_count = static_cast<std::size_t>(fixed_type(type, tag).node_count);
+      if (numbers < node_count) {
+        numbers_.scanner().refuse("at least " + std::to_string(node_count) +
+                                      " numbers of element " + std::to_string(tag) + " by its type",
+                                  std::to_string(numbers));
+      }
+      add(tag, type, node_count, {entity, 0, type.dimension});
+      for (std::size_t other = node_count; other < numbers; ++other) (void)numbers_.integer();
+      numbers_.end_of_record("element", tag);
+    }
+  }
+
   /// Blocks of "type elements tags", then for each element "tag tag … node …", four bytes each.
   void read_binary_version_2() {
     const std::size_t announced = announced_in_a_line();
@@ -121,9 +142,12 @@ class ElementReader {
     return count;
   }
 
-  /// Of a block, which does not say how many nodes an element has.
   const MshElementType& fixed_type(int number, std::int64_t tag) const {
-    const MshElementType& type = msh_element_type(path_, number, tag);
+    return fixed_type(msh_element_type(path_, number, tag), tag);
+  }
+
+  /// Where the file does not say how many nodes an element has.
+  const MshElementType& fixed_type(const MshElementType& type, std::int64_t tag) const {
     if (type.node_count != 0) return type;
     fail("ELEMENT_NOT_SUPPORTED", path_,
          "element " + std::to_string(tag) +
@@ -162,6 +186,8 @@ void read_msh_elements(const std::filesystem::path& path, MshNumbers& numbers,
   ElementReader reader(path, numbers, content);
   if (numbers.format().version >= 40) {
     reader.read_version_4();
+  } else if (numbers.format().version == 30) {
+    reader.read_version_3();
   } else if (numbers.format().version < 20) {
     reader.read_version_1();
   } else if (numbers.binary()) {

@@ -27,6 +27,12 @@ void skip_partitions(MshNumbers& numbers) {
   skip_integers(numbers, 2 * ghosts);
 }
 
+void add_group(std::vector<int>& groups, int number) {
+  // Below zero: the group sees the entity from the other side.
+  const auto group = static_cast<int>(std::abs(std::int64_t{number}));
+  if (std::ranges::find(groups, group) == groups.end()) groups.push_back(group);
+}
+
 }  // namespace
 
 void read_msh_entities(MshNumbers& numbers, bool partitioned, MshContent& content) {
@@ -39,15 +45,15 @@ void read_msh_entities(MshNumbers& numbers, bool partitioned, MshContent& conten
       const int tag = numbers.integer();
       if (partitioned) skip_parent(numbers);
       const bool is_place = dimension == 0 && numbers.format().version >= 41;
-      numbers.skip_reals(is_place ? 3 : 6);  // else a box
+      const bool has_box = numbers.format().version >= 40;
+      if (has_box) numbers.skip_reals(is_place ? 3 : 6);
+      if (!has_box && dimension > 0) skip_integers(numbers, numbers.count(sizeof(std::int32_t)));
       std::vector<int>& groups = content.physicals[{dimension, tag}];
       const std::size_t group_count = numbers.count(sizeof(std::int32_t));
       for (std::size_t group = 0; group < group_count; ++group) {
-        // Below zero: the group sees the entity from the other side.
-        const auto number = static_cast<int>(std::abs(std::int64_t{numbers.integer()}));
-        if (std::ranges::find(groups, number) == groups.end()) groups.push_back(number);
+        add_group(groups, numbers.integer());
       }
-      if (dimension > 0) skip_integers(numbers, numbers.count(sizeof(std::int32_t)));
+      if (has_box && dimension > 0) skip_integers(numbers, numbers.count(sizeof(std::int32_t)));
     }
   }
 }

@@ -7,13 +7,13 @@
 namespace meshsmooth::formats {
 namespace {
 
-/// The groups of each element. Before version 4 an element has one of its own; since then it is in
+/// The groups of each element. Before version 3 an element has one of its own; since then it is in
 /// those of its entity.
 class GroupFinder {
  public:
   explicit GroupFinder(const MshContent& file) : file_(file) {}
 
-  [[nodiscard]] bool by_entity() const { return file_.format.version >= 40; }
+  [[nodiscard]] bool by_entity() const { return file_.format.has_entities(); }
 
   struct Groups {
     std::vector<int> tags;
@@ -57,7 +57,7 @@ std::map<MshEntity, std::set<int>> find_groups(const MshContent& file) {
   for (const auto& [entity, tags] : file.physicals) {
     for (const int tag : tags) groups[{entity.first, tag}].insert(entity.second);
   }
-  if (file.format.version >= 40) return groups;
+  if (file.format.has_entities()) return groups;
   MshEntity last = {-1, 0};
   for (const MshElement& element : file.elements) {
     const MshEntity group = {element.dimension, element.physical};

@@ -21,7 +21,7 @@ struct MshElement {
   std::size_t first;
   std::int32_t node_count;
   std::int32_t entity;
-  std::int32_t physical;   // before version 4, without its sign; 0: none
+  std::int32_t physical;   // before version 3, without its sign; 0: none
   std::int32_t dimension;  // of the entity
 };
 
@@ -43,7 +43,7 @@ struct MshContent {
   CoordinateFields nodes;
   std::vector<MshElement> elements;
   std::vector<std::int64_t> node_tags;              // of the elements
-  std::map<MshEntity, std::vector<int>> physicals;  // of an entity, of version 4, no signs
+  std::map<MshEntity, std::vector<int>> physicals;  // of an entity, since version 3, no signs
   std::map<MshEntity, std::string> physical_names;  // by group; dimension -1: of any
   std::vector<MshView> views;                       // the first step of each
   std::vector<std::int64_t> periodic_nodes;         // tags, in pairs
@@ -56,7 +56,7 @@ void read_msh_nodes(const std::filesystem::path& path, MshNumbers& numbers, bool
                     CoordinateFields& found);
 /// $Elements, $ELM.
 void read_msh_elements(const std::filesystem::path& path, MshNumbers& numbers, MshContent& content);
-/// $Entities and $PartitionedEntities of version 4.
+/// $Entities and $PartitionedEntities, since version 3.
 void read_msh_entities(MshNumbers& numbers, bool partitioned, MshContent& content);
 /// $PhysicalNames.
 void read_msh_names(MshNumbers& numbers, MshContent& content);

@@ -36,8 +36,9 @@ class CellAdder {
     if (type.kind == nullptr) {
       for (std::size_t node = 0; node < count; ++node) cell_[node] = node_of(element, node);
       if (type.cell_type == kPolyhedronCell) keep_first_of_each(cell_);
-      dataset_.add_cell(type.cell_type != 0 ? type.cell_type : dataset_.own_type(type.own_name),
-                        cell_);
+      dataset_.add_cell(
+          type.cell_type != 0 ? type.cell_type : dataset_.own_type(type.own_name, type.dimension),
+          cell_);
       return;
     }
     if (type.kind != kind_) {

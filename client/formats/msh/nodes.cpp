@@ -5,8 +5,9 @@
 namespace meshsmooth::formats {
 namespace {
 
-/// Versions 1 and 2: "tag x y z". With parameters: "dimension entity" after them, and u on a curve,
-/// u and v on a surface.
+/// Versions 1 to 3: "tag x y z". With parameters: "dimension entity" after them, and u on a curve,
+/// u and v on a surface. In version 3 any numbers may come after them: 0, or entity, dimension and
+/// parameters.
 void read_listed_nodes(MshNumbers& numbers, bool parametric, CoordinateFields& found) {
   Scanner& scanner = numbers.scanner();
   const std::size_t count = scanner.count();
@@ -19,7 +20,11 @@ void read_listed_nodes(MshNumbers& numbers, bool parametric, CoordinateFields& f
       (void)numbers.integer();
       if (dimension == 1 || dimension == 2) numbers.skip_reals(static_cast<std::size_t>(dimension));
     }
-    numbers.end_of_record("node", tag);
+    if (numbers.format().version == 30) {
+      scanner.line();
+    } else {
+      numbers.end_of_record("node", tag);
+    }
   }
 }
 

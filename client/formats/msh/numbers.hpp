@@ -14,12 +14,14 @@ namespace meshsmooth::formats {
 
 /// What $MeshFormat says; a file without it is of version 1.0.
 struct MshFormat {
-  int version = 10;  // 10, 20, 21, 22, 40, 41
+  int version = 10;  // 10, 20, 21, 22, 30, 40, 41
   bool binary = false;
   bool swapped = false;        // bytes: high ones first
   std::size_t size_bytes = 8;  // of counts and tags of a binary file of version 4.1
 
   bool operator==(const MshFormat&) const = default;
+  /// Whether physical groups are of entities, not of elements.
+  [[nodiscard]] bool has_entities() const { return version >= 30; }
 };
 
 /// Reads the numbers of an MSH file, which are words of a text or bytes.

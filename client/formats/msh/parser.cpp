@@ -52,13 +52,13 @@ MshFormat read_format(const path& file, Scanner& scanner) {
   const std::string_view version = scanner.token();
   const double number = scanner.parse<double>(version);
   format.version = 0;
-  for (const int known : {10, 20, 21, 22, 40, 41}) {
+  for (const int known : {10, 20, 21, 22, 30, 40, 41}) {
     if (std::abs(number * 10 - known) < 1e-6) format.version = known;
   }
   if (format.version == 0) {
     fail("FORMAT_ERROR", file,
          "MSH version " + std::string(version) +
-             " is not supported; 1.0, 2.0 to 2.2, 4.0 and 4.1 are");
+             " is not supported; 1.0, 2.0 to 2.2, 3.0, 4.0 and 4.1 are");
   }
   const std::string_view binary = scanner.token();
   if (binary != "0" && binary != "1") scanner.refuse("0 (ASCII) or 1 (binary)", binary);
@@ -67,6 +67,7 @@ MshFormat read_format(const path& file, Scanner& scanner) {
   scanner.line();
   if (!format.binary) return format;
   if (format.version < 20) scanner.refuse("an ASCII file of MSH version 1", binary);
+  if (format.version == 30) scanner.refuse("an ASCII file of MSH version 3", binary);
   if (size != "8" && (size != "4" || format.version < 41)) scanner.refuse("data of 8 bytes", size);
   format.size_bytes = size == "4" ? 4 : 8;
   const std::string_view one = scanner.bytes(4);
@@ -158,7 +159,7 @@ class MshParser {
  private:
   /// False: a section that is kept as it is.
   bool read(std::string_view section) {
-    const bool has_entities = numbers_.format().version >= 40;
+    const bool has_entities = numbers_.format().has_entities();
     if (section == "$MeshFormat") {
       const MshFormat format = read_format(file_, scanner_);
       if (has_format_ && format != first_format_) {
