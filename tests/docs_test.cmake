@@ -1,13 +1,13 @@
-# What the documents say of the code is true where that can be checked: the README's example
+# What the documents say of the code is true where that can be checked: the tutorial's example
 # is examples/smooth.cpp, which tests/package builds and runs, and docs/protocol.md lists every reason
 # that the sources give, and no other. Run by ctest: cmake -DROOT=… -P docs_test.cmake
 cmake_minimum_required(VERSION 3.25)
 
-file(READ ${ROOT}/README.md readme)
+file(READ ${ROOT}/docs/tutorial.md tutorial)
 file(READ ${ROOT}/examples/smooth.cpp example)
-string(FIND "${readme}" "```cpp\n${example}```" place)
+string(FIND "${tutorial}" "```cpp\n${example}```" place)
 if(place EQUAL -1)
-  message(SEND_ERROR "README.md: the C++ example differs from examples/smooth.cpp")
+  message(SEND_ERROR "docs/tutorial.md: the C++ example differs from examples/smooth.cpp")
 endif()
 
 file(READ ${ROOT}/docs/protocol.md protocol)
