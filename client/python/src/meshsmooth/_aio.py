@@ -157,10 +157,10 @@ class AsyncClient:
         try:
             async for mesh in _each(meshes):
                 if len(jobs) >= max_in_flight:
-                    yield await jobs.popleft()
+                    yield await _first_result(jobs)
                 jobs.append(self._submit(mesh, full, options, patient=True))
             while jobs:
-                yield await jobs.popleft()
+                yield await _first_result(jobs)
         finally:
             for job in jobs:
                 job._control.cancel()
@@ -237,6 +237,13 @@ class AsyncClient:
         """Evaluates a mesh; see `meshsmooth.quality`."""
         result = await self.smooth(mesh, full=True, **_rpc.evaluate_only(options))
         return result.summary.quality_before
+
+
+async def _first_result(jobs: collections.deque[AsyncJob[Any]]) -> Any:
+    """Waits for the first job, which stays in the queue until then, to be cancelled."""
+    result = await jobs[0]
+    jobs.popleft()
+    return result
 
 
 async def _each(meshes: Iterable[Any] | AsyncIterable[Any]) -> AsyncIterator[Any]:

@@ -263,13 +263,20 @@ class Client:
         try:
             for mesh in meshes:
                 if len(jobs) >= max_in_flight:
-                    yield jobs.popleft().result()
+                    yield self._first_result(jobs)
                 jobs.append(self._submit(mesh, full, options, patient=True))
             while jobs:
-                yield jobs.popleft().result()
+                yield self._first_result(jobs)
         finally:
             for job in jobs:
                 job.cancel()
+
+    @staticmethod
+    def _first_result(jobs: collections.deque[Job[Any]]) -> Any:
+        """Waits for the first job, which stays in the queue until then, to be cancelled."""
+        result = jobs[0].result()
+        jobs.popleft()
+        return result
 
     def session(self, mesh: Any, **options: Unpack[JobOptions]) -> Session:
         """Opens a session for many jobs on the elements of a mesh whose nodes move.
