@@ -11,7 +11,8 @@ from google.protobuf.message import DecodeError
 from numpy.typing import NDArray
 
 from . import _wire
-from ._errors import DeadlineExceeded, Error, InvalidOption
+from ._channel import may_use_next_server
+from ._errors import SERVER_ENDED, DeadlineExceeded, Error, InvalidOption
 from ._progress import Progress, decode_progress
 from ._region import Held, Region, RegionPool, place
 from ._request import Request, TopologyUse
@@ -285,6 +286,7 @@ class Attempts:
         self._use = use or TopologyUse()  # how the next attempt names or sends the topology
         self._with_progress = with_progress
         self._in_region = True
+        self._server_ended = False
         self._held = held
         self._early_bytes = MANY_EARLY_BYTES if last_was_accepted else FEW_EARLY_BYTES
 
@@ -343,6 +345,12 @@ class Attempts:
         """
         request = self._request
         place_in_input(error, request.topology.element_count, len(request.points), request.mesh)
+        if error.reason == SERVER_ENDED:
+            # Once, on the next server: a job may be what ends them.
+            if not may_use_next_server(error) or self._server_ended:
+                raise error
+            self._server_ended = True
+            return 0.0
         if call.region is not None:
             self._in_region = False  # whatever it was, chunks may do
             if _is_about_region(error):

@@ -12,7 +12,8 @@ from typing import Any
 
 import grpc
 
-from ._errors import Error, InvalidOption
+from ._errors import SERVER_ENDED, Cancelled, Error, InvalidOption, ServerError, Unavailable
+from ._service_error import CallFacts
 
 SERVER_VARIABLE = "MESHSMOOTH_SERVER"
 
@@ -159,11 +160,44 @@ def is_local(address: str) -> bool:
 
 @dataclass(frozen=True)
 class Endpoint:
-    """A server and what it needs to know of its caller."""
+    """A server and what it needs to know of its caller.
 
-    address: str
+    Attributes:
+        fixed_address: of the server; None: that of the local server of this process, which is
+            another one after each end of a server.
+    """
+
+    fixed_address: str | None
     tls: Tls | None = None
     token: Token | None = None
+
+    @property
+    def address(self) -> str:
+        """The address of the server; starts the local one unless it runs.
+
+        Raises:
+            Unavailable: no local server can be started.
+        """
+        return _local_address() if self.fixed_address is None else self.fixed_address
+
+    def explain(self, error: Error, facts: CallFacts) -> Error:
+        """Returns the error of a call; that of the server's end if a local server has ended."""
+        broken = isinstance(error, Unavailable | ServerError | Cancelled) and not error.reason
+        if not broken or facts.cancelled_by_caller or not is_local(facts.server):
+            return error
+        from ._local import failure_at  # not at the top, as in `_local_address`
+
+        failure = failure_at(facts.server)
+        if failure is None:
+            return error
+        another = self.fixed_address is None
+        return Unavailable(
+            failure,
+            reason=SERVER_ENDED,
+            code=error.code,
+            hint="the next call starts another" if another else "",
+            retry_delay=0.0 if another else None,
+        )
 
     def metadata(self) -> list[tuple[str, str]]:
         """Returns the token's metadata of one call."""
@@ -171,6 +205,11 @@ class Endpoint:
             return []
         token = self.token if isinstance(self.token, str) else self.token()
         return [("authorization", f"Bearer {token}")]
+
+
+def may_use_next_server(error: Error) -> bool:
+    """Whether the same call may go to another local server in place of one that has ended."""
+    return error.reason == SERVER_ENDED and error._retry_delay is not None
 
 
 def make_endpoint(
@@ -188,7 +227,11 @@ def make_endpoint(
     """
     own_address = address is not None
     if address is None:
-        address = os.environ.get(SERVER_VARIABLE) or _local_address()
+        address = os.environ.get(SERVER_VARIABLE) or None
+    elif not isinstance(address, str):
+        raise TypeError(f'an address is a text as in "127.0.0.1:50051", not {address!r}')
+    if tls is not None and not isinstance(tls, Tls | bool):
+        raise TypeError(f"tls is a ms.Tls or True, not {tls!r}; for a file of authorities: Tls(ca=…)")
     if not own_address and tls is None:
         tls = _tls_of_environment()
     if not own_address and token is None and token_file is None:
@@ -201,7 +244,7 @@ def make_endpoint(
     elif token_file is not None:
         token = TokenFile(token_file)
     secure = Tls() if tls is True else tls or None
-    if secure is None and token is not None and not is_local(address):
+    if secure is None and token is not None and address is not None and not is_local(address):
         raise _unusable("token", f"the token would travel to {address} in clear; use TLS")
     return Endpoint(address, secure, token)
 

@@ -9,6 +9,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 
+SERVER_ENDED = "SERVER_ENDED"  # the reason of calls to a local server that has ended by itself
+
+
 class Error(Exception):
     """A failed call.
 
