@@ -15,7 +15,8 @@ from ._aio_job import AsyncControl, AsyncJob, AsyncSession
 from ._channel import Tls, Token
 from ._options import JobOptions, MoveOptions
 from ._progress import Progress, Tee, make_display
-from ._result import SmoothResult, Steps, prepare, prepare_move
+from ._request import Request
+from ._result import Finish, SmoothResult, Steps, prepare, prepare_move
 from ._summary import QualityStats
 from .v1 import smoothing_pb2 as pb
 
@@ -86,9 +87,7 @@ class AsyncClient:
         Cancelling the task cancels the job on the server.
         """
         request, finish = prepare(mesh, options, out, full)
-        return await self._connection.smooth(
-            request, finish, AsyncControl(), make_display(options.get("progress"))
-        )
+        return await self._run(request, finish, options)
 
     @overload
     async def move(
@@ -117,9 +116,13 @@ class AsyncClient:
     ) -> Any:
         """Moves nodes of a mesh to given positions; the others follow; see `Client.move`."""
         request, finish = prepare_move(mesh, options, out, full)
-        return await self._connection.smooth(
-            request, finish, AsyncControl(), make_display(options.get("progress"))
-        )
+        return await self._run(request, finish, options)
+
+    async def _run(self, request: Request, finish: Finish, options: JobOptions) -> Any:
+        display = make_display(options.get("progress"))
+        result = await self._connection.smooth(request, finish, AsyncControl(), display)
+        finish.warn()
+        return result
 
     @overload
     async def submit(
@@ -137,7 +140,8 @@ class AsyncClient:
         self, mesh: Any, full: bool, options: JobOptions, *, patient: bool = False
     ) -> AsyncJob[Any]:
         request, finish = prepare(mesh, options, None, full)
-        job: AsyncJob[Any] = AsyncJob(self, request.request_id, kept="result_ttl" in options)
+        kept = "result_ttl" in options
+        job: AsyncJob[Any] = AsyncJob(self, request.request_id, kept=kept, warn=finish.warn)
         display = Tee(job._note, make_display(options.get("progress"), alone=False))
         job._start(self._connection.smooth(request, finish, job._control, display, patient=patient))
         return job
@@ -180,7 +184,7 @@ class AsyncClient:
         """Returns the job that was sent with `result_ttl`; see `Client.attach`."""
         options: JobOptions = {} if timeout is None else {"timeout": timeout}
         request, finish = prepare(mesh, options, None, False)
-        job: AsyncJob[M] = AsyncJob(self, "", kept=True)
+        job: AsyncJob[M] = AsyncJob(self, "", kept=True, warn=finish.warn)
         job._control.job_name = name
         display = Tee(job._note, make_display(progress))
         job._start(self._connection.attach(name, request, finish, job._control, display))

@@ -48,11 +48,14 @@ class AsyncJob(Generic[R]):
         request_id: the UUID under which the same job can be joined.
     """
 
-    def __init__(self, client: AsyncClient, request_id: str, *, kept: bool) -> None:
+    def __init__(
+        self, client: AsyncClient, request_id: str, *, kept: bool, warn: Callable[[], None]
+    ) -> None:
         self.request_id = request_id
         self._client = client
         self._control = AsyncControl()
         self._kept = kept
+        self._warn = warn
         self._last: Progress | None = None
         self._changed = asyncio.Event()
         self._task: asyncio.Task[R]
@@ -75,7 +78,9 @@ class AsyncJob(Generic[R]):
 
     async def result(self, timeout: float | None = None) -> R:
         """Waits for the result; after `timeout` seconds raises TimeoutError, the job continues."""
-        return await asyncio.wait_for(asyncio.shield(self._task), timeout)
+        result = await asyncio.wait_for(asyncio.shield(self._task), timeout)
+        self._warn()
+        return result
 
     async def progress(self) -> AsyncIterator[Progress]:
         """Yields what the server reports, the newest only, until the job has ended."""
@@ -162,5 +167,6 @@ class AsyncSession:
         result = await self._client._connection.smooth(
             request, finish, AsyncControl(), display, use=use
         )
+        finish.warn()
         self._steps.end(finish)
         return result

@@ -16,7 +16,8 @@ from ._connection import Connection
 from ._job import Control, Job
 from ._options import JobOptions, MoveOptions
 from ._progress import Progress, Tee, make_display
-from ._result import SmoothResult, Steps, prepare, prepare_move
+from ._request import Request
+from ._result import Finish, SmoothResult, Steps, prepare, prepare_move
 from ._session import Session
 from ._summary import QualityStats
 from .v1 import smoothing_pb2 as pb
@@ -120,9 +121,7 @@ class Client:
             KeyboardInterrupt: on Ctrl-C; the job is cancelled on the server.
         """
         request, finish = prepare(mesh, options, out, full)
-        return self._connection.smooth(
-            request, finish, Control(), make_display(options.get("progress"))
-        )
+        return self._run(request, finish, options)
 
     @overload
     def move(
@@ -169,9 +168,13 @@ class Client:
             Error: as `smooth`.
         """
         request, finish = prepare_move(mesh, options, out, full)
-        return self._connection.smooth(
-            request, finish, Control(), make_display(options.get("progress"))
-        )
+        return self._run(request, finish, options)
+
+    def _run(self, request: Request, finish: Finish, options: JobOptions) -> Any:
+        display = make_display(options.get("progress"))
+        result = self._connection.smooth(request, finish, Control(), display)
+        finish.warn()
+        return result
 
     @overload
     def submit(
@@ -197,7 +200,9 @@ class Client:
     ) -> Job[Any]:
         request, finish = prepare(mesh, options, None, full)
         control = Control()
-        job: Job[Any] = Job(self, request.request_id, control, kept="result_ttl" in options)
+        job: Job[Any] = Job(
+            self, request.request_id, control, kept="result_ttl" in options, warn=finish.warn
+        )
         display = make_display(options.get("progress"), alone=False)
         job._start(
             functools.partial(
@@ -309,7 +314,7 @@ class Client:
         options: JobOptions = {} if timeout is None else {"timeout": timeout}
         request, finish = prepare(mesh, options, None, False)
         control = Control()
-        job: Job[M] = Job(self, "", control, kept=True)
+        job: Job[M] = Job(self, "", control, kept=True, warn=finish.warn)
         display = Tee(job._note, make_display(progress))
         control.job_name = name
         job._start(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
@@ -21,6 +20,7 @@ from ._progress import enum_name
 from ._region import Held
 from ._request import TOPOLOGY_OPTIONS, Request, Topology, check_names
 from ._summary import Summary, decode_summary
+from ._warn import warn_caller
 from .v1 import smoothing_pb2 as pb
 
 M = TypeVar("M")
@@ -60,6 +60,7 @@ class Finish:
     Attributes:
         memory: where the positions may be received; None: in new memory.
         held: the region in which the positions stay if they arrive in one; None: they are copied.
+        warning: what is wrong with the result, for who does not read the summary; "" if nothing is.
     """
 
     def __init__(
@@ -80,6 +81,7 @@ class Finish:
         self._adapter = adapter
         self.memory = _fitting(memory, request.points)
         self.own_memory: NDArray[Any] | None = None  # that another job may use again
+        self.warning = ""
         if out is None:
             return
         mesh = request.mesh
@@ -120,16 +122,15 @@ class Finish:
                 for name, values in named.items():
                     self._adapter.annotate(smoothed, name, values)
         if not self._full:
-            if message.HasField("motion") and message.motion.reached < 1:
-                warnings.warn(
-                    f"move reached {100 * message.motion.reached:.4g} % of the motion; with "
-                    "full=True the summary tells what is in the way",
-                    RuntimeWarning,
-                    stacklevel=2,
-                )
+            self.warning = _shortcomings(message)
             return smoothed
         summary = decode_summary(message, mesh.caller_element)
         return SmoothResult(smoothed, points, summary, named, job_name, request.request_id)
+
+    def warn(self) -> None:
+        """Warns of the result, at the caller's line; in the thread that gives it to the caller."""
+        if self.warning:
+            warn_caller(self.warning)
 
     def _copied(self, positions: NDArray[Any]) -> NDArray[Any]:
         memory = _fitting(self._out, positions)
@@ -137,6 +138,22 @@ class Finish:
             memory = np.empty_like(positions) if self.memory is None else self.memory
         np.copyto(memory, positions)
         return memory
+
+
+def _shortcomings(message: pb.Summary) -> str:
+    """What must not go unsaid where the summary is not returned."""
+    what = []
+    if message.HasField("motion") and message.motion.reached < 1:
+        what.append(f"move reached {100 * message.motion.reached:.4g} % of the motion")
+    before, after = message.quality_before, message.quality_after
+    if after.inverted_element_count:
+        what.append(
+            f"{after.inverted_element_count:,} of {after.element_count:,} elements of the result "
+            f"are inverted; {before.inverted_element_count:,} were before"
+        )
+    if not what:
+        return ""
+    return f"{', and '.join(what)}; with full=True the summary tells what is in the way"
 
 
 def _fitting(memory: NDArray[Any] | None, points: NDArray[Any]) -> NDArray[Any] | None:

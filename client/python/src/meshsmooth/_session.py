@@ -134,5 +134,6 @@ class Session:
         display = make_display(request.options.get("progress"))
         use = TopologyUse(named=True, routed=True)
         result = self._client._connection.smooth(request, finish, Control(), display, use=use)
+        finish.warn()
         self._steps.end(finish)
         return result
