@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import LONG, cube
-from local_server import children_of, program, write_program
+from local_server import children_of, program
 
 import meshsmooth as ms
 from meshsmooth import _local

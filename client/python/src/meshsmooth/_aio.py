@@ -5,7 +5,7 @@ from __future__ import annotations
 import collections
 import os
 from collections.abc import AsyncIterable, AsyncIterator, Callable, Iterable
-from typing import Any, Literal, TypeVar, Unpack, overload
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
 from numpy.typing import NDArray
 
@@ -13,12 +13,16 @@ from . import _channel, _options, _rpc
 from ._aio_connection import AsyncConnection
 from ._aio_job import AsyncControl, AsyncJob, AsyncSession
 from ._channel import Tls, Token
-from ._options import JobOptions, MoveOptions
+from ._job_options import MOVE_OPTIONS, Duration, JobOptions, MoveOptions
 from ._progress import Progress, Tee, make_display
 from ._request import Request
 from ._result import Finish, SmoothResult, Steps, prepare, prepare_move
+from ._signature import with_options
 from ._summary import QualityStats
 from .v1 import smoothing_pb2 as pb
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 M = TypeVar("M")
 Array = NDArray[Any]
@@ -74,6 +78,11 @@ class AsyncClient:
         full: Literal[True],
         **options: Unpack[JobOptions],
     ) -> SmoothResult[M]: ...
+    @overload
+    async def smooth(
+        self, mesh: M, *, full: bool, **options: Unpack[JobOptions]
+    ) -> M | SmoothResult[M]: ...
+    @with_options()
     async def smooth(
         self,
         mesh: Any,
@@ -106,6 +115,11 @@ class AsyncClient:
         full: Literal[True],
         **options: Unpack[MoveOptions],
     ) -> SmoothResult[M]: ...
+    @overload
+    async def move(
+        self, mesh: M, *, full: bool, **options: Unpack[MoveOptions]
+    ) -> M | SmoothResult[M]: ...
+    @with_options(MOVE_OPTIONS)
     async def move(
         self,
         mesh: Any,
@@ -132,6 +146,7 @@ class AsyncClient:
     async def submit(
         self, mesh: M, *, full: Literal[True], **options: Unpack[JobOptions]
     ) -> AsyncJob[SmoothResult[M]]: ...
+    @with_options()
     async def submit(self, mesh: Any, *, full: bool = False, **options: Unpack[JobOptions]) -> Any:
         """Starts a job and returns it at once; see `Client.submit`."""
         return self._submit(mesh, full, options)
@@ -146,6 +161,7 @@ class AsyncClient:
         job._start(self._connection.smooth(request, finish, job._control, display, patient=patient))
         return job
 
+    @with_options()
     async def map(
         self,
         meshes: Iterable[Any] | AsyncIterable[Any],
@@ -169,6 +185,7 @@ class AsyncClient:
             for job in jobs:
                 job._control.cancel()
 
+    @with_options()
     def session(self, mesh: Any, **options: Unpack[JobOptions]) -> AsyncSession:
         """Opens a session on the elements of a mesh whose nodes move; see `Client.session`."""
         return AsyncSession(self, Steps(mesh, options))
@@ -178,7 +195,7 @@ class AsyncClient:
         name: str,
         mesh: M,
         *,
-        timeout: _options.Duration | None = None,
+        timeout: Duration | None = None,
         progress: bool | Callable[[Progress], object] = False,
     ) -> AsyncJob[M]:
         """Returns the job that was sent with `result_ttl`; see `Client.attach`."""
@@ -237,9 +254,11 @@ class AsyncClient:
         """Returns whether the server serves, as grpc.health.v1 reports."""
         return _rpc.is_serving(await self._connection.unary(_rpc.HEALTH, _rpc.Empty(), timeout))
 
+    @with_options()
     async def quality(self, mesh: Any, **options: Unpack[JobOptions]) -> QualityStats:
         """Evaluates a mesh; see `meshsmooth.quality`."""
-        result = await self.smooth(mesh, full=True, **_rpc.evaluate_only(options))
+        evaluate = _rpc.evaluate_only(options)
+        result: SmoothResult[Any] = await self.smooth(mesh, full=True, **evaluate)
         return result.summary.quality_before
 
 

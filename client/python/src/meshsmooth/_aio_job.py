@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator, Callable, Generator
-from typing import TYPE_CHECKING, Any, Generic, TypeVar, Unpack
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from numpy.typing import ArrayLike, NDArray
 
 from ._errors import Cancelled, Error
-from ._options import JobOptions
+from ._job_options import TOPOLOGY_OPTIONS, JobOptions
 from ._progress import Progress, make_display
 from ._request import Request, TopologyUse
 from ._result import Finish, Steps
+from ._signature import with_options
 
 if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
     from ._aio import AsyncClient
 
 R = TypeVar("R")
@@ -138,6 +141,7 @@ class AsyncSession:
         """Positions of the session's own; see `Session.positions`."""
         return self._steps.positions
 
+    @with_options(without=TOPOLOGY_OPTIONS)
     async def smooth(
         self,
         points: Array | None = None,
@@ -149,6 +153,7 @@ class AsyncSession:
         """Smooths positions of the session's mesh and returns them; see `Session.smooth`."""
         return await self._run(*self._steps.smooth(points, out, full, options))
 
+    @with_options(without=TOPOLOGY_OPTIONS)
     async def move(
         self,
         nodes: ArrayLike,

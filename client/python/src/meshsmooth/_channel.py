@@ -231,7 +231,7 @@ def make_endpoint(
     elif not isinstance(address, str):
         raise TypeError(f'an address is a text as in "127.0.0.1:50051", not {address!r}')
     if tls is not None and not isinstance(tls, Tls | bool):
-        raise TypeError(f"tls is a ms.Tls or True, not {tls!r}; for a file of authorities: Tls(ca=…)")
+        raise TypeError(f"tls is an ms.Tls or True, not {tls!r}; a file is ms.Tls(ca=…)")
     if not own_address and tls is None:
         tls = _tls_of_environment()
     if not own_address and token is None and token_file is None:

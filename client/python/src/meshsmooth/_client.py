@@ -6,7 +6,7 @@ import collections
 import functools
 import os
 from collections.abc import Callable, Iterable, Iterator
-from typing import Any, Literal, TypeVar, Unpack, overload
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
 from numpy.typing import NDArray
 
@@ -14,13 +14,17 @@ from . import _channel, _options, _rpc
 from ._channel import Tls, Token
 from ._connection import Connection
 from ._job import Control, Job
-from ._options import JobOptions, MoveOptions
+from ._job_options import MOVE_OPTIONS, Duration, JobOptions, MoveOptions
 from ._progress import Progress, Tee, make_display
 from ._request import Request
 from ._result import Finish, SmoothResult, Steps, prepare, prepare_move
 from ._session import Session
+from ._signature import with_options
 from ._summary import QualityStats
 from .v1 import smoothing_pb2 as pb
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 M = TypeVar("M")
 Array = NDArray[Any]
@@ -96,6 +100,11 @@ class Client:
         full: Literal[True],
         **options: Unpack[JobOptions],
     ) -> SmoothResult[M]: ...
+    @overload
+    def smooth(
+        self, mesh: M, *, full: bool, **options: Unpack[JobOptions]
+    ) -> M | SmoothResult[M]: ...
+    @with_options()
     def smooth(
         self,
         mesh: Any,
@@ -112,7 +121,6 @@ class Client:
                 returned in place of a mesh. After an error it is unchanged if it shares memory with
                 `mesh`, else undefined.
             full: return a `SmoothResult` with `.mesh` and `.summary`.
-            **options: see docs/python.md.
 
         Raises:
             InvalidMesh: the mesh cannot be smoothed.
@@ -140,6 +148,11 @@ class Client:
         full: Literal[True],
         **options: Unpack[MoveOptions],
     ) -> SmoothResult[M]: ...
+    @overload
+    def move(
+        self, mesh: M, *, full: bool, **options: Unpack[MoveOptions]
+    ) -> M | SmoothResult[M]: ...
+    @with_options(MOVE_OPTIONS)
     def move(
         self,
         mesh: Any,
@@ -157,11 +170,8 @@ class Client:
             mesh: of any kind that docs/python.md lists; it is unchanged.
             out: as of `smooth`.
             full: return a `SmoothResult` with `.mesh` and `.summary`.
-            **options: one of `displacement`, an array [nodes, 2 or 3] or the name of a node array,
-                and `to`, positions of all nodes or a mesh with the same elements. Only what they
-                say of the nodes `prescribed` counts: a boolean mask, indices, the name of a node
-                array or set, or a list of names [nodes on the boundary that are not fixed]. The
-                others are those of `smooth`; `method` may be an `ms.Move`.
+            **options: one of `displacement` and `to`. Only what they say of the nodes
+                `prescribed` counts. The others are those of `smooth`; `method` may be an `ms.Move`.
 
         Raises:
             InvalidMesh: the mesh or a prescribed node is wrong.
@@ -184,6 +194,7 @@ class Client:
     def submit(
         self, mesh: M, *, full: Literal[True], **options: Unpack[JobOptions]
     ) -> Job[SmoothResult[M]]: ...
+    @with_options()
     def submit(self, mesh: Any, *, full: bool = False, **options: Unpack[JobOptions]) -> Any:
         """Starts a job and returns its future at once; arguments as of `smooth`.
 
@@ -234,6 +245,7 @@ class Client:
         full: Literal[True],
         **options: Unpack[JobOptions],
     ) -> Iterator[SmoothResult[M]]: ...
+    @with_options()
     def map(
         self,
         meshes: Iterable[Any],
@@ -252,7 +264,6 @@ class Client:
             meshes: of any kind.
             max_in_flight: jobs at a time, 1 or more.
             full: yield a `SmoothResult` for each mesh.
-            **options: as of `smooth`, for all meshes.
 
         Raises:
             InvalidOption: `max_in_flight` is below 1.
@@ -283,6 +294,7 @@ class Client:
         jobs.popleft()
         return result
 
+    @with_options()
     def session(self, mesh: Any, **options: Unpack[JobOptions]) -> Session:
         """Opens a session for many jobs on the elements of a mesh whose nodes move.
 
@@ -300,7 +312,7 @@ class Client:
         name: str,
         mesh: M,
         *,
-        timeout: _options.Duration | None = None,
+        timeout: Duration | None = None,
         progress: bool | Callable[[Progress], object] = False,
     ) -> Job[M]:
         """Returns the future of a job that was sent with `result_ttl`.
@@ -369,6 +381,9 @@ class Client:
         """Returns whether the server serves, as grpc.health.v1 reports."""
         return _rpc.is_serving(self._connection.unary(_rpc.HEALTH, _rpc.Empty(), timeout))
 
+    @with_options()
     def quality(self, mesh: Any, **options: Unpack[JobOptions]) -> QualityStats:
         """Evaluates a mesh; see `meshsmooth.quality`."""
-        return self.smooth(mesh, full=True, **_rpc.evaluate_only(options)).summary.quality_before
+        evaluate = _rpc.evaluate_only(options)
+        result: SmoothResult[Any] = self.smooth(mesh, full=True, **evaluate)
+        return result.summary.quality_before

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-
 SERVER_ENDED = "SERVER_ENDED"  # the reason of calls to a local server that has ended by itself
 
 

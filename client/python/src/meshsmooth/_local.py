@@ -160,9 +160,9 @@ class LocalServer:
             process = ServerProcess(name, command, _environment(), _remove_socket)
         else:
             container = Container(self._engine)
-            flags = _flags(settings | {
-                "listen": container.listen, "insecure": True,
-                "i-accept-old-grpc": True})  # published on loopback only
+            flags = _flags(
+                settings | {"listen": container.listen, "insecure": True, "i-accept-old-grpc": True}
+            )  # published on loopback only
             command = container.command(self._container, self._engine_options, flags)
             name = f"the container of {self._container}"
             process = ServerProcess(name, command, os.environ, lambda _: container.remove())

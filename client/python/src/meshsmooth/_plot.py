@@ -10,8 +10,8 @@ import numpy as np
 from ._adapters import find_adapter
 from ._cells import ELEMENT_TO_VTK, Cells
 from ._default import default_client
+from ._job_options import Metric
 from ._mesh import Mesh
-from ._options import Metric
 
 
 def plot_quality(

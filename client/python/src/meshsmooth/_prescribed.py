@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from . import _options
 from ._errors import InvalidMesh
 from ._facets import boundary_nodes
+from ._job_options import MoveOptions
 from ._mesh import Mesh, chosen_nodes, node_vectors, to_wire
-from ._options import MoveOptions
 from ._request import Prescribed, Topology, other_positions
 from ._service_error import place_in_input
 

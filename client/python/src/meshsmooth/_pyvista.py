@@ -2,35 +2,59 @@
 
 from __future__ import annotations
 
-from typing import Any, Unpack
+from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar, overload
 
 import pyvista
 
 from ._default import default_client
-from ._options import JobOptions, Metric, MoveOptions
+from ._job_options import MOVE_OPTIONS, JobOptions, Metric, MoveOptions
+from ._result import SmoothResult
+from ._signature import with_options
 from ._summary import QualityStats
 
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
-class MeshsmoothAccessor:
-    """Smooths, moves and evaluates a PyVista grid or surface."""
+M = TypeVar("M")
 
-    def __init__(self, mesh: Any) -> None:
+
+class MeshsmoothAccessor(Generic[M]):
+    """Smooths, moves and evaluates a PyVista mesh."""
+
+    def __init__(self, mesh: M) -> None:
         self._mesh = mesh
 
+    @overload
+    def smooth(self, *, full: Literal[False] = False, **options: Unpack[JobOptions]) -> M: ...
+    @overload
+    def smooth(self, *, full: Literal[True], **options: Unpack[JobOptions]) -> SmoothResult[M]: ...
+    @overload
+    def smooth(self, *, full: bool, **options: Unpack[JobOptions]) -> M | SmoothResult[M]: ...
+    @with_options()
     def smooth(self, *, full: bool = False, **options: Unpack[JobOptions]) -> Any:
-        """Returns a smoothed mesh of the same kind; see `meshsmooth.smooth`."""
-        if full:
-            return default_client().smooth(self._mesh, full=True, **options)
-        return default_client().smooth(self._mesh, **options)
+        """Returns a smoothed mesh of the same kind; with `full` a `SmoothResult`.
 
+        >>> better = grid.meshsmooth.smooth(goal="worst")
+        """
+        return default_client().smooth(self._mesh, full=full, **options)
+
+    @overload
+    def move(self, *, full: Literal[False] = False, **options: Unpack[MoveOptions]) -> M: ...
+    @overload
+    def move(self, *, full: Literal[True], **options: Unpack[MoveOptions]) -> SmoothResult[M]: ...
+    @overload
+    def move(self, *, full: bool, **options: Unpack[MoveOptions]) -> M | SmoothResult[M]: ...
+    @with_options(MOVE_OPTIONS)
     def move(self, *, full: bool = False, **options: Unpack[MoveOptions]) -> Any:
-        """Returns a mesh of the same kind with moved nodes; see `meshsmooth.move`."""
-        if full:
-            return default_client().move(self._mesh, full=True, **options)
-        return default_client().move(self._mesh, **options)
+        """Returns a mesh of the same kind with moved nodes; with `full` a `SmoothResult`.
 
+        >>> moved = grid.meshsmooth.move(displacement="u", prescribed="wall")
+        """
+        return default_client().move(self._mesh, full=full, **options)
+
+    @with_options()
     def quality(self, **options: Unpack[JobOptions]) -> QualityStats:
-        """Returns statistics and histograms of each metric; see `meshsmooth.quality`."""
+        """Returns statistics and histograms of each metric; moves nothing."""
         return default_client().quality(self._mesh, **options)
 
     def plot_quality(

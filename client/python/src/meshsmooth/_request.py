@@ -18,6 +18,7 @@ from ._adapters import read_mesh
 from ._cells import Block
 from ._coincident import find_representatives, merged, merged_blocks, merged_mask
 from ._errors import InvalidMesh
+from ._job_options import JobOptions
 from ._mesh import (
     Mesh,
     element_regions,
@@ -26,14 +27,9 @@ from ._mesh import (
     lower_dimensional_mask,
     to_wire,
 )
-from ._options import JobOptions
 from ._periodic import node_pairs
 from .v1 import mesh_pb2, smoothing_pb2
 
-# Options that are a part of the topology: a session takes them when it opens.
-TOPOLOGY_OPTIONS = ("fixed", "fixed_types", "regions", "boundary", "merge_coincident")
-
-_KNOWN = frozenset(JobOptions.__annotations__)
 _WEEK = 7 * 24 * 3600.0
 
 
@@ -77,7 +73,7 @@ class Topology:
     def of(cls, mesh: Mesh, options: JobOptions) -> Topology:
         """Returns the topology of a mesh with those of the options that belong to it."""
         boundary = options.get("boundary") or "fixed"
-        _options.to_choice("boundary", boundary)
+        _options.encode_options({"boundary": boundary})  # refuses what is none
         regions = element_regions(mesh, options.get("regions", "auto"), boundary == "free")
         # Where the boundary may move, its cells of lower dimension follow its nodes; those inside
         # would drift.
@@ -207,7 +203,7 @@ class Request:
             InvalidOption: an option has no such value or means nothing here.
             InvalidMesh: the mesh cannot be encoded.
         """
-        check_names(options)
+        _options.check_names(options)
         self.mesh = mesh
         self.options = options
         self.points = mesh.points
@@ -215,7 +211,7 @@ class Request:
         self.prescribed = prescribed
         if self.message.HasField("move") and prescribed is None:
             raise _options.misplaced("method", 'method="move" is that of move(…), not of smooth(…)')
-        self.metrics = _metrics(options.get("element_quality"))
+        self.metrics: list[Any] = _options.to_metrics(options.get("element_quality"))
         self.topology = topology or Topology.of(mesh, options)
         self.reference = self._read_reference()
         self.node_pairs = node_pairs(mesh, options.get("periodic"))
@@ -243,7 +239,6 @@ class Request:
 
     def spec(self, use: TopologyUse, *, with_progress: bool) -> bytes:
         """Returns the first message of an attempt."""
-        options = self.options
         spec = smoothing_pb2.JobSpec(request_id=self.request_id)
         if use.named:
             spec.topology_name = self.topology.name
@@ -256,19 +251,9 @@ class Request:
         if self.node_pairs is not None:
             spec.node_pair_count = len(self.node_pairs)
         spec.options.CopyFrom(self.message)
-        if (backend := options.get("backend", "auto")) != "auto":
-            spec.backend_kind = _options.to_choice("backend", backend)
-        if (priority := options.get("priority")) is not None:
-            spec.priority = _options.to_choice("priority", priority)
-        if (queue_timeout := options.get("queue_timeout")) is not None:
-            spec.queue_timeout.CopyFrom(_options.to_duration("queue_timeout", queue_timeout))
-        if (ttl := options.get("result_ttl")) is not None:
-            spec.result_ttl.CopyFrom(_options.to_duration("result_ttl", ttl))
+        _options.encode_job(self.options, spec)
         if with_progress:
             spec.progress_interval.CopyFrom(duration_pb2.Duration(nanos=100_000_000))
-        spec.iteration_history_included = bool(options.get("history", False))
-        if (quality := options.get("quality")) is not None:
-            spec.quality_detail = _options.to_choice("quality", quality)
         spec.element_quality_metrics.extend(self.metrics)
         return smoothing_pb2.SmoothRequest(spec=spec).SerializeToString()
 
@@ -299,17 +284,6 @@ class Request:
         if not use.routed:
             return []
         return [("meshsmooth-topology", self.topology.name.rpartition("-")[2])]
-
-
-def check_names(options: JobOptions) -> None:
-    """Refuses keywords that are not options.
-
-    Raises:
-        TypeError: as for any other function.
-    """
-    for name in options:
-        if name not in _KNOWN:
-            raise TypeError(f"there is no option {name!r}; the options are {', '.join(_KNOWN)}")
 
 
 def _scalar_type(positions: NDArray[Any]) -> mesh_pb2.ScalarType:
@@ -365,10 +339,3 @@ def _element_types(names: Sequence[str] | None) -> tuple[int, ...]:
                 "fixed_types", f"fixed_types has {name!r}, known are {', '.join(known)}"
             )
     return tuple(known.index(name) + 1 for name in chosen)
-
-
-def _metrics(chosen: str | Sequence[str] | None) -> list[Any]:
-    if chosen is None:
-        return []
-    names = [chosen] if isinstance(chosen, str) else chosen
-    return [_options.to_choice("element_quality", name) for name in names]

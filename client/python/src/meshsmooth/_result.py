@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from . import _options
 from ._adapters import Adapter, find_adapter, read_mesh
 from ._call import Result
+from ._job_options import MOVE_OPTIONS, TOPOLOGY_OPTIONS, JobOptions, MoveOptions
 from ._mesh import Mesh
-from ._options import JobOptions, MoveOptions
 from ._periodic import node_pairs
 from ._prescribed import prescribe, prescribe_motion
 from ._progress import enum_name
 from ._region import Held
-from ._request import TOPOLOGY_OPTIONS, Request, Topology, check_names
+from ._request import Request, Topology
 from ._summary import Summary, decode_summary
 from ._warn import warn_caller
 from .v1 import smoothing_pb2 as pb
@@ -49,6 +49,10 @@ class SmoothResult(Generic[M]):
 
     def __str__(self) -> str:
         return str(self.summary)
+
+    def __repr__(self) -> str:
+        what = f"{type(self.mesh).__name__} of {len(self.points):,} nodes"
+        return f"<meshsmooth.SmoothResult: {what}, {self.summary.stop_reason}>"
 
     def _repr_html_(self) -> str:
         return self.summary._repr_html_()
@@ -177,8 +181,8 @@ def prepare_move(
     """Reads a mesh to move and the options of the job."""
     adapter = find_adapter(mesh)
     own = Mesh(adapter.read(mesh))
+    _options.check_names(options, MOVE_OPTIONS)
     job_options = _options.to_move_options(options)
-    check_names(job_options)
     topology = Topology.of(own, options)
     prescribed = prescribe_motion(own, topology, options)
     moving = topology.moving(own.points, prescribed.nodes)
@@ -254,7 +258,7 @@ class Steps:
         return positions
 
     def _joined(self, options: JobOptions) -> JobOptions:
-        check_names(options)
+        _options.check_names(options)
         for name in TOPOLOGY_OPTIONS:
             if name in options:
                 raise _options.misplaced(

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal, Unpack, overload
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 from numpy.typing import ArrayLike, NDArray
 
 from ._job import Control
-from ._options import JobOptions
+from ._job_options import TOPOLOGY_OPTIONS, JobOptions
 from ._progress import make_display
 from ._request import Request, TopologyUse
 from ._result import Finish, SmoothResult, Steps
+from ._signature import with_options
 
 if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
     from ._client import Client
 
 Array = NDArray[Any]
@@ -67,6 +70,7 @@ class Session:
         full: Literal[True],
         **options: Unpack[JobOptions],
     ) -> SmoothResult[Array]: ...
+    @with_options(without=TOPOLOGY_OPTIONS)
     def smooth(
         self,
         points: Array | None = None,
@@ -106,6 +110,7 @@ class Session:
         full: Literal[True],
         **options: Unpack[JobOptions],
     ) -> SmoothResult[Array]: ...
+    @with_options(without=TOPOLOGY_OPTIONS)
     def move(
         self,
         nodes: ArrayLike,
