@@ -319,11 +319,10 @@ def test_errors_arrive_whole_through_dask(client: ms.Client, kind: str) -> None:
     points, cells = MESH
     twice = cells["tetra"].copy()
     twice[7, 1] = twice[7, 0]
+    bad = (points, {"tetra": twice})
+    run = {"blocking": client.smooth, "asyncio": lambda mesh: asyncio.run(smooth(mesh))}[kind]
     with pytest.raises(ms.InvalidMesh) as refused:
-        if kind == "asyncio":
-            asyncio.run(smooth((points, {"tetra": twice})))
-        else:
-            client.smooth((points, {"tetra": twice}))
+        run(bad)
     assert refused.value.__context__ is None
     tblib.install(refused.value)
     copy = pickle.loads(pickle.dumps(refused.value))

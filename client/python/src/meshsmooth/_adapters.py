@@ -10,13 +10,14 @@ from __future__ import annotations
 import copy
 import dataclasses
 import importlib
+import os
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ._cells import DIMENSIONS, TURNED_WEDGES
+from ._cell_types import DIMENSIONS, TURNED_WEDGES
 from ._errors import InvalidMesh
 from ._mesh import LazyArrays, Mesh, MeshData
 
@@ -83,12 +84,26 @@ def find_adapter(mesh: Any) -> Adapter:
     for names, adapter in _BY_ATTRIBUTES:
         if all(hasattr(mesh, name) for name in names):
             return adapter
+    if isinstance(mesh, str | os.PathLike):
+        raise TypeError(
+            f"{os.fspath(mesh)!r} is a path; read the mesh first, as by pyvista.read(path), or "
+            "run: python -m meshsmooth smooth"
+        )
     raise TypeError(
         f"meshes of the type {type(mesh).__module__}.{type(mesh).__qualname__} are not known; "
         "known are PyVista's and VTK's unstructured grids and surfaces, those of meshio, trimesh "
         "and scikit-fem, (points, cells) and (cells, types, points); meshsmooth.register_adapter "
         "adds others"
     )
+
+
+def is_mesh(given: Any) -> bool:
+    """Returns whether there is an adapter for it; arrays of positions have none."""
+    try:
+        find_adapter(given)
+    except TypeError:
+        return False
+    return True
 
 
 def _read_pair(pair: tuple[Any, Any]) -> MeshData:

@@ -142,6 +142,7 @@ class AsyncConnection:
             while True:
                 control.check()
                 call = attempts.begin()
+                self._own_channel()  # and its loop, which leases of memory need
                 try:
                     with attempts.sharing(call, self._regions):
                         left = attempts.retry.left()
@@ -233,6 +234,7 @@ class AsyncConnection:
                 progress = receive(message)
                 if progress is not None and display is not None and display(progress) is False:
                     control.cancel()
+            control.check()  # cancelled, if the job has ended meanwhile too
             return
         except grpc.aio.AioRpcError as failed:
             error = self._error_of(

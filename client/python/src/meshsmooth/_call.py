@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from . import _wire
 from ._channel import may_use_next_server
-from ._errors import SERVER_ENDED, DeadlineExceeded, Error, InvalidOption
-from ._progress import Progress, decode_progress
+from ._errors import SERVER_ENDED, DeadlineExceeded, Error, InvalidMesh, InvalidOption
+from ._options import name_option
+from ._progress import Progress, decode_job_state, decode_progress
 from ._region import Held, Region, RegionPool, place
 from ._request import Request, TopologyUse
 from ._retry import Retry
@@ -33,13 +34,17 @@ MANY_EARLY_BYTES = 2 << 20
 class Result:
     """The arrays of a result, filled chunk by chunk; chunks may come over several calls."""
 
-    def __init__(self, request: Request, memory: NDArray[Any] | None = None) -> None:
+    def __init__(
+        self, request: Request, memory: NDArray[Any] | None = None, *, attached: bool = False
+    ) -> None:
         """Prepares for the result of a request.
 
         Args:
             request: of the job.
             memory: where the positions are written, of their shape and type; None: new memory.
+            attached: the job was sent before, as the caller says with this mesh.
         """
+        self._attached = attached
         self._request = request
         self._positions = memory
         self.in_region = False  # the positions lie in a region, or will when the summary comes
@@ -58,6 +63,13 @@ class Result:
         points = self._request.points
         scalar = 2 if points.dtype.itemsize == 8 else 1  # SCALAR_TYPE_FLOAT64, _FLOAT32
         if header.node_count != len(points) or header.coordinate_type != scalar:
+            if self._attached:
+                raise InvalidMesh(
+                    f"the job has a result of {header.node_count} nodes in scalar type "
+                    f"{header.coordinate_type}, the mesh has {len(points)} nodes in "
+                    f"{points.dtype}: it is not the mesh that was sent",
+                    reason="ARRAY_SIZE_MISMATCH",
+                )
             raise broken_answer(
                 f"the server announced a result of {header.node_count} nodes in scalar type "
                 f"{header.coordinate_type} for {len(points)} nodes in {points.dtype}"
@@ -196,7 +208,8 @@ class SmoothCall:
                 raise broken_answer("the server accepted the job twice")
             self.job_name = response.accepted.job.name
             self.upload.answered = True
-        elif kind == "stop_sending":
+            return decode_job_state(response.accepted.job)  # so that each job reports once
+        if kind == "stop_sending":
             self.upload.stopped = True
         elif kind == "progress":
             return decode_progress(response.progress)
@@ -216,7 +229,7 @@ class AttachCall:
 
     def __init__(self, name: str, request: Request, memory: NDArray[Any] | None) -> None:
         self.job_name = name
-        self.result = Result(request, memory)
+        self.result = Result(request, memory, attached=True)
 
     def first(self) -> bytes:
         """Returns the request of the next attempt."""
@@ -345,6 +358,9 @@ class Attempts:
         """
         request = self._request
         place_in_input(error, request.topology.element_count, len(request.points), request.mesh)
+        name_option(error)
+        if error.reason == "INDEX_OUT_OF_RANGE" and request.topology.counts_from_one():
+            error.hint = "the cells seem to count their nodes from 1; subtract 1"
         if error.reason == SERVER_ENDED:
             # Once, on the next server: a job may be what ends them.
             if not may_use_next_server(error) or self._server_ended:

@@ -239,6 +239,7 @@ class Connection:
                 progress = receive(message)
                 if progress is not None and display is not None and display(progress) is False:
                     control.cancel()
+            control.check()  # cancelled, if the job has ended meanwhile too
             return
         except grpc.RpcError as failed:
             error = self._error_of(

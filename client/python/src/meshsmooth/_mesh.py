@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ._arrays import as_array, as_coordinates
+from ._cell_types import VOLUMES
 from ._cells import Cells, parse_cells
 from ._errors import InvalidMesh, InvalidOption
 from ._facets import inner_nodes
@@ -62,19 +64,13 @@ class Mesh:
     """A mesh as it travels, and how the caller numbers and types it."""
 
     def __init__(self, data: MeshData) -> None:
-        points = np.asarray(data.points)
-        if points.ndim != 2 or points.shape[1] not in (2, 3):
-            raise InvalidMesh(
-                f"the points have the shape {points.shape}, they need (nodes, 2) or (nodes, 3)",
-                reason="ARRAY_SIZE_MISMATCH",
-                details={"array": "COORDINATES"},
-            )
+        points = as_coordinates(data.points, "the points")
+        self.points = to_wire(points)
         self._data = data
         self.width: int = points.shape[1]
         self.dtype: np.dtype[Any] = (
             points.dtype if points.dtype.kind == "f" else np.dtype(np.float64)
         )
-        self.points = to_wire(points)
 
     def moved(self, points: NDArray[Any]) -> Mesh:
         """Returns the mesh with other positions [nodes, 2 or 3] of float32 or float64."""
@@ -91,7 +87,14 @@ class Mesh:
     @functools.cached_property
     def cells(self) -> Cells:
         """The cells, parsed at first use: a session's steps have no need of them."""
-        return parse_cells(self._data.cells)
+        cells = parse_cells(self._data.cells)
+        if self.width == 2 and any(VOLUMES[block.element_type] for block in cells.blocks):
+            raise InvalidMesh(
+                "the points have 2 coordinates, the cells of a volume need 3",
+                reason="ARRAY_SIZE_MISMATCH",
+                details={"array": "COORDINATES"},
+            )
+        return cells
 
     @property
     def node_count(self) -> int:
@@ -130,8 +133,20 @@ class Mesh:
         return result
 
 
-def to_wire(points: NDArray[Any]) -> NDArray[Any]:
-    """Returns positions as they travel: [nodes, 3], little-endian float32 or float64, C order."""
+def to_wire(points: NDArray[Any], width: int | None = None) -> NDArray[Any]:
+    """Returns positions as they travel: [nodes, 3], little-endian float32 or float64, C order.
+
+    Raises:
+        InvalidMesh: they have another shape than [nodes, 2 or 3], or than [nodes, `width`].
+    """
+    widths = (2, 3) if width is None else (width,)
+    if points.ndim != 2 or points.shape[1] not in widths:
+        need = " or ".join(f"(nodes, {allowed})" for allowed in widths)
+        raise InvalidMesh(
+            f"the points have the shape {points.shape}, they need {need}",
+            reason="ARRAY_SIZE_MISMATCH",
+            details={"array": "COORDINATES"},
+        )
     dtype = np.dtype("<f4") if points.dtype.itemsize <= 4 else np.dtype("<f8")
     if points.dtype.kind != "f":
         dtype = np.dtype("<f8")
@@ -192,7 +207,7 @@ def chosen_nodes(mesh: Mesh, chosen: Any, field_name: str) -> NDArray[Any]:
         for name in names:
             _mark_by_name(mask, mesh, name, field_name)
         return np.flatnonzero(mask)
-    return _node_indices(mesh, np.asarray(chosen), field_name)
+    return _node_indices(mesh, as_array(chosen, field_name), field_name)
 
 
 def _node_indices(mesh: Mesh, chosen: NDArray[Any], field_name: str) -> NDArray[Any]:
@@ -310,7 +325,7 @@ def element_regions(mesh: Mesh, regions: Any, free_boundary: bool) -> NDArray[np
 
 
 def _per_element(mesh: Mesh, values: ArrayLike, name: str) -> NDArray[Any]:
-    array = np.asarray(values)
+    array = as_array(values, name)
     cells = mesh.cells
     if array.shape == (cells.cell_count,):
         where = cells.element_cells

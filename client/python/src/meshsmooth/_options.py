@@ -273,7 +273,7 @@ def name_option(error: Error) -> None:
     field = error.details.get("field", "")
     own = field.rpartition(".")[2]
     name = _KEYWORDS.get(own)
-    if name is not None and name != own:
+    if name is not None and name != field:
         error.message = error.message.replace(field, name).replace(own, name)
 
 

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from ._adapters import find_adapter
-from ._cells import ELEMENT_TO_VTK, Cells
+from ._cell_types import ELEMENT_TO_VTK
+from ._cells import Cells
 from ._default import default_client
 from ._job_options import Metric
 from ._mesh import Mesh

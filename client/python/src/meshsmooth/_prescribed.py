@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _options
+from ._arrays import as_coordinates
 from ._errors import InvalidMesh
 from ._facets import boundary_nodes
 from ._job_options import MoveOptions
@@ -26,7 +27,7 @@ def prescribe(mesh: Mesh, topology: Topology, nodes: Any, positions: ArrayLike) 
         positions: of these nodes in their order, or of all nodes.
     """
     chosen = _checked(mesh, topology, chosen_nodes(mesh, nodes, "nodes"))
-    given = np.asarray(positions)
+    given = as_coordinates(positions, "the positions")
     if given.shape[:1] == (mesh.node_count,) != chosen.shape:
         given = given[chosen]
     _need_shape(given, (len(chosen), mesh.width), f"the positions of {len(chosen)} nodes need")
@@ -46,7 +47,7 @@ def prescribe_motion(mesh: Mesh, topology: Topology, options: MoveOptions) -> Pr
     else:
         if isinstance(displacement, str):
             displacement = node_vectors(mesh, displacement)
-        way = np.asarray(displacement)
+        way = as_coordinates(displacement, "the displacement")
         _need_shape(way, (mesh.node_count, mesh.width), "the displacement needs")
         positions = mesh.points[:, : mesh.width] + way
     chosen = options.get("prescribed")

@@ -14,7 +14,9 @@ from google.protobuf import duration_pb2
 from numpy.typing import NDArray
 
 from . import _options, _wire
-from ._adapters import read_mesh
+from ._adapters import is_mesh, read_mesh
+from ._arrays import as_coordinates
+from ._cell_types import BY_NAME, TYPES
 from ._cells import Block
 from ._coincident import find_representatives, merged, merged_blocks, merged_mask
 from ._errors import InvalidMesh
@@ -116,6 +118,12 @@ class Topology:
         if self.mask is None or other.mask is None:
             return self.mask is other.mask
         return np.array_equal(self.mask, other.mask)
+
+    def counts_from_one(self) -> bool:
+        """Returns whether the nodes of the elements seem to be numbered from 1."""
+        least = min(int(block.nodes.min()) for block in self.blocks)
+        most = max(int(block.nodes.max()) for block in self.blocks)
+        return least >= 1 and most == self.node_count
 
     @property
     def element_count(self) -> int:
@@ -299,8 +307,8 @@ def other_positions(mesh: Mesh, given: Any, field: str) -> NDArray[Any]:
         given: an array of positions, or a mesh with the same elements.
         field: the option, for errors.
     """
-    if isinstance(given, np.ndarray) and given.ndim == 2:
-        positions = to_wire(given)
+    if not is_mesh(given):
+        positions = to_wire(as_coordinates(given, field), mesh.width)
     else:
         other = read_mesh(given)
         positions = other.points
@@ -328,14 +336,22 @@ def _differs(field: str) -> InvalidMesh:
 
 
 def _element_types(names: Sequence[str] | None) -> tuple[int, ...]:
-    if names is None:
-        return ()
-    prefix = "ELEMENT_TYPE_"
-    known = [name.removeprefix(prefix).lower() for name in mesh_pb2.ElementType.keys()[1:]]
-    chosen = [names] if isinstance(names, str) else names
+    chosen = [names] if isinstance(names, str) else names or ()
+    found = []
     for name in chosen:
-        if name not in known:
+        kind = BY_NAME.get(name) or _WIRE_TYPES.get(name)
+        if kind is None or not kind.element:
+            known = ", ".join(kind.name for kind in TYPES if kind.element)
             raise _options.out_of_range(
-                "fixed_types", f"fixed_types has {name!r}, known are {', '.join(known)}"
+                "fixed_types", f"fixed_types has {name!r}, known are {known}"
             )
-    return tuple(known.index(name) + 1 for name in chosen)
+        found.append(kind.element)
+    return tuple(found)
+
+
+# As the command line and errors call them.
+_WIRE_TYPES = {
+    mesh_pb2.ElementType.Name(kind.element).removeprefix("ELEMENT_TYPE_").lower(): kind
+    for kind in TYPES
+    if kind.element
+}

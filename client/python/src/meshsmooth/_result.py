@@ -86,10 +86,21 @@ class Finish:
         self.memory = _fitting(memory, request.points)
         self.own_memory: NDArray[Any] | None = None  # that another job may use again
         self.warning = ""
+        shown = out is None and adapter is not None and adapter.annotate is not None
+        if request.metrics and not full and not shown:
+            raise _options.misplaced(
+                "element_quality",
+                "element_quality needs full=True where the result has no cell arrays: it is "
+                "result.element_quality then",
+            )
         if out is None:
             return
         mesh = request.mesh
-        if not isinstance(out, np.ndarray) or out.shape != (mesh.node_count, mesh.width):
+        if not isinstance(out, np.ndarray):
+            raise _options.out_of_range(
+                "out", f"out must be a NumPy array to write to, it is a {type(out).__name__}"
+            )
+        if out.shape != (mesh.node_count, mesh.width):
             raise _options.out_of_range(
                 "out",
                 f"out needs the shape {(mesh.node_count, mesh.width)}, it has {np.shape(out)}",

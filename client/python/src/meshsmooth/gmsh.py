@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._cells import WEDGE_OF_GMSH
+from ._cell_types import WEDGE_OF_GMSH
 from ._default import default_client
 from ._errors import InvalidMesh
 from ._job_options import MOVE_OPTIONS, JobOptions, MoveOptions
