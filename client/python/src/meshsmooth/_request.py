@@ -75,7 +75,7 @@ class Topology:
     def of(cls, mesh: Mesh, options: JobOptions) -> Topology:
         """Returns the topology of a mesh with those of the options that belong to it."""
         boundary = options.get("boundary") or "fixed"
-        _options.encode_options({"boundary": boundary})  # refuses what is none
+        _options.encode_options({"boundary": boundary})  # refuses other values
         regions = element_regions(mesh, options.get("regions", "auto"), boundary == "free")
         # Where the boundary may move, its cells of lower dimension follow its nodes; those inside
         # would drift.
