@@ -333,6 +333,43 @@ def test_errors_arrive_whole_through_dask(client: ms.Client, kind: str) -> None:
     assert caught.value.__context__ is None
 
 
+def test_clients_travel(client: ms.Client, tmp_path: pathlib.Path) -> None:
+    copy = pickle.loads(pickle.dumps(client))
+    assert copy.address == client.address
+    assert copy.smooth(MESH)[0].tobytes() == client.smooth(MESH)[0].tobytes()
+    token = tmp_path / "token"
+    token.write_text("open-sesame")
+    with_file = pickle.loads(pickle.dumps(ms.Client(client.address, token_file=token)))
+    assert with_file.health()
+    with pytest.raises(TypeError, match="token_file"):
+        pickle.dumps(ms.Client(client.address, token="secret"))
+
+
+def test_what_is_closed_stays_closed(server: str) -> None:
+    client = ms.Client(server)
+    with client.session(MESH) as session:
+        session.smooth()
+    with pytest.raises(ValueError, match="session is closed"):
+        session.smooth()
+    client.close()
+    with pytest.raises(ValueError, match="client is closed"):
+        client.smooth(MESH)
+
+    async def closed() -> None:
+        async with ms.AsyncClient(server) as other:
+            await other.health()
+        await other.health()
+
+    with pytest.raises(ValueError, match="client is closed"):
+        asyncio.run(closed())
+
+
+def test_failed_attempts_are_logged(client: ms.Client, caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level("INFO", "meshsmooth"), pytest.raises(ms.InvalidOption):
+        client.smooth(MESH, iterations=-1)
+    assert "iterations is -1" in caplog.text
+
+
 def test_an_interrupted_map_leaves_no_job_running(
     client: ms.Client, tmp_path: pathlib.Path
 ) -> None:

@@ -122,7 +122,7 @@ def test_options_are_refused(
         client.smooth((POINTS, CELLS), **options)
 
 
-MOVED = POINTS + [0.01, 0, 0]
+MOVED = POINTS + np.array([0.01, 0, 0])
 
 TAKEN: list[tuple[str, Callable[[ms.Client], Any], Callable[[ms.Client], Any]]] = [
     (

@@ -57,6 +57,7 @@ class AsyncConnection:
         self._channel: Any = None
         self._channel_address = ""
         self._loop: asyncio.AbstractEventLoop | None = None  # that the channel belongs to
+        self._closed = False
         self._last_was_accepted = False
         self._regions: RegionPool | None = None
         if RegionPool.possible(endpoint.address):
@@ -72,12 +73,15 @@ class AsyncConnection:
         """Closes the channel."""
         if self._regions is not None:
             self._regions.close()
+        self._closed = True
         channel, self._channel = self._channel, None
         if channel is not None:
             await channel.close()
 
     def _own_channel(self) -> Any:
         _channel.fork_guard.check()
+        if self._closed:
+            raise ValueError("the client is closed")
         endpoint = self._endpoint
         address = endpoint.address
         loop = asyncio.get_running_loop()

@@ -129,7 +129,11 @@ class AsyncSession:
         return self
 
     async def __aexit__(self, *_: object) -> None:
-        self._steps.end(None)
+        self.close()
+
+    def close(self) -> None:
+        """Ends the session: its memory is returned, later steps raise ValueError."""
+        self._steps.close()
 
     @property
     def topology_name(self) -> str:

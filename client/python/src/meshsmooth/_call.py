@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 from collections.abc import Iterator
 from typing import Any
 
@@ -20,6 +21,8 @@ from ._request import Request, TopologyUse
 from ._retry import Retry
 from ._service_error import broken_answer, place_in_input
 from .v1 import smoothing_pb2
+
+_log = logging.getLogger("meshsmooth")  # attempts that failed, and how
 
 SMOOTH = "/meshsmooth.v1.SmoothingService/Smooth"
 ATTACH = "/meshsmooth.v1.SmoothingService/AttachJob"
@@ -361,6 +364,7 @@ class Attempts:
         name_option(error)
         if error.reason == "INDEX_OUT_OF_RANGE" and request.topology.counts_from_one():
             error.hint = "the cells seem to count their nodes from 1; subtract 1"
+        _log.info("%s: %s", self._request.request_id, error)
         if error.reason == SERVER_ENDED:
             # Once, on the next server: a job may be what ends them.
             if not may_use_next_server(error) or self._server_ended:

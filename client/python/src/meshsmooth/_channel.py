@@ -124,7 +124,7 @@ class TokenFile:
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
-        self._path = path
+        self.path = path
         self._token = self._read_token()
 
     def __call__(self) -> str:
@@ -133,7 +133,7 @@ class TokenFile:
         return self._token
 
     def _read_token(self) -> str:
-        content = _read("token_file", self._path) or b""
+        content = _read("token_file", self.path) or b""
         lines = content.decode("ascii", "replace").splitlines()
         return checked_token(lines[0] if lines else "", "token_file")
 
@@ -165,11 +165,13 @@ class Endpoint:
     Attributes:
         fixed_address: of the server; None: that of the local server of this process, which is
             another one after each end of a server.
+        of_environment: its variables say all this.
     """
 
     fixed_address: str | None
     tls: Tls | None = None
     token: Token | None = None
+    of_environment: bool = False
 
     @property
     def address(self) -> str:
@@ -179,6 +181,23 @@ class Endpoint:
             Unavailable: no local server can be started.
         """
         return _local_address() if self.fixed_address is None else self.fixed_address
+
+    def portable(self) -> tuple[str | None, Tls | None, str | os.PathLike[str] | None]:
+        """Returns address, TLS and file of the token, for another process.
+
+        None of the address: as the other process's environment says, as it was here.
+
+        Raises:
+            TypeError: there is a token that is not in a file.
+        """
+        if self.of_environment:
+            return None, None, None
+        if self.token is None or isinstance(self.token, TokenFile):
+            return self.fixed_address, self.tls, getattr(self.token, "path", None)
+        raise TypeError(
+            "a client with a token cannot be pickled, the token would travel with it; use "
+            "token_file=… or $MESHSMOOTH_CLIENT_TOKEN"
+        )
 
     def explain(self, error: Error, facts: CallFacts) -> Error:
         """Returns the error of a call; that of the server's end if a local server has ended."""
@@ -246,7 +265,7 @@ def make_endpoint(
     secure = Tls() if tls is True else tls or None
     if secure is None and token is not None and address is not None and not is_local(address):
         raise _unusable("token", f"the token would travel to {address} in clear; use TLS")
-    return Endpoint(address, secure, token)
+    return Endpoint(address, secure, token, of_environment=not own_address)
 
 
 def _tls_of_environment() -> Tls | None:

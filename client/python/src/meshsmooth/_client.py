@@ -78,6 +78,14 @@ class Client:
     def __exit__(self, *_: object) -> None:
         self.close()
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A client of the same server, as in a graph of dask; it connects anew.
+
+        Raises:
+            TypeError: a token that is not in a file or the environment does not travel.
+        """
+        return _connect, self._connection.endpoint.portable()
+
     def __repr__(self) -> str:
         return f"meshsmooth.Client({self.address!r})"
 
@@ -387,3 +395,10 @@ class Client:
         evaluate = _rpc.evaluate_only(options)
         result: SmoothResult[Any] = self.smooth(mesh, full=True, **evaluate)
         return result.summary.quality_before
+
+
+def _connect(
+    address: str | None, tls: Tls | None, token_file: str | os.PathLike[str] | None
+) -> Client:
+    """Makes the client that was pickled."""
+    return Client(address, tls=tls, token_file=token_file)

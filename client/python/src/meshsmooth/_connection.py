@@ -48,11 +48,17 @@ class Connection:
         self._channel: Any = None
         self._channel_address = ""
         self._pid = 0  # of the process that the channel belongs to
+        self._closed = False
         self._last_was_accepted = False
         self._regions: RegionPool | None = None
         if RegionPool.possible(endpoint.address):
             self._regions = RegionPool(_leasing(weakref.ref(self)))
             weakref.finalize(self, self._regions.close)
+
+    @property
+    def endpoint(self) -> _channel.Endpoint:
+        """The server and what it needs to know of its caller."""
+        return self._endpoint
 
     @property
     def address(self) -> str:
@@ -64,6 +70,7 @@ class Connection:
         if self._regions is not None:
             self._regions.close()
         with self._lock:
+            self._closed = True
             channel, self._channel = self._channel, None
             if channel is not None and self._pid == os.getpid():
                 channel.close()
@@ -71,6 +78,8 @@ class Connection:
     def _own_channel(self) -> Any:
         _channel.fork_guard.check()
         with self._lock:
+            if self._closed:
+                raise ValueError("the client is closed")
             endpoint = self._endpoint
             address = endpoint.address
             own = self._pid == os.getpid()

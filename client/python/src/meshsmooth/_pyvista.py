@@ -66,5 +66,12 @@ class MeshsmoothAccessor(Generic[M]):
         return plot_quality(self._mesh, metric, below=below, **keywords)
 
 
-for _kind in (pyvista.UnstructuredGrid, pyvista.PolyData):
+for _kind in (
+    pyvista.UnstructuredGrid,
+    pyvista.PolyData,
+    pyvista.StructuredGrid,
+    pyvista.ImageData,
+    pyvista.RectilinearGrid,
+    pyvista.MultiBlock,
+):
     pyvista.register_dataset_accessor("meshsmooth", _kind)(MeshsmoothAccessor)

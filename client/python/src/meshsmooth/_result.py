@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _options
-from ._adapters import Adapter, find_adapter, read_mesh
+from ._adapter import Adapter
+from ._adapters import find_adapter, read_mesh
 from ._call import Result
 from ._job_options import MOVE_OPTIONS, TOPOLOGY_OPTIONS, JobOptions, MoveOptions
 from ._mesh import Mesh
@@ -219,6 +220,7 @@ class Steps:
         self.topology = Topology.of(self._mesh, options)
         self._moving: Topology | None = None  # of the last step that moved
         self._memory: NDArray[Any] | None = None
+        self._closed = False
         self._held = Held()
         self._positions: NDArray[Any] | None = None
 
@@ -258,17 +260,23 @@ class Steps:
         request = Request(self._mesh, joined, self._moving, prescribed)
         return request, self._finish(request, out, full)
 
-    def end(self, finish: Finish | None) -> None:
-        """Keeps the memory of a finished step for the next one; None: keeps none."""
-        self._memory = None if finish is None else finish.own_memory
-        if finish is None:
-            self._held.close()
+    def end(self, finish: Finish) -> None:
+        """Keeps the memory of a finished step for the next one."""
+        self._memory = finish.own_memory
+
+    def close(self) -> None:
+        """Keeps no memory, and refuses further steps."""
+        self._closed = True
+        self._memory = None
+        self._held.close()
 
     def _set(self, positions: NDArray[Any]) -> NDArray[Any]:
         self._positions = positions
         return positions
 
     def _joined(self, options: JobOptions) -> JobOptions:
+        if self._closed:
+            raise ValueError("the session is closed")
         _options.check_names(options)
         for name in TOPOLOGY_OPTIONS:
             if name in options:

@@ -35,7 +35,11 @@ class Session:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._steps.end(None)
+        self.close()
+
+    def close(self) -> None:
+        """Ends the session: its memory is returned, later steps raise ValueError."""
+        self._steps.close()
 
     @property
     def topology_name(self) -> str:
