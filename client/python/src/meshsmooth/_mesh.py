@@ -96,6 +96,14 @@ class Mesh:
             )
         return cells
 
+    def has_elements_of(self, other: Mesh) -> bool:
+        """Returns whether it has the same elements of the same nodes, in the same order."""
+        blocks = self.cells.blocks, other.cells.blocks
+        return len(blocks[0]) == len(blocks[1]) and all(
+            mine.element_type == theirs.element_type and np.array_equal(mine.nodes, theirs.nodes)
+            for mine, theirs in zip(*blocks, strict=True)
+        )
+
     @property
     def node_count(self) -> int:
         """The number of nodes."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import hashlib
-import itertools
 import uuid
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
@@ -312,18 +311,11 @@ def other_positions(mesh: Mesh, given: Any, field: str) -> NDArray[Any]:
     else:
         other = read_mesh(given)
         positions = other.points
-        if not _same_elements(other.cells.blocks, mesh.cells.blocks):
+        if not other.has_elements_of(mesh):
             raise _differs(field)
     if positions.shape != mesh.points.shape:
         raise _differs(field)
     return np.ascontiguousarray(positions, mesh.points.dtype)
-
-
-def _same_elements(a: list[Block], b: list[Block]) -> bool:
-    return len(a) == len(b) and all(
-        x.element_type == y.element_type and np.array_equal(x.nodes, y.nodes)
-        for x, y in itertools.zip_longest(a, b)
-    )
 
 
 def _differs(field: str) -> InvalidMesh:
