@@ -81,7 +81,12 @@ class AsyncJob(Generic[R]):
 
     async def result(self, timeout: float | None = None) -> R:
         """Waits for the result; after `timeout` seconds raises TimeoutError, the job continues."""
-        result = await asyncio.wait_for(asyncio.shield(self._task), timeout)
+        try:
+            result = await asyncio.wait_for(asyncio.shield(self._task), timeout)
+        except asyncio.TimeoutError as error:
+            if isinstance(error, TimeoutError):
+                raise
+            raise TimeoutError from None  # Python 3.10 has two of them
         self._warn()
         return result
 

@@ -122,7 +122,12 @@ class Job(concurrent.futures.Future[R]):
             TimeoutError: the job is still under way; it continues.
             Error: that the job ended with.
         """
-        result = super().result(timeout)
+        try:
+            result = super().result(timeout)
+        except concurrent.futures.TimeoutError as error:
+            if isinstance(error, TimeoutError):
+                raise
+            raise TimeoutError from None  # Python 3.10 has two of them
         self._warn()
         return result
 
