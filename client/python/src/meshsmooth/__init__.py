@@ -46,6 +46,7 @@ from ._result import SmoothResult
 from ._rpc import JobInfo, ServerInfo, TopologyInfo
 from ._session import Session
 from ._summary import ElementQuality, MetricStats, QualityStats, Summary
+from ._why import Why, why
 
 __all__ = [
     "AccessDenied",
@@ -85,6 +86,7 @@ __all__ = [
     "TooLarge",
     "TopologyInfo",
     "Unavailable",
+    "Why",
     "WindowedSinc",
     "default_client",
     "gmsh",
@@ -93,6 +95,7 @@ __all__ = [
     "quality",
     "register_adapter",
     "smooth",
+    "why",
 ]
 
 for _name in __all__:  # as callers write them, in tracebacks and in help

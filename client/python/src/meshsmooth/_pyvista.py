@@ -11,6 +11,7 @@ from ._job_options import MOVE_OPTIONS, JobOptions, Metric, MoveOptions
 from ._result import SmoothResult
 from ._signature import with_options
 from ._summary import QualityStats
+from ._why import Why, why
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -56,6 +57,14 @@ class MeshsmoothAccessor(Generic[M]):
     def quality(self, **options: Unpack[JobOptions]) -> QualityStats:
         """Returns statistics and histograms of each metric; moves nothing."""
         return default_client().quality(self._mesh, **options)
+
+    @with_options(without=("element_quality", "iterations", "quality"))
+    def why(self, cell: int, **options: Unpack[JobOptions]) -> Why:
+        """Tells what keeps a cell from being better; see `meshsmooth.why`.
+
+        >>> print(grid.meshsmooth.why(17))
+        """
+        return why(self._mesh, cell, **options)
 
     def plot_quality(
         self, metric: Metric = "mean_ratio", *, below: float | None = None, **keywords: Any

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -13,7 +13,7 @@ from . import _options
 from ._adapter import Adapter
 from ._adapters import find_adapter, read_mesh
 from ._call import Result
-from ._job_options import MOVE_OPTIONS, TOPOLOGY_OPTIONS, JobOptions, MoveOptions
+from ._job_options import MOVE_OPTIONS, TOPOLOGY_OPTIONS, JobOptions, Metric, MoveOptions
 from ._mesh import Mesh
 from ._periodic import node_pairs
 from ._prescribed import prescribe, prescribe_motion
@@ -47,6 +47,41 @@ class SmoothResult(Generic[M]):
     element_quality: dict[str, NDArray[np.float32]]
     job_name: str
     request_id: str
+    _before: Mesh | None = field(default=None, repr=False, compare=False)
+
+    def plot(
+        self,
+        metric: Metric = "mean_ratio",
+        *,
+        below: float | None = None,
+        show: bool = True,
+        **keywords: Any,
+    ) -> Any:
+        """Shows the mesh before and after, side by side with one camera; needs PyVista.
+
+        Args:
+            metric: by which elements are coloured.
+            below: elements with a lower value are solid, the rest translucent [the worst 5 %].
+            show: open the window or the notebook's view.
+            **keywords: for `Plotter.add_mesh`.
+
+        Returns:
+            The plotter.
+
+        Raises:
+            ValueError: the result was pickled or written over its input, which is gone.
+        """
+        from ._plot import plot_change  # it uses the default client, which returns results
+
+        if self._before is None:
+            raise ValueError(
+                "the mesh before is gone: overwritten by out=, or left behind by pickle"
+            )
+        after = self._before.moved(self.points)
+        return plot_change(self._before, after, metric, below, show, keywords)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_before": None}  # the caller has it
 
     def __str__(self) -> str:
         return str(self.summary)
@@ -87,6 +122,7 @@ class Finish:
         self.memory = _fitting(memory, request.points)
         self.own_memory: NDArray[Any] | None = None  # that another job may use again
         self.warning = ""
+        self._overwritten = False  # the input's positions, by the result's
         shown = out is None and adapter is not None and adapter.annotate is not None
         if request.metrics and not full and not shown:
             raise _options.misplaced(
@@ -108,8 +144,9 @@ class Finish:
             )
         if not out.flags.writeable or out.dtype.kind != "f":
             raise _options.out_of_range("out", "out must be a writable array of floats")
+        self._overwritten = bool(np.may_share_memory(out, request.points))
         # Until all has arrived, the input may have to be sent again.
-        if not np.may_share_memory(out, request.points):
+        if not self._overwritten:
             direct = _fitting(out, request.points)
             self.memory = self.memory if direct is None else direct
 
@@ -141,7 +178,8 @@ class Finish:
             self.warning = _shortcomings(message)
             return smoothed
         summary = decode_summary(message, mesh.caller_element)
-        return SmoothResult(smoothed, points, summary, named, job_name, request.request_id)
+        before = None if self._overwritten else mesh
+        return SmoothResult(smoothed, points, summary, named, job_name, request.request_id, before)
 
     def warn(self) -> None:
         """Warns of the result, at the caller's line; in the thread that gives it to the caller."""
