@@ -178,7 +178,7 @@ def test_images_count_their_nodes_by_coordinates(client: ms.Client) -> None:
 
 
 def test_wrong_addresses() -> None:
-    with pytest.raises(TypeError, match="an address is a text .* not 50051"):
+    with pytest.raises(TypeError, match=r"an address is a text .* not 50051"):
         ms.Client(50051)  # type: ignore[arg-type]
     with pytest.raises(TypeError, match=r"tls is an ms.Tls or True, .*Tls\(ca="):
         ms.Client("host:1", tls="ca.pem")  # type: ignore[arg-type]

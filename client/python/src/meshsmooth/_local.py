@@ -205,7 +205,7 @@ def default_server() -> LocalServer:
         return _default
 
 
-def failure_at(address: str, wait: float = 1.0) -> str | None:
+def failure_at(address: str, wait: float = 5.0) -> str | None:
     """How the local server at an address ended by itself; None if it runs or is none of ours.
 
     Args:

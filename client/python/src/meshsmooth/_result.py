@@ -74,9 +74,7 @@ class SmoothResult(Generic[M]):
         from ._plot import plot_change  # it uses the default client, which returns results
 
         if self._before is None:
-            raise ValueError(
-                "the mesh before is gone: overwritten by out=, or left behind by pickle"
-            )
+            raise ValueError("the mesh before is gone: overwritten by out=, left behind by pickle")
         after = self._before.moved(self.points)
         return plot_change(self._before, after, metric, below, show, keywords)
 

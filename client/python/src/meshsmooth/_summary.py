@@ -75,7 +75,7 @@ class ElementQuality:
     scaled_jacobian: float = 0.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class QualityStats:
     """The quality of a mesh."""
 
@@ -126,6 +126,10 @@ class QualityStats:
     def to_json(self, indent: int | None = None) -> str:
         """Returns `to_dict()` as JSON."""
         return json.dumps(self.to_dict(), indent=indent)
+
+    def __repr__(self) -> str:
+        counts = f"{self.element_count:,} elements, {self.inverted_element_count:,} inverted"
+        return f"<meshsmooth.QualityStats: {counts}>"
 
     def __str__(self) -> str:
         from ._report import describe_quality
@@ -249,7 +253,7 @@ class KeptQuality:
     for_mean: int = 0  # of the metric in force
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Summary:
     """The report on a job."""
 
@@ -317,6 +321,9 @@ class Summary:
                 for name in ("min", "percentile_1", "mean", "max")
             }
         return pandas.DataFrame.from_dict(rows, orient="index")
+
+    def __repr__(self) -> str:
+        return f"<meshsmooth.Summary: {self.stop_reason}; {self.quality_after!r} after>"
 
     def __str__(self) -> str:
         from ._report import describe

@@ -46,7 +46,7 @@ class Why:
     def __str__(self) -> str:
         what = {
             "locked": "locked: all its nodes are fixed, smoothing cannot improve it",
-            "limited": "limited by connectivity: no allowed move of its nodes makes its ball better",
+            "limited": "limited by connectivity: no allowed move of its nodes helps its ball",
             "improvable": f"improvable: moving its nodes alone gives {self.best_mean_ratio:.4g}",
         }[self.reason]
         return (
