@@ -9,15 +9,17 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
 from numpy.typing import NDArray
 
-from . import _channel, _options, _rpc
+from . import _channel, _rpc
 from ._aio_connection import AsyncConnection
 from ._aio_job import AsyncControl, AsyncJob, AsyncSession
 from ._channel import Tls, Token
+from ._errors import out_of_range
 from ._job_options import MOVE_OPTIONS, Duration, JobOptions, MoveOptions
 from ._progress import Progress, Tee, make_display
 from ._request import Request
-from ._result import Finish, SmoothResult, Steps, prepare, prepare_move
+from ._result import Finish, SmoothResult, prepare, prepare_move
 from ._signature import with_options
+from ._steps import Steps
 from ._summary import QualityStats
 from .v1 import smoothing_pb2 as pb
 
@@ -172,7 +174,7 @@ class AsyncClient:
     ) -> AsyncIterator[Any]:
         """Smooths many meshes; yields the results in their order; see `Client.map`."""
         if max_in_flight < 1:
-            raise _options.out_of_range("max_in_flight", "max_in_flight must be 1 or more")
+            raise out_of_range("max_in_flight", "max_in_flight must be 1 or more")
         jobs: collections.deque[AsyncJob[Any]] = collections.deque()
         try:
             async for mesh in _each(meshes):

@@ -15,6 +15,7 @@ import grpc.aio
 from . import _call, _channel, _rpc
 from ._aio_job import AsyncControl
 from ._errors import SERVER_ENDED, Error, Unavailable
+from ._fork_guard import fork_guard
 from ._progress import Display, Progress, closing
 from ._region import Lease, RegionPool
 from ._request import Request, TopologyUse
@@ -79,7 +80,7 @@ class AsyncConnection:
             await channel.close()
 
     def _own_channel(self) -> Any:
-        _channel.fork_guard.check()
+        fork_guard.check()
         if self._closed:
             raise ValueError("the client is closed")
         endpoint = self._endpoint

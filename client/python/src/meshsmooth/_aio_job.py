@@ -12,8 +12,9 @@ from ._errors import Cancelled, Error
 from ._job_options import TOPOLOGY_OPTIONS, JobOptions
 from ._progress import Progress, make_display
 from ._request import Request, TopologyUse
-from ._result import Finish, Steps
+from ._result import Finish
 from ._signature import with_options
+from ._steps import Steps
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack

@@ -10,16 +10,18 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
 from numpy.typing import NDArray
 
-from . import _channel, _options, _rpc
+from . import _channel, _rpc
 from ._channel import Tls, Token
 from ._connection import Connection
+from ._errors import out_of_range
 from ._job import Control, Job
 from ._job_options import MOVE_OPTIONS, Duration, JobOptions, MoveOptions
 from ._progress import Progress, Tee, make_display
 from ._request import Request
-from ._result import Finish, SmoothResult, Steps, prepare, prepare_move
+from ._result import Finish, SmoothResult, prepare, prepare_move
 from ._session import Session
 from ._signature import with_options
+from ._steps import Steps
 from ._summary import QualityStats
 from .v1 import smoothing_pb2 as pb
 
@@ -277,7 +279,7 @@ class Client:
             InvalidOption: `max_in_flight` is below 1.
         """
         if max_in_flight < 1:
-            raise _options.out_of_range("max_in_flight", "max_in_flight must be 1 or more")
+            raise out_of_range("max_in_flight", "max_in_flight must be 1 or more")
         return self._map(meshes, max_in_flight, full, options)
 
     def _map(

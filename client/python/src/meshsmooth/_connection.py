@@ -14,6 +14,7 @@ import grpc
 
 from . import _call, _channel, _rpc
 from ._errors import SERVER_ENDED, Error, Unavailable
+from ._fork_guard import fork_guard
 from ._job import Control
 from ._progress import Display, Progress, closing
 from ._region import Lease, RegionPool
@@ -76,7 +77,7 @@ class Connection:
                 channel.close()
 
     def _own_channel(self) -> Any:
-        _channel.fork_guard.check()
+        fork_guard.check()
         with self._lock:
             if self._closed:
                 raise ValueError("the client is closed")

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from ._arrays import as_array, as_coordinates
 from ._cell_types import VOLUMES
 from ._cells import Cells, parse_cells
-from ._errors import InvalidMesh, InvalidOption
+from ._errors import InvalidMesh, InvalidOption, out_of_range
 from ._facets import inner_nodes
 
 
@@ -221,7 +221,7 @@ def chosen_nodes(mesh: Mesh, chosen: Any, field_name: str) -> NDArray[Any]:
 def _node_indices(mesh: Mesh, chosen: NDArray[Any], field_name: str) -> NDArray[Any]:
     if chosen.dtype == np.bool_:
         if chosen.shape != (mesh.node_count,):
-            raise _out_of_range(
+            raise out_of_range(
                 field_name,
                 f"the mask has the shape {chosen.shape}, the mesh has {mesh.node_count} nodes",
             )
@@ -229,12 +229,12 @@ def _node_indices(mesh: Mesh, chosen: NDArray[Any], field_name: str) -> NDArray[
     if chosen.size == 0:
         return np.zeros(0, np.int64)
     if chosen.dtype.kind not in "iu" or chosen.ndim != 1:
-        raise _out_of_range(
+        raise out_of_range(
             field_name,
             f"{field_name} takes a boolean mask, indices of nodes, or the name of an array or set",
         )
     if len(chosen) == mesh.node_count > 2 and chosen.max() <= 1:
-        raise _out_of_range(
+        raise out_of_range(
             field_name,
             f"{field_name} has a 0 or 1 for each node, which as indices are the first two nodes; "
             f"for a mask give {field_name}.astype(bool)",
@@ -247,7 +247,7 @@ def _mark(mask: NDArray[np.uint8], nodes: NDArray[Any], field_name: str = "") ->
     outside = (nodes < 0) | (nodes >= len(mask))
     if outside.any():
         if field_name:
-            raise _out_of_range(
+            raise out_of_range(
                 field_name,
                 f"node {nodes[outside][0]} is not in the mesh; its nodes count from 0 to "
                 f"{len(mask) - 1}",
@@ -269,7 +269,7 @@ def _mark_by_name(mask: NDArray[np.uint8], mesh: Mesh, name: str, field_name: st
             mask[(values != 0) & (values == values)] = 1  # neither 0 nor NaN
     if not found:
         arrays = _names_of_shape(data.point_data, mask.shape)
-        raise _unknown(
+        raise unknown_name(
             "no node set and no node array of one number a node", name, data.node_sets, arrays
         )
 
@@ -284,92 +284,11 @@ def node_vectors(mesh: Mesh, name: str) -> NDArray[Any]:
     if name in arrays and np.shape(arrays[name]) == shape:
         return np.asarray(arrays[name])
     what = f"no node array of {mesh.width} numbers a node"
-    raise _unknown(what, name, _names_of_shape(arrays, shape))
+    raise unknown_name(what, name, _names_of_shape(arrays, shape))
 
 
-# Cell arrays that tell regions, as the command line takes them: Gmsh's physical groups, Medit's
-# references, TetGen's first attribute, Gmsh's entities; in files that it converted, the materials
-# of Abaqus, the cell zones of OpenFOAM and the zones of SU2.
-_REGION_ARRAYS = (
-    "gmsh:physical",
-    "medit:ref",
-    "tetgen:attribute_0",
-    "gmsh:geometrical",
-    "abaqus:material",
-    "foam:cell_zone",
-    "su2:zone",
-)
-
-
-def element_regions(mesh: Mesh, regions: Any, free_boundary: bool) -> NDArray[np.int32] | None:
-    """Returns the region of each element, or None if there is only one.
-
-    Args:
-        mesh: the mesh.
-        regions: "auto", None, the name of a cell array, or one whole number per cell or element.
-        free_boundary: nodes between regions are free too.
-    """
-    automatic = isinstance(regions, str) and regions == "auto"
-    if regions is None or (automatic and free_boundary):
-        return None
-    if free_boundary:
-        raise InvalidOption(
-            'regions mean nothing with boundary="free", which frees interfaces too',
-            reason="OPTION_MISPLACED",
-            details={"field": "regions"},
-        )
-    if automatic:
-        for name in _REGION_ARRAYS:
-            if name in mesh.data.cell_data:
-                values = _per_element(mesh, mesh.data.cell_data[name], name)
-                if values.any():
-                    return _numbered(mesh, values, name)
-        return None
-    if isinstance(regions, str):
-        if regions not in mesh.data.cell_data:
-            raise _unknown("no cell array of one number a cell", regions, mesh.data.cell_data)
-        return _numbered(mesh, _per_element(mesh, mesh.data.cell_data[regions], regions), regions)
-    return _numbered(mesh, _per_element(mesh, regions, "regions"), "regions")
-
-
-def _per_element(mesh: Mesh, values: ArrayLike, name: str) -> NDArray[Any]:
-    array = as_array(values, name)
-    cells = mesh.cells
-    if array.shape == (cells.cell_count,):
-        where = cells.element_cells
-        return array[: cells.element_count] if where is None else array[where]
-    if array.shape == (cells.element_count,):
-        return array
-    raise _out_of_range(
-        "regions",
-        f'the cell array "{name}" has the shape {array.shape}, the mesh has {cells.cell_count} '
-        "cells",
-    )
-
-
-def _numbered(mesh: Mesh, values: NDArray[Any], name: str) -> NDArray[np.int32] | None:
-    if values.dtype.kind == "f":
-        attribute = name.startswith("tetgen:attribute_")
-        wrong = np.isnan(values) if attribute else np.trunc(values) != values
-        if wrong.any():
-            element = int(np.flatnonzero(wrong)[0])
-            raise InvalidOption(
-                f'the cell array "{name}" gives no regions: element {mesh.caller_element(element)} '
-                f"has {values[element]}, which is not a whole number",
-                reason="ARRAY_NOT_WHOLE",
-                details={"name": name},
-            )
-    found, numbers = np.unique(values, return_inverse=True)
-    if len(found) < 2:
-        return None
-    return np.ascontiguousarray(numbers.reshape(-1), np.dtype("<i4"))
-
-
-def _out_of_range(field_name: str, what: str) -> InvalidOption:
-    return InvalidOption(what, reason="OPTION_OUT_OF_RANGE", details={"field": field_name})
-
-
-def _unknown(what: str, name: str, *known: Iterable[str]) -> InvalidOption:
+def unknown_name(what: str, name: str, *known: Iterable[str]) -> InvalidOption:
+    """Returns the error of a name that a mesh does not have."""
     names = [repr(other) for some in known for other in some]
     known_names = f"; known are {', '.join(names)}" if names else "; the mesh has none"
     return InvalidOption(

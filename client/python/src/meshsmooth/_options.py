@@ -19,7 +19,7 @@ import numpy as np
 from google.protobuf import descriptor, duration_pb2
 
 from . import _methods
-from ._errors import Error, InvalidOption
+from ._errors import Error, misplaced, out_of_range
 from ._job_options import (
     MOVE_OPTIONS,
     OPTIONS,
@@ -32,16 +32,6 @@ from .v1 import smoothing_pb2 as pb
 
 # Fields of methods that are called otherwise on the wire.
 _WIRE_NAMES = {"lambda_": "lambda", "relaxation": "relaxation_factor"}
-
-
-def out_of_range(field: str, what: str) -> InvalidOption:
-    """Returns the error of an option with a value that it cannot have."""
-    return InvalidOption(what, reason="OPTION_OUT_OF_RANGE", details={"field": field})
-
-
-def misplaced(field: str, what: str) -> InvalidOption:
-    """Returns the error of an option that means nothing where it is."""
-    return InvalidOption(what, reason="OPTION_MISPLACED", details={"field": field})
 
 
 # What other packages call ours.

@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _options
 from ._arrays import as_coordinates
-from ._errors import InvalidMesh
+from ._errors import InvalidMesh, misplaced, out_of_range
 from ._facets import boundary_nodes
 from ._job_options import MoveOptions
 from ._mesh import Mesh, chosen_nodes, node_vectors, to_wire
@@ -41,7 +40,7 @@ def prescribe_motion(mesh: Mesh, topology: Topology, options: MoveOptions) -> Pr
     """
     displacement, to = options.get("displacement"), options.get("to")
     if (displacement is None) == (to is None):
-        raise _options.misplaced("to", "move needs one of displacement=… and to=…")
+        raise misplaced("to", "move needs one of displacement=… and to=…")
     if to is not None:
         positions = other_positions(mesh, to, "to")[:, : mesh.width]
     else:
@@ -63,7 +62,7 @@ def prescribe_motion(mesh: Mesh, topology: Topology, options: MoveOptions) -> Pr
 
 def _checked(mesh: Mesh, topology: Topology, nodes: NDArray[Any]) -> NDArray[np.int32]:
     if len(nodes) == 0:
-        raise _options.out_of_range("prescribed", "move needs at least one prescribed node")
+        raise out_of_range("prescribed", "move needs at least one prescribed node")
     nodes = nodes.astype(np.int64)
     outside = (nodes < 0) | (nodes >= mesh.node_count)
     if outside.any():

@@ -18,17 +18,17 @@ from ._arrays import as_coordinates
 from ._cell_types import BY_NAME, TYPES
 from ._cells import Block
 from ._coincident import find_representatives, merged, merged_blocks, merged_mask
-from ._errors import InvalidMesh
+from ._errors import InvalidMesh, misplaced, out_of_range
 from ._job_options import JobOptions
 from ._mesh import (
     Mesh,
-    element_regions,
     fixed_mask,
     inner_mask,
     lower_dimensional_mask,
     to_wire,
 )
 from ._periodic import node_pairs
+from ._regions import element_regions
 from .v1 import mesh_pb2, smoothing_pb2
 
 _WEEK = 7 * 24 * 3600.0
@@ -217,7 +217,7 @@ class Request:
         self.message = _options.encode_options(options)
         self.prescribed = prescribed
         if self.message.HasField("move") and prescribed is None:
-            raise _options.misplaced("method", 'method="move" is that of move(…), not of smooth(…)')
+            raise misplaced("method", 'method="move" is that of move(…), not of smooth(…)')
         self.metrics: list[Any] = _options.to_metrics(options.get("element_quality"))
         self.topology = topology or Topology.of(mesh, options)
         self.reference = self._read_reference()
@@ -334,9 +334,7 @@ def _element_types(names: Sequence[str] | None) -> tuple[int, ...]:
         kind = BY_NAME.get(name) or _WIRE_TYPES.get(name)
         if kind is None or not kind.element:
             known = ", ".join(kind.name for kind in TYPES if kind.element)
-            raise _options.out_of_range(
-                "fixed_types", f"fixed_types has {name!r}, known are {known}"
-            )
+            raise out_of_range("fixed_types", f"fixed_types has {name!r}, known are {known}")
         found.append(kind.element)
     return tuple(found)
 

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from . import _options
 from ._adapter import Adapter
-from ._adapters import find_adapter, read_mesh
-from ._call import Result
-from ._job_options import MOVE_OPTIONS, TOPOLOGY_OPTIONS, JobOptions, Metric, MoveOptions
+from ._adapters import find_adapter
+from ._errors import misplaced, out_of_range
+from ._job_options import MOVE_OPTIONS, JobOptions, Metric, MoveOptions
 from ._mesh import Mesh
-from ._periodic import node_pairs
-from ._prescribed import prescribe, prescribe_motion
+from ._prescribed import prescribe_motion
 from ._progress import enum_name
+from ._received import Result
 from ._region import Held
 from ._request import Request, Topology
 from ._summary import Summary, decode_summary
@@ -123,7 +123,7 @@ class Finish:
         self._overwritten = False  # the input's positions, by the result's
         shown = out is None and adapter is not None and adapter.annotate is not None
         if request.metrics and not full and not shown:
-            raise _options.misplaced(
+            raise misplaced(
                 "element_quality",
                 "element_quality needs full=True where the result has no cell arrays: it is "
                 "result.element_quality then",
@@ -132,16 +132,16 @@ class Finish:
             return
         mesh = request.mesh
         if not isinstance(out, np.ndarray):
-            raise _options.out_of_range(
+            raise out_of_range(
                 "out", f"out must be a NumPy array to write to, it is a {type(out).__name__}"
             )
         if out.shape != (mesh.node_count, mesh.width):
-            raise _options.out_of_range(
+            raise out_of_range(
                 "out",
                 f"out needs the shape {(mesh.node_count, mesh.width)}, it has {np.shape(out)}",
             )
         if not out.flags.writeable or out.dtype.kind != "f":
-            raise _options.out_of_range("out", "out must be a writable array of floats")
+            raise out_of_range("out", "out must be a writable array of floats")
         self._overwritten = bool(np.may_share_memory(out, request.points))
         # Until all has arrived, the input may have to be sent again.
         if not self._overwritten:
@@ -236,90 +236,3 @@ def prepare_move(
     moving = topology.moving(own.points, prescribed.nodes)
     request = Request(own, job_options, moving, prescribed)
     return request, Finish(request, out, full, lambda points: adapter.write(mesh, points), adapter)
-
-
-class Steps:
-    """The jobs of a session, for the blocking and the asyncio client.
-
-    Attributes:
-        topology: of all steps that smooth.
-    """
-
-    def __init__(self, mesh: Any, options: JobOptions) -> None:
-        read = read_mesh(mesh)
-        # A copy: `move` begins at these positions, and the caller may change theirs in place.
-        self._mesh = read.moved(np.array(read.data.points))
-        self._options = options
-        if options.get("periodic") is not None:  # found once, where the mesh lies at first
-            pairs = node_pairs(self._mesh, options["periodic"])
-            self._options = {**options, "periodic": pairs}
-        self.topology = Topology.of(self._mesh, options)
-        self._moving: Topology | None = None  # of the last step that moved
-        self._memory: NDArray[Any] | None = None
-        self._closed = False
-        self._held = Held()
-        self._positions: NDArray[Any] | None = None
-
-    @property
-    def positions(self) -> NDArray[Any]:
-        """The session's own positions, which `smooth` without positions works on."""
-        if self._positions is None:
-            self._positions = np.array(self._mesh.data.points)
-        return self._positions
-
-    def smooth(
-        self,
-        points: NDArray[Any] | None,
-        out: NDArray[Any] | None,
-        full: bool,
-        options: JobOptions,
-    ) -> tuple[Request, Finish]:
-        """Returns the request of a step, and what makes its result."""
-        joined = self._joined(options)
-        if points is None:
-            if out is not None:
-                raise _options.misplaced("out", "the session's own positions are smoothed in place")
-            request = Request(self._mesh.moved(self.positions), joined, self.topology)
-            return request, Finish(request, None, full, self._set, held=self._held)
-        request = Request(self._mesh.moved(np.asarray(points)), joined, self.topology)
-        return request, self._finish(request, out, full)
-
-    def move(
-        self, nodes: Any, positions: Any, out: NDArray[Any] | None, full: bool, options: JobOptions
-    ) -> tuple[Request, Finish]:
-        """Returns the same of a step that moves nodes."""
-        joined = _options.to_move_options(self._joined(options))
-        prescribed = prescribe(self._mesh, self.topology, nodes, positions)
-        topology = self.topology.moving(self._mesh.points, prescribed.nodes)
-        if self._moving is None or not self._moving.holds_those_of(topology):
-            self._moving = topology  # else its name is known
-        request = Request(self._mesh, joined, self._moving, prescribed)
-        return request, self._finish(request, out, full)
-
-    def end(self, finish: Finish) -> None:
-        """Keeps the memory of a finished step for the next one."""
-        self._memory = finish.own_memory
-
-    def close(self) -> None:
-        """Keeps no memory, and refuses further steps."""
-        self._closed = True
-        self._memory = None
-        self._held.close()
-
-    def _set(self, positions: NDArray[Any]) -> NDArray[Any]:
-        self._positions = positions
-        return positions
-
-    def _joined(self, options: JobOptions) -> JobOptions:
-        if self._closed:
-            raise ValueError("the session is closed")
-        _options.check_names(options)
-        for name in TOPOLOGY_OPTIONS:
-            if name in options:
-                raise _options.misplaced(
-                    name, f"{name} holds for all steps of a session; give it to session(…)"
-                )
-        return {**self._options, **options}
-
-    def _finish(self, request: Request, out: NDArray[Any] | None, full: bool) -> Finish:
-        return Finish(request, out, full, lambda positions: positions, memory=self._memory)

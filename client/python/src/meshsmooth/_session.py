@@ -10,8 +10,9 @@ from ._job import Control
 from ._job_options import TOPOLOGY_OPTIONS, JobOptions
 from ._progress import make_display
 from ._request import Request, TopologyUse
-from ._result import Finish, SmoothResult, Steps
+from ._result import Finish, SmoothResult
 from ._signature import with_options
+from ._steps import Steps
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack

@@ -10,9 +10,9 @@ import numpy as np
 
 from ._adapters import find_adapter
 from ._default import default_client
+from ._errors import misplaced, out_of_range
 from ._job_options import JobOptions
 from ._mesh import Mesh, chosen_nodes
-from ._options import misplaced, out_of_range
 from ._signature import with_options
 
 if TYPE_CHECKING:
