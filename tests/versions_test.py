@@ -17,6 +17,7 @@ NUMBER = r"[0-9]+\.[0-9]+\.[0-9]+"
 PLACES = [
     ("CITATION.cff", r"^version: ", 1),
     ("deploy/kubernetes/overlays/*/kustomization.yaml", r"newTag: ", 2),
+    ("client/python/pyproject.toml", r"meshsmooth-server==", 1),
     ("docker/compose.yaml", r"meshsmooth-server:", 1),
     # Not in tables, which have what was measured of a version.
     ("docs/*.md", r"^(?!\|).*?\bmeshsmooth(?:-server)?:", 3),

@@ -1,6 +1,7 @@
 """From one file format to another by meshio, smoothed on the way; sets and cell data stay.
 
 Needs: meshio
+Writes: channel.vtu: quad
 """
 
 import meshio

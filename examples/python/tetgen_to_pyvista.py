@@ -1,6 +1,7 @@
 """A surface in PyVista, filled by TetGen, smoothed; point and cell arrays stay.
 
 Needs: pyvista, tetgen
+Writes: ball.vtu: tetra
 """
 
 import pyvista as pv

@@ -52,9 +52,13 @@ void raise_descriptor_limit() {
 // The only way out once threads run that never end by themselves.
 class Exit {
  public:
-  /// Creates the folder of a server on "unix:" and returns the socket's address. Throws
+  /// Creates the folder of a server on "unix:" and completes the addresses that are in it. Throws
   /// InvalidOption.
-  std::string create_socket_folder() { return folder_.emplace("listen").address(); }
+  void create_socket_folder(server::ServerConfig& config) {
+    folder_.emplace("listen");
+    config.listen = folder_->address();
+    if (config.region_socket == "unix:") config.region_socket = folder_->region_address();
+  }
   [[noreturn]] void leave(int code) {
     if (folder_) folder_->remove();
     _exit(code);
@@ -145,7 +149,7 @@ int main(int argc, char** argv) {
   std::atomic<bool> stdin_ended = false;
   Exit exit;
   try {
-    if (config.listen == "unix:") config.listen = exit.create_socket_folder();
+    if (config.listen == "unix:") exit.create_socket_folder(config);
     if (config.exit_with_stdin) watch_stdin(stdin_ended, exit);
     server::Server server(config);
     server.start([] { kill(getpid(), SIGTERM); });

@@ -19,6 +19,8 @@ namespace {
 
 constexpr char kFolder[] = "/meshsmooth-XXXXXX";
 constexpr char kSocket[] = "/socket";
+constexpr char kRegionSocket[] = "/region";
+static_assert(sizeof(kRegionSocket) <= sizeof(kSocket), "the length of the first is checked");
 constexpr std::size_t kMaxParentLength =
     sizeof(sockaddr_un::sun_path) - sizeof(kFolder) - sizeof(kSocket);
 
@@ -28,7 +30,7 @@ std::string parent_folder() {
   return error || path.size() > kMaxParentLength ? "/tmp" : path;
 }
 
-// Folders that servers of this user had which were killed: with a dead socket and nothing else.
+// Folders that servers of this user had which were killed: with dead sockets and nothing else.
 void remove_dead_folders(const std::string& parent) {
   const std::string_view prefix = std::string_view(kFolder).substr(1, sizeof(kFolder) - 8);
   std::error_code error;
@@ -41,6 +43,7 @@ void remove_dead_folders(const std::string& parent) {
       continue;
     }
     unlink((path + kSocket).c_str());
+    unlink((path + kRegionSocket).c_str());
     rmdir(path.c_str());
   }
 }
@@ -54,11 +57,13 @@ SocketFolder::SocketFolder(const std::string& setting) : folder_(parent_folder()
                         "cannot create the folder " + folder_ + ": " + std::strerror(errno));
   }
   socket_ = folder_ + kSocket;
+  region_socket_ = folder_ + kRegionSocket;
 }
 
 void SocketFolder::remove() noexcept {
   if (removed_.exchange(true)) return;
   unlink(socket_.c_str());
+  unlink(region_socket_.c_str());
   rmdir(folder_.c_str());
 }
 

@@ -18,13 +18,16 @@ class SocketFolder {
 
   /// What to serve on: unix:PATH.
   [[nodiscard]] std::string address() const { return "unix:" + socket_; }
+  /// A second one in the same folder, for shared memory: whoever removes the first finds both.
+  [[nodiscard]] std::string region_address() const { return "unix:" + region_socket_; }
 
-  /// Removes socket and folder, once. Thread-safe.
+  /// Removes sockets and folder, once. Thread-safe.
   void remove() noexcept;
 
  private:
   std::string folder_;
   std::string socket_;
+  std::string region_socket_;
   std::atomic<bool> removed_ = false;
 };
 

@@ -184,9 +184,9 @@ TEST(SocketFolder, SweepsThoseOfServersThatWereKilled) {
   const std::string other = parent.path("meshsmooth-other0").string();
   ASSERT_EQ(mkdir(dead.c_str(), 0700), 0);
   ASSERT_EQ(mkdir(other.c_str(), 0700), 0);  // its server is just making the socket
-  {
+  for (const char* name : {"/socket", "/region"}) {
     const Descriptor socket(::socket(AF_UNIX, SOCK_STREAM, 0));
-    const auto address = wire::socket_address(dead + "/socket");
+    const auto address = wire::socket_address(dead + name);
     ASSERT_EQ(bind(socket.number(), reinterpret_cast<const sockaddr*>(&*address), sizeof *address),
               0);
   }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import multiprocessing
 import os
@@ -304,6 +305,106 @@ def test_spawned_worker(client: ms.Client) -> None:
     child.start()
     assert results.get() == client.smooth(MESH)[0].tobytes()
     child.join(60)
+
+
+@pytest.mark.parametrize("kind", ["blocking", "asyncio"])
+def test_errors_arrive_whole_through_dask(client: ms.Client, kind: str) -> None:
+    """Its tblib pickles what an error has as context too, which gRPC's errors do not survive."""
+    tblib = pytest.importorskip("tblib.pickling_support", reason="missing package: tblib")
+
+    async def smooth(mesh: Any) -> None:
+        async with ms.AsyncClient(client.address) as other:
+            await other.smooth(mesh)
+
+    points, cells = MESH
+    twice = cells["tetra"].copy()
+    twice[7, 1] = twice[7, 0]
+    bad = (points, {"tetra": twice})
+    run = {"blocking": client.smooth, "asyncio": lambda mesh: asyncio.run(smooth(mesh))}[kind]
+    with pytest.raises(ms.InvalidMesh) as refused:
+        run(bad)
+    assert refused.value.__context__ is None
+    tblib.install(refused.value)
+    copy = pickle.loads(pickle.dumps(refused.value))
+    assert type(copy) is ms.InvalidMesh
+    assert (copy.reason, copy.element) == ("REPEATED_NODE", 7)
+    with pytest.raises(ms.NotFound) as caught:
+        client.job("jobs/none")
+    assert caught.value.__context__ is None
+
+
+def test_clients_travel(client: ms.Client, tmp_path: pathlib.Path) -> None:
+    copy = pickle.loads(pickle.dumps(client))
+    assert copy.address == client.address
+    assert copy.smooth(MESH)[0].tobytes() == client.smooth(MESH)[0].tobytes()
+    token = tmp_path / "token"
+    token.write_text("open-sesame")
+    with_file = pickle.loads(pickle.dumps(ms.Client(client.address, token_file=token)))
+    assert with_file.health()
+    with pytest.raises(TypeError, match="token_file"):
+        pickle.dumps(ms.Client(client.address, token="secret"))
+
+
+def test_what_is_closed_stays_closed(server: str) -> None:
+    client = ms.Client(server)
+    with client.session(MESH) as session:
+        session.smooth()
+    with pytest.raises(ValueError, match="session is closed"):
+        session.smooth()
+    client.close()
+    with pytest.raises(ValueError, match="client is closed"):
+        client.smooth(MESH)
+
+    async def closed() -> None:
+        async with ms.AsyncClient(server) as other:
+            await other.health()
+        await other.health()
+
+    with pytest.raises(ValueError, match="client is closed"):
+        asyncio.run(closed())
+
+
+def test_failed_attempts_are_logged(client: ms.Client, caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level("INFO", "meshsmooth"), pytest.raises(ms.InvalidOption):
+        client.smooth(MESH, iterations=-1)
+    assert "iterations is -1" in caplog.text
+
+
+def test_an_interrupted_map_leaves_no_job_running(
+    client: ms.Client, tmp_path: pathlib.Path
+) -> None:
+    script = tmp_path / "script.py"
+    script.write_text(
+        textwrap.dedent(f"""
+            import sys
+            sys.path[:0] = {[str(pathlib.Path(__file__).parent), *sys.path]!r}
+            from conftest import LONG, cube
+            import meshsmooth as ms
+            def progress(report):
+                if report.iteration:
+                    print("iterating", flush=True)
+            try:
+                client = ms.Client({client.address!r})
+                for _ in client.map([cube(14)] * 6, max_in_flight=3, progress=progress, **LONG):
+                    pass
+            except KeyboardInterrupt:
+                print("interrupted", flush=True)
+                sys.stdin.read()  # alive: its end would cancel the jobs too
+        """)
+    )
+    with subprocess.Popen(
+        [sys.executable, str(script)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        assert process.stdout.readline() == "iterating\n"
+        process.send_signal(signal.SIGINT)
+        while process.stdout.readline() != "interrupted\n":
+            pass
+        wait_until(
+            lambda: not {"running", "queued"} & set(states(client)), "the server still computes"
+        )
+        process.stdin.close()
 
 
 @pytest.fixture(scope="module")

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from conftest import cube
 
 import meshsmooth as ms
-from conftest import cube
 from meshsmooth._mesh import Mesh, MeshData
 from meshsmooth._request import Topology
 
@@ -70,9 +70,9 @@ def test_surfaces_inside_stay(client: ms.Client, boundary: Any) -> None:
     sheet, side = faces_in(2), faces_in(0, axis=1)
     mesh = (POINTS, {"triangle": np.concatenate([sheet, side]), **CELLS})
     method: Any = "optimize" if boundary == "slide" else "laplacian"
-    moved = client.smooth(
-        mesh, boundary=boundary, method=method, iterations=5, never_worse=False
-    )[0]
+    moved = client.smooth(mesh, boundary=boundary, method=method, iterations=5, never_worse=False)[
+        0
+    ]
     changed = (moved != POINTS).any(axis=1)
     assert not changed[np.unique(sheet)].any()
     assert changed.sum() > 5

@@ -113,11 +113,6 @@ def test_pyvista_names_arrays(client: ms.Client) -> None:
     assert better.summary.nodes.between_regions > 0
 
 
-def test_pyvista_refuses_grids_without_elements_of_their_own(client: ms.Client) -> None:
-    with pytest.raises(TypeError, match="cast_to_unstructured_grid"):
-        client.smooth(peer("pyvista").ImageData(dimensions=(3, 3, 3)))
-
-
 @pytest.mark.usefixtures("server")
 def test_pyvista_accessor() -> None:
     pyvista = peer("pyvista")
@@ -315,3 +310,83 @@ def test_written_file_is_the_command_lines(client: ms.Client, tmp_path: pathlib.
     run_cli("smooth", tmp_path / "in.vtk", "-o", tmp_path / "out.vtk", "--quiet")
     expected = read_vtk_points(tmp_path / "out.vtk")
     assert_same(meshio.read(tmp_path / "better.vtu").points, expected)
+
+
+def shaken(mesh: Any, seed: int = 3) -> Any:
+    """The same with the inner nodes of a unit cube moved."""
+    points = np.array(mesh.points, float)
+    inner = ((points > 1e-6) & (points < 1 - 1e-6)).all(axis=1)
+    points[inner] += np.random.default_rng(seed).uniform(-0.08, 0.08, (int(inner.sum()), 3))
+    mesh.points = points
+    return mesh
+
+
+def test_pyvista_structured_grids(client: ms.Client) -> None:
+    pyvista = peer("pyvista")
+    axes = np.meshgrid(*[np.linspace(0, 1, 5)] * 3, indexing="ij")
+    grid = shaken(pyvista.StructuredGrid(*axes))
+    better = client.smooth(grid, element_quality="mean_ratio")
+    assert type(better) is pyvista.StructuredGrid
+    assert better.dimensions == grid.dimensions
+    assert len(better.cell_data["mean_ratio"]) == grid.n_cells
+    as_cells = client.smooth(grid.cast_to_unstructured_grid())
+    assert_same(np.array(better.points), np.array(as_cells.points))
+
+
+def test_pyvista_images_become_grids_of_hexahedra(client: ms.Client) -> None:
+    pyvista = peer("pyvista")
+    image = pyvista.ImageData(dimensions=(7, 7, 7), spacing=(1 / 6,) * 3)
+    centres = image.cell_centers().points
+    image.cell_data["label"] = (np.linalg.norm(centres - 0.5, axis=1) < 0.33).astype(int)
+    assert client.quality(image).inverted_element_count == 0
+    result = client.smooth(image, regions="label", boundary="slide", full=True)
+    assert type(result.mesh) is pyvista.UnstructuredGrid
+    assert result.mesh.n_cells == image.n_cells
+    assert result.summary.nodes.between_regions > 0
+    assert (result.mesh.cell_data["label"] == image.cell_data["label"]).all()
+    assert result.summary.quality_after.inverted_element_count == 0
+    plane = pyvista.ImageData(dimensions=(4, 4, 1))
+    assert client.quality(plane).element_count == 9
+    core = peer("vtkmodules.vtkCommonDataModel")
+    plain = core.vtkImageData()
+    plain.DeepCopy(image)
+    assert client.quality(plain).element_count == image.n_cells
+
+
+def test_pyvista_blocks_are_one_mesh(client: ms.Client) -> None:
+    pyvista = peer("pyvista")
+    points, cells = cube(5)
+    whole = pyvista_grid(Case(points, [("tetra", tuple(map(int, r))) for r in cells["tetra"]]))
+    left = whole.cell_centers().points[:, 0] < 0.5
+    halves = [whole.extract_cells(np.flatnonzero(side)) for side in (left, ~left)]
+    blocks = pyvista.MultiBlock({"left": halves[0], "none": None})
+    blocks["nested"] = pyvista.MultiBlock({"right": halves[1]})
+    before = [np.array(half.points) for half in halves]
+    result = client.smooth(
+        blocks, merge_coincident=True, element_quality="mean_ratio", full=True, quality="brief"
+    )
+    better = result.mesh
+    assert type(better) is pyvista.MultiBlock
+    assert better.keys() == blocks.keys()
+    moved = [better["left"], better["nested"]["right"]]
+    expected = np.array(client.smooth(whole).points)
+    for half, block, old in zip(halves, moved, before, strict=True):
+        assert_same(np.array(half.points), old)
+        near = expected[half.point_data["vtkOriginalPointIds"]]
+        assert np.allclose(block.points, near, atol=0.02)  # the order of the cells differs
+        assert len(block.cell_data["mean_ratio"]) == half.n_cells
+    assert result.summary.nodes.isolated == 25  # those that another one stands for
+
+
+def test_meshio_containers_are_the_results_own(client: ms.Client) -> None:
+    meshio = peer("meshio")
+    points, cells = cube(4)
+    mesh = meshio.Mesh(points, cells, point_data={"t": points[:, 0]}, point_sets={"a": [0]})
+    better = client.smooth(mesh)
+    better.point_data["new"] = points[:, 1]
+    better.point_sets["b"] = [1]
+    better.field_data["c"] = [1, 2]
+    better.cells.append(meshio.CellBlock("vertex", np.array([[0]])))
+    assert (list(mesh.point_data), list(mesh.point_sets)) == (["t"], ["a"])
+    assert not mesh.field_data
+    assert len(mesh.cells) == 1

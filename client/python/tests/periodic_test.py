@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from conftest import cube
 
 import meshsmooth as ms
-from conftest import cube
 from meshsmooth._mesh import Mesh, MeshData
 from meshsmooth._periodic import node_pairs
 

@@ -53,6 +53,15 @@ def test_recipe(recipe: pathlib.Path, server: str, tmp_path: pathlib.Path) -> No
     )
     assert ended.returncode == 0, ended.stderr
     assert ended.stdout.strip(), "a recipe prints what it has done"
+    check_files(text, tmp_path)
+
+
+def check_files(text: str, folder: pathlib.Path) -> None:
+    """The meshes that a recipe says it writes have cells of the types that it says."""
+    for name, types in re.findall(r"^Writes: (.*): (.*)$", text, re.MULTILINE):
+        meshio: Any = pytest.importorskip("meshio", reason="missing tool: meshio")
+        written = {block.type for block in meshio.read(folder / name).cells}
+        assert set(types.split(", ")) <= written, name
 
 
 def test_openfoam_case(server: str, tmp_path: pathlib.Path) -> None:

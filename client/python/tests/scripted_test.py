@@ -267,7 +267,7 @@ def test_right_checksum_is_accepted(mock: MockServer, smooth: Smooth) -> None:
 def test_metrics_of_an_older_server(mock: MockServer, smooth: Smooth) -> None:
     mock.scripts = [succeed]
     with pytest.raises(ms.InvalidOption) as caught:
-        smooth(MESH, element_quality="mean_ratio")
+        smooth(MESH, element_quality="mean_ratio", full=True)
     assert caught.value.reason == "OPTION_NOT_SUPPORTED"
 
 
@@ -339,11 +339,12 @@ def test_callback_that_returns_false_cancels(mock: MockServer, smooth: Smooth) -
 
     def progress(report: ms.Progress) -> bool:
         seen.append(report)
-        return False
+        return report.iteration == 0
 
     with pytest.raises(ms.Cancelled, match=r"^cancelled$"):
         smooth(MESH, progress=progress)
-    assert seen == [ms.Progress(state="running", stage="iterate", iteration=4)]
+    accepted = ms.Progress(state="receiving")
+    assert seen == [accepted, ms.Progress(state="running", stage="iterate", iteration=4)]
 
 
 def test_deadline(mock: MockServer, smooth: Smooth) -> None:

@@ -3,10 +3,10 @@
     import meshsmooth as ms
     better = ms.smooth(grid)  # PyVista, VTK, meshio, trimesh, scikit-fem, (points, cells)
 
-The guide is docs/python.md.
+`help(ms.smooth)` lists the options. The guide is docs/python.md of the sources.
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from . import gmsh
 from ._adapters import register_adapter
@@ -29,6 +29,7 @@ from ._errors import (
     Unavailable,
 )
 from ._job import Job
+from ._job_options import JobOptions, MoveOptions
 from ._mesh import MeshData
 from ._methods import (
     HcLaplacian,
@@ -39,13 +40,13 @@ from ._methods import (
     Taubin,
     WindowedSinc,
 )
-from ._options import JobOptions, MoveOptions
 from ._plot import plot_quality
 from ._progress import Progress
 from ._result import SmoothResult
 from ._rpc import JobInfo, ServerInfo, TopologyInfo
 from ._session import Session
 from ._summary import ElementQuality, MetricStats, QualityStats, Summary
+from ._why import Why, why
 
 __all__ = [
     "AccessDenied",
@@ -85,6 +86,7 @@ __all__ = [
     "TooLarge",
     "TopologyInfo",
     "Unavailable",
+    "Why",
     "WindowedSinc",
     "default_client",
     "gmsh",
@@ -93,23 +95,35 @@ __all__ = [
     "quality",
     "register_adapter",
     "smooth",
+    "why",
 ]
+
+for _name in __all__:  # as callers write them, in tracebacks and in help
+    if getattr(globals().get(_name), "__module__", "").startswith(f"{__name__}."):
+        globals()[_name].__module__ = __name__
 
 if TYPE_CHECKING:
     from ._local import LocalServer
 
+    __version__: str
+else:  # type checkers would take any name for one of ours
 
-def __getattr__(name: str) -> Any:
-    """Imports what few need when they do: the local server and the version."""
-    if name == "LocalServer":
-        from ._local import LocalServer
+    def __getattr__(name):
+        """Imports what few need when they do: the local server and the version."""
+        if name == "LocalServer":
+            from ._local import LocalServer
 
-        return LocalServer
-    if name == "__version__":
-        import importlib.metadata
+            LocalServer.__module__ = __name__
+            return LocalServer
+        if name == "__version__":
+            import importlib.metadata
 
-        try:
-            return importlib.metadata.version("meshsmooth")
-        except importlib.metadata.PackageNotFoundError:
-            return "unknown"  # a checkout that is not installed
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+            try:
+                return importlib.metadata.version("meshsmooth")
+            except importlib.metadata.PackageNotFoundError:
+                return "unknown"  # a checkout that is not installed
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__", "__doc__", "__file__", "__name__", "__path__"]

@@ -9,34 +9,18 @@ from __future__ import annotations
 
 import copy
 import dataclasses
-import importlib
+import os
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ._cells import DIMENSIONS, TURNED_WEDGES
+from ._adapter import Adapter, Points
+from ._cell_types import DIMENSIONS, TURNED_WEDGES
 from ._errors import InvalidMesh
 from ._mesh import LazyArrays, Mesh, MeshData
-
-Points = NDArray[Any]
-
-
-class Adapter(NamedTuple):
-    """How to read a kind of mesh and how to make another of it.
-
-    Attributes:
-        read: returns the data of a mesh.
-        write: returns a mesh of the same kind with positions [nodes, 2 or 3].
-        annotate: adds an array of one float32 per cell to a mesh that `write` made; None: the kind
-            has no cell arrays.
-    """
-
-    read: Callable[[Any], MeshData]
-    write: Callable[[Any, Points], Any]
-    annotate: Callable[[Any, str, NDArray[np.float32]], None] | None = None
-
+from ._vtk import vtk_adapter
 
 _registered: list[tuple[type, Adapter]] = []
 
@@ -79,16 +63,30 @@ def find_adapter(mesh: Any) -> Adapter:
         if len(mesh) == 3 and np.ndim(mesh[2]) == 2:
             return Adapter(_read_triple, lambda triple, points: (*triple[:2], points))
     if callable(getattr(mesh, "IsA", None)):
-        return _vtk_adapter(mesh)
+        return vtk_adapter(mesh)
     for names, adapter in _BY_ATTRIBUTES:
         if all(hasattr(mesh, name) for name in names):
             return adapter
+    if isinstance(mesh, str | os.PathLike):
+        raise TypeError(
+            f"{os.fspath(mesh)!r} is a path; read the mesh first, as by pyvista.read(path), or "
+            "run: python -m meshsmooth smooth"
+        )
     raise TypeError(
         f"meshes of the type {type(mesh).__module__}.{type(mesh).__qualname__} are not known; "
-        "known are PyVista's and VTK's unstructured grids and surfaces, those of meshio, trimesh "
-        "and scikit-fem, (points, cells) and (cells, types, points); meshsmooth.register_adapter "
-        "adds others"
+        "known are PyVista's and VTK's grids, images, surfaces and multi-blocks, those of meshio, "
+        "trimesh and scikit-fem, (points, cells) and (cells, types, points); "
+        "meshsmooth.register_adapter adds others"
     )
+
+
+def is_mesh(given: Any) -> bool:
+    """Returns whether there is an adapter for it; arrays of positions have none."""
+    try:
+        find_adapter(given)
+    except TypeError:
+        return False
+    return True
 
 
 def _read_pair(pair: tuple[Any, Any]) -> MeshData:
@@ -104,120 +102,6 @@ def _read_triple(triple: tuple[Any, Any, Any]) -> MeshData:
 def read_mesh(mesh: Any) -> Mesh:
     """Returns a mesh of any kind as it travels; errors as of `find_adapter`."""
     return Mesh(find_adapter(mesh).read(mesh))
-
-
-# --- VTK and PyVista -----------------------------------------------------------------------------
-
-
-def _numpy_support() -> Any:
-    return importlib.import_module("vtkmodules.util.numpy_support")
-
-
-def _vtk_adapter(mesh: Any) -> Adapter:
-    if mesh.IsA("vtkUnstructuredGrid"):
-        return Adapter(_read_grid, _write_vtk, _annotate_vtk)
-    if mesh.IsA("vtkPolyData"):
-        return Adapter(_read_polydata, _write_vtk, _annotate_vtk)
-    raise TypeError(
-        f"a {mesh.GetClassName()} has no elements of its own; make an unstructured grid of it "
-        "(PyVista: mesh.cast_to_unstructured_grid())"
-    )
-
-
-def _vtk_data(mesh: Any, cells: Any) -> MeshData:
-    to_numpy = _numpy_support().vtk_to_numpy
-    if mesh.GetPoints() is None:
-        raise InvalidMesh("the mesh has no nodes", reason="MESH_EMPTY")
-    return MeshData(
-        to_numpy(mesh.GetPoints().GetData()),
-        cells,
-        point_data=_vtk_arrays(mesh.GetPointData(), (1, 3)),
-        cell_data=_vtk_arrays(mesh.GetCellData(), (1,)),
-    )
-
-
-def _vtk_arrays(attributes: Any, component_counts: tuple[int, ...]) -> LazyArrays:
-    to_numpy = _numpy_support().vtk_to_numpy
-    arrays = [attributes.GetArray(index) for index in range(attributes.GetNumberOfArrays())]
-    by_name = {
-        array.GetName(): array
-        for array in arrays
-        if array is not None
-        and array.GetName()
-        and array.GetNumberOfComponents() in component_counts
-    }
-    return LazyArrays(list(by_name), lambda name: to_numpy(by_name[name]))
-
-
-def _read_grid(mesh: Any) -> MeshData:
-    to_numpy = _numpy_support().vtk_to_numpy
-    cells = mesh.GetCells()
-    if mesh.GetNumberOfCells() == 0:
-        return _vtk_data(mesh, [])
-    types = np.asarray(to_numpy(_cell_types(mesh)), np.uint8)
-    return _vtk_data(
-        mesh,
-        (to_numpy(cells.GetOffsetsArray()), to_numpy(cells.GetConnectivityArray()), types),
-    )
-
-
-def _cell_types(mesh: Any) -> Any:
-    # Of VTK 9.4 and later; the other name is deprecated there.
-    get = getattr(mesh, "GetCellTypes", None)
-    if get is not None:
-        try:
-            if (types := get()) is not None and hasattr(types, "GetNumberOfTuples"):
-                return types
-        except TypeError:  # before, it filled its argument
-            pass
-    return mesh.GetCellTypesArray()
-
-
-def _read_polydata(mesh: Any) -> MeshData:
-    """Cells count as VTK counts them: vertices, lines, polygons."""
-    to_numpy = _numpy_support().vtk_to_numpy
-    if mesh.GetNumberOfStrips() > 0:
-        raise InvalidMesh(
-            "the surface has triangle strips; make triangles of them (PyVista: mesh.triangulate())",
-            reason="ELEMENT_NOT_SUPPORTED",
-        )
-    types, offsets, connectivity = [], [np.zeros(1, np.int64)], []
-    for single, many, cells in (
-        (1, 2, mesh.GetVerts()),
-        (3, 4, mesh.GetLines()),
-        (7, 7, mesh.GetPolys()),
-    ):
-        if cells is None or cells.GetNumberOfCells() == 0:
-            continue
-        own = np.asarray(to_numpy(cells.GetOffsetsArray()), np.int64)
-        plain = 1 if single == 1 else 2
-        types.append(np.where(np.diff(own) == plain, single, many).astype(np.uint8))
-        offsets.append(own[1:] + offsets[-1][-1])
-        connectivity.append(to_numpy(cells.GetConnectivityArray()))
-    if not types:
-        return _vtk_data(mesh, [])
-    joined = connectivity[0] if len(connectivity) == 1 else np.concatenate(connectivity)
-    return _vtk_data(mesh, (np.concatenate(offsets), joined, np.concatenate(types)))
-
-
-def _write_vtk(mesh: Any, points: Points) -> Any:
-    core = importlib.import_module("vtkmodules.vtkCommonCore")
-    if hasattr(mesh, "copy"):  # PyVista's: NewInstance would return VTK's own class
-        result = mesh.copy(deep=False)
-    else:
-        result = mesh.NewInstance()
-        result.ShallowCopy(mesh)
-    # A vtkPoints of its own: the copy shares the input's.
-    own = core.vtkPoints()
-    own.SetData(_numpy_support().numpy_to_vtk(np.ascontiguousarray(points)))
-    result.SetPoints(own)
-    return result
-
-
-def _annotate_vtk(mesh: Any, name: str, values: NDArray[np.float32]) -> None:
-    array = _numpy_support().numpy_to_vtk(values, deep=True)
-    array.SetName(name)
-    mesh.GetCellData().AddArray(array)
 
 
 # --- meshio and what has its attributes ----------------------------------------------------------
@@ -287,8 +171,13 @@ def _physical_groups(mesh: Any) -> dict[str, list[tuple[int, int]]]:
 def _write_meshio(mesh: Any, points: Points) -> Any:
     result = copy.copy(mesh)
     result.points = points
-    if hasattr(mesh, "cell_data"):
-        result.cell_data = dict(mesh.cell_data)
+    # Containers of its own, whose arrays are shared: what is added to the one is not in the other.
+    for name in ("point_data", "cell_data", "point_sets", "cell_sets", "field_data"):
+        container = getattr(mesh, name, None)
+        if isinstance(container, dict):
+            setattr(result, name, dict(container))
+    if isinstance(mesh.cells, list):
+        result.cells = list(mesh.cells)
     return result
 
 

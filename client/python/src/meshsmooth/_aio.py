@@ -5,19 +5,26 @@ from __future__ import annotations
 import collections
 import os
 from collections.abc import AsyncIterable, AsyncIterator, Callable, Iterable
-from typing import Any, Literal, TypeVar, Unpack, overload
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
 from numpy.typing import NDArray
 
-from . import _channel, _options, _rpc
+from . import _channel, _rpc
 from ._aio_connection import AsyncConnection
 from ._aio_job import AsyncControl, AsyncJob, AsyncSession
 from ._channel import Tls, Token
-from ._options import JobOptions, MoveOptions
+from ._errors import out_of_range
+from ._job_options import MOVE_OPTIONS, Duration, JobOptions, MoveOptions
 from ._progress import Progress, Tee, make_display
-from ._result import SmoothResult, Steps, prepare, prepare_move
+from ._request import Request
+from ._result import Finish, SmoothResult, prepare, prepare_move
+from ._signature import with_options
+from ._steps import Steps
 from ._summary import QualityStats
 from .v1 import smoothing_pb2 as pb
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 M = TypeVar("M")
 Array = NDArray[Any]
@@ -73,6 +80,11 @@ class AsyncClient:
         full: Literal[True],
         **options: Unpack[JobOptions],
     ) -> SmoothResult[M]: ...
+    @overload
+    async def smooth(
+        self, mesh: M, *, full: bool, **options: Unpack[JobOptions]
+    ) -> M | SmoothResult[M]: ...
+    @with_options()
     async def smooth(
         self,
         mesh: Any,
@@ -86,9 +98,7 @@ class AsyncClient:
         Cancelling the task cancels the job on the server.
         """
         request, finish = prepare(mesh, options, out, full)
-        return await self._connection.smooth(
-            request, finish, AsyncControl(), make_display(options.get("progress"))
-        )
+        return await self._run(request, finish, options)
 
     @overload
     async def move(
@@ -107,6 +117,11 @@ class AsyncClient:
         full: Literal[True],
         **options: Unpack[MoveOptions],
     ) -> SmoothResult[M]: ...
+    @overload
+    async def move(
+        self, mesh: M, *, full: bool, **options: Unpack[MoveOptions]
+    ) -> M | SmoothResult[M]: ...
+    @with_options(MOVE_OPTIONS)
     async def move(
         self,
         mesh: Any,
@@ -117,9 +132,13 @@ class AsyncClient:
     ) -> Any:
         """Moves nodes of a mesh to given positions; the others follow; see `Client.move`."""
         request, finish = prepare_move(mesh, options, out, full)
-        return await self._connection.smooth(
-            request, finish, AsyncControl(), make_display(options.get("progress"))
-        )
+        return await self._run(request, finish, options)
+
+    async def _run(self, request: Request, finish: Finish, options: JobOptions) -> Any:
+        display = make_display(options.get("progress"))
+        result = await self._connection.smooth(request, finish, AsyncControl(), display)
+        finish.warn()
+        return result
 
     @overload
     async def submit(
@@ -129,6 +148,7 @@ class AsyncClient:
     async def submit(
         self, mesh: M, *, full: Literal[True], **options: Unpack[JobOptions]
     ) -> AsyncJob[SmoothResult[M]]: ...
+    @with_options()
     async def submit(self, mesh: Any, *, full: bool = False, **options: Unpack[JobOptions]) -> Any:
         """Starts a job and returns it at once; see `Client.submit`."""
         return self._submit(mesh, full, options)
@@ -137,11 +157,13 @@ class AsyncClient:
         self, mesh: Any, full: bool, options: JobOptions, *, patient: bool = False
     ) -> AsyncJob[Any]:
         request, finish = prepare(mesh, options, None, full)
-        job: AsyncJob[Any] = AsyncJob(self, request.request_id, kept="result_ttl" in options)
+        kept = "result_ttl" in options
+        job: AsyncJob[Any] = AsyncJob(self, request.request_id, kept=kept, warn=finish.warn)
         display = Tee(job._note, make_display(options.get("progress"), alone=False))
         job._start(self._connection.smooth(request, finish, job._control, display, patient=patient))
         return job
 
+    @with_options()
     async def map(
         self,
         meshes: Iterable[Any] | AsyncIterable[Any],
@@ -152,19 +174,20 @@ class AsyncClient:
     ) -> AsyncIterator[Any]:
         """Smooths many meshes; yields the results in their order; see `Client.map`."""
         if max_in_flight < 1:
-            raise _options.out_of_range("max_in_flight", "max_in_flight must be 1 or more")
+            raise out_of_range("max_in_flight", "max_in_flight must be 1 or more")
         jobs: collections.deque[AsyncJob[Any]] = collections.deque()
         try:
             async for mesh in _each(meshes):
                 if len(jobs) >= max_in_flight:
-                    yield await jobs.popleft()
+                    yield await _first_result(jobs)
                 jobs.append(self._submit(mesh, full, options, patient=True))
             while jobs:
-                yield await jobs.popleft()
+                yield await _first_result(jobs)
         finally:
             for job in jobs:
                 job._control.cancel()
 
+    @with_options()
     def session(self, mesh: Any, **options: Unpack[JobOptions]) -> AsyncSession:
         """Opens a session on the elements of a mesh whose nodes move; see `Client.session`."""
         return AsyncSession(self, Steps(mesh, options))
@@ -174,13 +197,13 @@ class AsyncClient:
         name: str,
         mesh: M,
         *,
-        timeout: _options.Duration | None = None,
+        timeout: Duration | None = None,
         progress: bool | Callable[[Progress], object] = False,
     ) -> AsyncJob[M]:
         """Returns the job that was sent with `result_ttl`; see `Client.attach`."""
         options: JobOptions = {} if timeout is None else {"timeout": timeout}
         request, finish = prepare(mesh, options, None, False)
-        job: AsyncJob[M] = AsyncJob(self, "", kept=True)
+        job: AsyncJob[M] = AsyncJob(self, "", kept=True, warn=finish.warn)
         job._control.job_name = name
         display = Tee(job._note, make_display(progress))
         job._start(self._connection.attach(name, request, finish, job._control, display))
@@ -233,10 +256,19 @@ class AsyncClient:
         """Returns whether the server serves, as grpc.health.v1 reports."""
         return _rpc.is_serving(await self._connection.unary(_rpc.HEALTH, _rpc.Empty(), timeout))
 
+    @with_options()
     async def quality(self, mesh: Any, **options: Unpack[JobOptions]) -> QualityStats:
         """Evaluates a mesh; see `meshsmooth.quality`."""
-        result = await self.smooth(mesh, full=True, **_rpc.evaluate_only(options))
+        evaluate = _rpc.evaluate_only(options)
+        result: SmoothResult[Any] = await self.smooth(mesh, full=True, **evaluate)
         return result.summary.quality_before
+
+
+async def _first_result(jobs: collections.deque[AsyncJob[Any]]) -> Any:
+    """Waits for the first job, which stays in the queue until then, to be cancelled."""
+    result = await jobs[0]
+    jobs.popleft()
+    return result
 
 
 async def _each(meshes: Iterable[Any] | AsyncIterable[Any]) -> AsyncIterator[Any]:

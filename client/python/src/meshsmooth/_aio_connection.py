@@ -14,7 +14,8 @@ import grpc.aio
 
 from . import _call, _channel, _rpc
 from ._aio_job import AsyncControl
-from ._errors import Error
+from ._errors import SERVER_ENDED, Error, Unavailable
+from ._fork_guard import fork_guard
 from ._progress import Display, Progress, closing
 from ._region import Lease, RegionPool
 from ._request import Request, TopologyUse
@@ -55,7 +56,9 @@ class AsyncConnection:
     def __init__(self, endpoint: _channel.Endpoint) -> None:
         self._endpoint = endpoint
         self._channel: Any = None
+        self._channel_address = ""
         self._loop: asyncio.AbstractEventLoop | None = None  # that the channel belongs to
+        self._closed = False
         self._last_was_accepted = False
         self._regions: RegionPool | None = None
         if RegionPool.possible(endpoint.address):
@@ -71,28 +74,45 @@ class AsyncConnection:
         """Closes the channel."""
         if self._regions is not None:
             self._regions.close()
+        self._closed = True
         channel, self._channel = self._channel, None
         if channel is not None:
             await channel.close()
 
     def _own_channel(self) -> Any:
-        _channel.fork_guard.check()
-        if self._channel is None:
-            self._loop = asyncio.get_running_loop()
-            endpoint = self._endpoint
-            options = _channel.channel_options(endpoint.address, endpoint.tls)
+        fork_guard.check()
+        if self._closed:
+            raise ValueError("the client is closed")
+        endpoint = self._endpoint
+        address = endpoint.address
+        loop = asyncio.get_running_loop()
+        # Another one after the end of a local server, and in another asyncio.run().
+        if self._channel is None or (self._loop, self._channel_address) != (loop, address):
+            options = _channel.channel_options(address, endpoint.tls)
             self._channel = (
-                grpc.aio.insecure_channel(endpoint.address, options)
+                grpc.aio.insecure_channel(address, options)
                 if endpoint.tls is None
                 else grpc.aio.secure_channel(
-                    endpoint.address, _channel.channel_credentials(endpoint.tls), options
+                    address, _channel.channel_credentials(endpoint.tls), options
                 )
             )
+            self._loop, self._channel_address = loop, address
         return self._channel
+
+    def _error_of(self, failed: grpc.aio.AioRpcError, facts: CallFacts) -> Error:
+        return self._endpoint.explain(to_error(failed, facts), facts)
 
     async def unary(
         self, method: _rpc.Unary, request: Any, timeout: float = _rpc.SHORT_TIMEOUT
     ) -> Any:
+        try:
+            return await self._unary(method, request, timeout)
+        except Unavailable as error:
+            if not _channel.may_use_next_server(error):
+                raise
+        return await self._unary(method, request, timeout)
+
+    async def _unary(self, method: _rpc.Unary, request: Any, timeout: float) -> Any:
         call = self._own_channel().unary_unary(
             method.path,
             request_serializer=_rpc.serialize,
@@ -100,8 +120,9 @@ class AsyncConnection:
         )
         try:
             return await call(request, timeout=timeout, metadata=self._endpoint.metadata())
-        except grpc.aio.AioRpcError as error:
-            raise to_error(error, CallFacts(self.address, timeout)) from None
+        except grpc.aio.AioRpcError as failed:
+            error = self._error_of(failed, CallFacts(self._channel_address, timeout))
+        raise error  # here, without gRPC's as its context, which cannot be pickled
 
     async def smooth(
         self,
@@ -126,6 +147,7 @@ class AsyncConnection:
             while True:
                 control.check()
                 call = attempts.begin()
+                self._own_channel()  # and its loop, which leases of memory need
                 try:
                     with attempts.sharing(call, self._regions):
                         left = attempts.retry.left()
@@ -166,7 +188,7 @@ class AsyncConnection:
         stream = self._own_channel().stream_stream(_call.SMOOTH)(
             messages(), timeout=left, metadata=self._endpoint.metadata() + call.metadata
         )
-        facts = functools.partial(CallFacts, self.address, request.timeout)
+        facts = functools.partial(CallFacts, self._channel_address, request.timeout)
         try:
             await self._drain(stream, receive, control, display, facts, lambda: bool(call.job_name))
         except asyncio.CancelledError:  # the task's; a job that would outlive its call ends too
@@ -181,7 +203,6 @@ class AsyncConnection:
     ) -> Any:
         retry = Retry(request.timeout, request.max_attempts)
         call = _call.AttachCall(name, request, finish.memory)
-        facts = functools.partial(CallFacts, self.address, request.timeout)
         with closing(display):
             while True:
                 control.check()
@@ -190,15 +211,18 @@ class AsyncConnection:
                     stream = self._own_channel().unary_stream(_call.ATTACH)(
                         call.first(), timeout=retry.left(), metadata=self._endpoint.metadata()
                     )
+                    facts = functools.partial(CallFacts, self._channel_address, request.timeout)
                     await self._drain(stream, call.receive, control, display, facts, lambda: True)
                     return finish(call.result, name)
                 except Error as error:
+                    if error.reason == SERVER_ENDED:
+                        raise  # and the job with it
                     if call.result.received_bytes > before:
                         retry.succeeded_in_part()
                     await asyncio.sleep(retry.delay_after(error))
 
-    @staticmethod
     async def _drain(
+        self,
         stream: Any,
         receive: Callable[[bytes], Progress | None],
         control: AsyncControl,
@@ -215,11 +239,12 @@ class AsyncConnection:
                 progress = receive(message)
                 if progress is not None and display is not None and display(progress) is False:
                     control.cancel()
-        except grpc.aio.AioRpcError as error:
-            raise to_error(
-                error,
-                facts(cancelled_by_caller=control.cancelled, answered=answered()),
-            ) from None
+            control.check()  # cancelled, if the job has ended meanwhile too
+            return
+        except grpc.aio.AioRpcError as failed:
+            error = self._error_of(
+                failed, facts(cancelled_by_caller=control.cancelled, answered=answered())
+            )
         except asyncio.CancelledError:
             stream.cancel()
             control.check()  # the call was cancelled, not the task
@@ -229,3 +254,4 @@ class AsyncConnection:
             raise
         finally:
             control.call = None
+        raise error  # as in `unary`

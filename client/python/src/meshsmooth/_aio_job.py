@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator, Callable, Generator
-from typing import TYPE_CHECKING, Any, Generic, TypeVar, Unpack
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from numpy.typing import ArrayLike, NDArray
 
 from ._errors import Cancelled, Error
-from ._options import JobOptions
+from ._job_options import TOPOLOGY_OPTIONS, JobOptions
 from ._progress import Progress, make_display
 from ._request import Request, TopologyUse
-from ._result import Finish, Steps
+from ._result import Finish
+from ._signature import with_options
+from ._steps import Steps
 
 if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
     from ._aio import AsyncClient
 
 R = TypeVar("R")
@@ -48,11 +52,14 @@ class AsyncJob(Generic[R]):
         request_id: the UUID under which the same job can be joined.
     """
 
-    def __init__(self, client: AsyncClient, request_id: str, *, kept: bool) -> None:
+    def __init__(
+        self, client: AsyncClient, request_id: str, *, kept: bool, warn: Callable[[], None]
+    ) -> None:
         self.request_id = request_id
         self._client = client
         self._control = AsyncControl()
         self._kept = kept
+        self._warn = warn
         self._last: Progress | None = None
         self._changed = asyncio.Event()
         self._task: asyncio.Task[R]
@@ -75,7 +82,14 @@ class AsyncJob(Generic[R]):
 
     async def result(self, timeout: float | None = None) -> R:
         """Waits for the result; after `timeout` seconds raises TimeoutError, the job continues."""
-        return await asyncio.wait_for(asyncio.shield(self._task), timeout)
+        try:
+            result = await asyncio.wait_for(asyncio.shield(self._task), timeout)
+        except asyncio.TimeoutError as error:
+            if isinstance(error, TimeoutError):
+                raise
+            raise TimeoutError from None  # Python 3.10 has two of them
+        self._warn()
+        return result
 
     async def progress(self) -> AsyncIterator[Progress]:
         """Yields what the server reports, the newest only, until the job has ended."""
@@ -121,7 +135,11 @@ class AsyncSession:
         return self
 
     async def __aexit__(self, *_: object) -> None:
-        self._steps.end(None)
+        self.close()
+
+    def close(self) -> None:
+        """Ends the session: its memory is returned, later steps raise ValueError."""
+        self._steps.close()
 
     @property
     def topology_name(self) -> str:
@@ -133,6 +151,7 @@ class AsyncSession:
         """Positions of the session's own; see `Session.positions`."""
         return self._steps.positions
 
+    @with_options(without=TOPOLOGY_OPTIONS)
     async def smooth(
         self,
         points: Array | None = None,
@@ -144,6 +163,7 @@ class AsyncSession:
         """Smooths positions of the session's mesh and returns them; see `Session.smooth`."""
         return await self._run(*self._steps.smooth(points, out, full, options))
 
+    @with_options(without=TOPOLOGY_OPTIONS)
     async def move(
         self,
         nodes: ArrayLike,
@@ -162,5 +182,6 @@ class AsyncSession:
         result = await self._client._connection.smooth(
             request, finish, AsyncControl(), display, use=use
         )
+        finish.warn()
         self._steps.end(finish)
         return result

@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 from collections.abc import Iterator
 from typing import Any
 
-import numpy as np
 from google.protobuf.message import DecodeError
 from numpy.typing import NDArray
 
 from . import _wire
-from ._errors import DeadlineExceeded, Error, InvalidOption
-from ._progress import Progress, decode_progress
+from ._channel import may_use_next_server
+from ._errors import SERVER_ENDED, DeadlineExceeded, Error
+from ._options import name_option
+from ._progress import Progress, decode_job_state, decode_progress
+from ._received import Result
 from ._region import Held, Region, RegionPool, place
 from ._request import Request, TopologyUse
 from ._retry import Retry
 from ._service_error import broken_answer, place_in_input
 from .v1 import smoothing_pb2
+
+_log = logging.getLogger("meshsmooth")  # attempts that failed, and how
 
 SMOOTH = "/meshsmooth.v1.SmoothingService/Smooth"
 ATTACH = "/meshsmooth.v1.SmoothingService/AttachJob"
@@ -27,112 +32,6 @@ ATTACH = "/meshsmooth.v1.SmoothingService/AttachJob"
 FEW_EARLY_BYTES = 64 << 10
 # The same where the last job was accepted: a mesh of this size does not wait for the answer.
 MANY_EARLY_BYTES = 2 << 20
-
-
-class Result:
-    """The arrays of a result, filled chunk by chunk; chunks may come over several calls."""
-
-    def __init__(self, request: Request, memory: NDArray[Any] | None = None) -> None:
-        """Prepares for the result of a request.
-
-        Args:
-            request: of the job.
-            memory: where the positions are written, of their shape and type; None: new memory.
-        """
-        self._request = request
-        self._positions = memory
-        self.in_region = False  # the positions lie in a region, or will when the summary comes
-        self._quality = np.empty((0, 0), np.float32)
-        self._metrics: list[int] = []
-        self._arrays: list[tuple[int, memoryview]] = []  # of the result, in order
-        self.size_bytes = 0
-        self.received_bytes = 0
-        self.begun = False
-        self.summary: smoothing_pb2.Summary | None = None
-
-    def begin(self, header: smoothing_pb2.ResultHeader) -> None:
-        """Takes the announcement of the arrays."""
-        if self.begun:
-            raise broken_answer("the server announced its result twice")
-        points = self._request.points
-        scalar = 2 if points.dtype.itemsize == 8 else 1  # SCALAR_TYPE_FLOAT64, _FLOAT32
-        if header.node_count != len(points) or header.coordinate_type != scalar:
-            raise broken_answer(
-                f"the server announced a result of {header.node_count} nodes in scalar type "
-                f"{header.coordinate_type} for {len(points)} nodes in {points.dtype}"
-            )
-        self._metrics = list(header.element_quality_metrics)
-        if self._metrics != self._request.metrics:
-            raise InvalidOption(
-                "the server does not return the element_quality that was asked for; a server that "
-                "can has the feature element_quality",
-                reason="OPTION_NOT_SUPPORTED",
-                details={"field": "element_quality_metrics"},
-            )
-        self.in_region = header.in_region
-        if self._positions is None and not self.in_region:
-            self._positions = np.empty(points.shape, points.dtype)
-        shape = (len(self._metrics), self._request.topology.element_count)
-        self._quality = np.empty(shape, np.dtype("<f4"))
-        if self._positions is not None:
-            self._arrays = [(_wire.COORDINATES, _wire.bytes_of(self._positions))]
-        if self._metrics:
-            self._arrays.append((_wire.ELEMENT_QUALITY, _wire.bytes_of(self._quality)))
-        self.size_bytes = points.nbytes + self._quality.nbytes
-        if header.size_bytes != self.size_bytes:
-            raise broken_answer(
-                f"the server announced a result of {header.size_bytes} bytes, it must have "
-                f"{self.size_bytes}"
-            )
-        self.begun = True
-
-    def add(self, chunk: _wire.Chunk) -> None:
-        """Copies a chunk to its place."""
-        due, memory, offset_bytes = self._due()
-        if chunk.array_id != due or chunk.offset_bytes != offset_bytes:
-            raise broken_answer(
-                f"the server sent result bytes at {chunk.offset_bytes} where those at "
-                f"{offset_bytes} were due"
-            )
-        end = offset_bytes + chunk.data.nbytes
-        if end > memory.nbytes:
-            raise broken_answer(
-                f"the server sent more result bytes than the {self.size_bytes} announced"
-            )
-        if not chunk.has_right_checksum():
-            raise broken_answer(
-                f"the checksum of the result bytes at {self.received_bytes} is wrong"
-            )
-        memory[offset_bytes:end] = chunk.data
-        self.received_bytes += chunk.data.nbytes
-
-    def find(self, memory: NDArray[np.uint8]) -> None:
-        """Takes all arrays, which lie one after the other; the positions stay there."""
-        points = self._request.points
-        self._positions = memory[: points.nbytes].view(points.dtype).reshape(points.shape)
-        quality = memory[points.nbytes : self.size_bytes]
-        self._quality[...] = quality.view(self._quality.dtype).reshape(self._quality.shape)
-        self.received_bytes = self.size_bytes
-
-    def _due(self) -> tuple[int, memoryview, int]:
-        """The array that the next byte belongs to, and its offset there."""
-        offset_bytes = self.received_bytes
-        for array_id, memory in self._arrays:
-            if offset_bytes < memory.nbytes:
-                return array_id, memory, offset_bytes
-            offset_bytes -= memory.nbytes
-        return _wire.COORDINATES, memoryview(b""), self.received_bytes
-
-    def take(self) -> tuple[NDArray[Any], NDArray[np.float32], smoothing_pb2.Summary]:
-        """Returns positions, quality of each element by metric, and the summary."""
-        if self.summary is None:
-            raise broken_answer("the server ended the call without a summary")
-        if self._positions is None or self.received_bytes != self.size_bytes:
-            raise broken_answer(
-                f"the result is incomplete: {self.received_bytes} of {self.size_bytes} bytes "
-                "arrived"
-            )
-        return self._positions, self._quality, self.summary
 
 
 class SmoothCall:
@@ -195,7 +94,8 @@ class SmoothCall:
                 raise broken_answer("the server accepted the job twice")
             self.job_name = response.accepted.job.name
             self.upload.answered = True
-        elif kind == "stop_sending":
+            return decode_job_state(response.accepted.job)  # so that each job reports once
+        if kind == "stop_sending":
             self.upload.stopped = True
         elif kind == "progress":
             return decode_progress(response.progress)
@@ -215,7 +115,7 @@ class AttachCall:
 
     def __init__(self, name: str, request: Request, memory: NDArray[Any] | None) -> None:
         self.job_name = name
-        self.result = Result(request, memory)
+        self.result = Result(request, memory, attached=True)
 
     def first(self) -> bytes:
         """Returns the request of the next attempt."""
@@ -285,6 +185,7 @@ class Attempts:
         self._use = use or TopologyUse()  # how the next attempt names or sends the topology
         self._with_progress = with_progress
         self._in_region = True
+        self._server_ended = False
         self._held = held
         self._early_bytes = MANY_EARLY_BYTES if last_was_accepted else FEW_EARLY_BYTES
 
@@ -343,6 +244,16 @@ class Attempts:
         """
         request = self._request
         place_in_input(error, request.topology.element_count, len(request.points), request.mesh)
+        name_option(error)
+        if error.reason == "INDEX_OUT_OF_RANGE" and request.topology.counts_from_one():
+            error.hint = "the cells seem to count their nodes from 1; subtract 1"
+        _log.info("%s: %s", self._request.request_id, error)
+        if error.reason == SERVER_ENDED:
+            # Once, on the next server: a job may be what ends them.
+            if not may_use_next_server(error) or self._server_ended:
+                raise error
+            self._server_ended = True
+            return 0.0
         if call.region is not None:
             self._in_region = False  # whatever it was, chunks may do
             if _is_about_region(error):

@@ -9,73 +9,28 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Integral
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ._arrays import as_array
+from ._cell_types import (
+    BY_VTK,
+    POLYGON,
+    SIZES,
+    UNFOLDED,
+    CellType,
+    find_type,
+    unknown_name_text,
+    vtk_type_hint,
+    vtk_type_text,
+)
 from ._errors import InvalidMesh
 
 IntArray = NDArray[Any]
 
-
-class CellType(NamedTuple):
-    """A type of cell that may be in a mesh."""
-
-    name: str  # meshio's
-    vtk: int
-    dimension: int
-    node_count: int  # 0: any
-    element: int  # of meshsmooth.v1.ElementType; 0: not an element
-
-
-_TYPES = (
-    CellType("vertex", 1, 0, 1, 0),
-    CellType("poly_vertex", 2, 0, 0, 0),
-    CellType("line", 3, 1, 2, 0),
-    CellType("poly_line", 4, 1, 0, 0),
-    CellType("triangle", 5, 2, 3, 1),
-    CellType("quad", 9, 2, 4, 2),
-    CellType("tetra", 10, 3, 4, 3),
-    CellType("pyramid", 14, 3, 5, 4),
-    CellType("wedge", 13, 3, 6, 5),
-    CellType("hexahedron", 12, 3, 8, 6),
-    CellType("line3", 21, 1, 3, 0),
-    CellType("triangle6", 22, 2, 6, 7),
-    CellType("quad8", 23, 2, 8, 8),
-    CellType("quad9", 28, 2, 9, 9),
-    CellType("tetra10", 24, 3, 10, 10),
-    CellType("pyramid13", 27, 3, 13, 11),
-    CellType("wedge15", 26, 3, 15, 12),
-    CellType("wedge18", 32, 3, 18, 13),
-    CellType("hexahedron20", 25, 3, 20, 14),
-    CellType("hexahedron27", 29, 3, 27, 15),
-)
-_BY_NAME = {kind.name: kind for kind in _TYPES}
-_BY_NAME |= {
-    "point": _BY_NAME["vertex"],
-    "edge": _BY_NAME["line"],
-    "tri": _BY_NAME["triangle"],
-    "quadrilateral": _BY_NAME["quad"],
-    "tet": _BY_NAME["tetra"],
-    "tetrahedron": _BY_NAME["tetra"],
-    "prism": _BY_NAME["wedge"],
-    "hex": _BY_NAME["hexahedron"],
-}
-_BY_VTK = {kind.vtk: kind for kind in _TYPES}
-DIMENSIONS = {kind.name: kind.dimension for kind in _TYPES}
-ELEMENT_TO_VTK = {kind.element: kind.vtk for kind in _TYPES if kind.element}
-_POLYGON = 7
-_SIZES = np.full(256, -1, np.int64)  # nodes of a VTK type; 0: any, -1: not known
-for _kind in _TYPES:
-    _SIZES[_kind.vtk] = _kind.node_count
-_SIZES[_POLYGON] = 0
-
-# VTK lets the normal of a wedge's first triangle point out of the wedge, gmsh into it; the nodes in
-# the middle of edges and faces follow in VTK's order.
-WEDGE_OF_GMSH = [0, 2, 1, 3, 5, 4]
-_TURNED = [*WEDGE_OF_GMSH, 8, 7, 6, 11, 10, 9, 12, 14, 13, 17, 16, 15]
-TURNED_WEDGES = {"wedge": WEDGE_OF_GMSH, "wedge15": _TURNED[:15], "wedge18": _TURNED}
 
 # What is usual for an array of cells without a type; four nodes are a quad or a tetrahedron.
 _BY_WIDTH = {3: "triangle", 5: "pyramid", 6: "wedge", 8: "hexahedron"}
@@ -189,11 +144,12 @@ def _as_node_ids(run: Run) -> IntArray:
     return np.ascontiguousarray(nodes, np.dtype("<i4"))
 
 
-def _unsupported(cell: int, name: str) -> InvalidMesh:
+def _unsupported(cell: int, what: str, hint: str = "") -> InvalidMesh:
     error = InvalidMesh(
-        f"element {cell} is of the type {name}; only triangles, quads, tetrahedra, pyramids, "
-        "wedges and hexahedra of first and second order can be smoothed",
+        f"element {cell} {what}; only triangles, quads, tetrahedra, pyramids, wedges and hexahedra "
+        "of first and second order can be smoothed",
         reason="ELEMENT_NOT_SUPPORTED",
+        hint=hint,
     )
     error.element = cell
     return error
@@ -206,21 +162,35 @@ def _mismatch(what: str) -> InvalidMesh:
 def _runs(cells: Any) -> Iterator[Run]:
     if isinstance(cells, Mapping):
         return _of_blocks(list(cells.items()))
-    if isinstance(cells, np.ndarray) and cells.ndim == 2:
-        return _of_blocks([(_name_by_width(cells), cells)])
-    if isinstance(cells, tuple) and all(np.ndim(array) == 1 for array in cells):
-        arrays = [np.asarray(array) for array in cells]
-        if len(arrays) == 2:
-            return _of_padded(*arrays)
-        if len(arrays) == 3:
-            return of_flat(arrays[2], arrays[0], arrays[1])
+    if isinstance(cells, tuple) and len(cells) in (2, 3) and all(map(_is_row, cells)):
+        arrays = [as_array(array, "the cells") for array in cells]
+        return _of_padded(*arrays) if len(arrays) == 2 else of_flat(arrays[2], *arrays[:2])
+    if _is_rows(cells):
+        rows = as_array(cells, "the cells")
+        return _of_blocks([(_name_by_width(rows), rows)])
     if isinstance(cells, Sequence) and not isinstance(cells, str):
-        return _of_blocks([_type_and_nodes(block) for block in cells])
+        blocks = [_type_and_nodes(block) for block in cells]
+        if all(block is not None for block in blocks):
+            return _of_blocks([block for block in blocks if block is not None])
     raise TypeError(
         f"cells of the type {type(cells).__name__} are not known; they are {{type: array}}, "
         "[(type, array), …], (cells, types) or (offsets, connectivity, types) of VTK, or an array "
         "of one row per triangle, pyramid, wedge or hexahedron"
     )
+
+
+def _is_rows(cells: Any) -> bool:
+    """Whether cells are rows of nodes, all of one type that is not named."""
+    if isinstance(cells, Sequence) and not isinstance(cells, str):
+        return bool(cells) and _is_row(cells[0])
+    foreign = hasattr(cells, "__dlpack__") and not hasattr(cells, "__array__")
+    return foreign or getattr(cells, "ndim", 0) == 2
+
+
+def _is_row(nodes: Any) -> bool:
+    if isinstance(nodes, Sequence) and not isinstance(nodes, str):
+        return all(isinstance(node, Integral) for node in nodes)
+    return getattr(nodes, "ndim", 0) == 1
 
 
 def _name_by_width(cells: IntArray) -> str:
@@ -232,20 +202,23 @@ def _name_by_width(cells: IntArray) -> str:
     )
 
 
-def _type_and_nodes(block: Any) -> tuple[Any, ArrayLike]:
+def _type_and_nodes(block: Any) -> tuple[Any, ArrayLike] | None:
     if hasattr(block, "type") and hasattr(block, "data"):
         return block.type, block.data
-    name, nodes = block
-    return name, nodes
+    if isinstance(block, Sequence) and len(block) == 2 and isinstance(block[0], str | Integral):
+        return block[0], block[1]
+    return None
 
 
 def _of_blocks(blocks: Sequence[tuple[Any, ArrayLike]]) -> Iterator[Run]:
     first = 0
     for name, array in blocks:
-        nodes = np.asarray(array)
-        kind = _BY_NAME.get(name) if isinstance(name, str) else _BY_VTK.get(int(name))
+        nodes = as_array(array, f"the cells of type {name!r}")
+        kind = find_type(name)
         if kind is None and len(nodes):
-            raise _unsupported(first, str(name))
+            if isinstance(name, str):
+                raise _unsupported(first, f"is of the type {unknown_name_text(name)}")
+            raise _unsupported(first, f"is a {vtk_type_text(int(name))}", vtk_type_hint(int(name)))
         if kind is None or len(nodes) == 0:
             continue
         width = kind.node_count
@@ -282,14 +255,27 @@ def of_flat(types: IntArray, offsets: IntArray, connectivity: IntArray) -> Itera
     """VTK's arrays: cell c has `connectivity[offsets[c]:offsets[c + 1]]`."""
     if len(offsets) != len(types) + 1:
         raise _mismatch(f"{len(offsets)} offsets for {len(types)} cells, there must be one more")
+    if offsets.dtype.kind == "u":
+        offsets = offsets.astype(np.int64)  # else their differences wrap round
+    shrinking = np.flatnonzero(np.diff(offsets) < 0)
+    if len(shrinking):
+        error = _mismatch(f"cell {shrinking[0]}: its nodes end before they begin, by the offsets")
+        error.element = int(shrinking[0])
+        raise error
+    if offsets[0] != 0 or offsets[-1] != len(connectivity):
+        raise _mismatch(
+            f"the offsets run from {offsets[0]} to {offsets[-1]}; for a connectivity of "
+            f"{len(connectivity)} nodes they must run from 0 to {len(connectivity)}"
+        )
     return _of_starts(types, offsets[:-1], np.diff(offsets), connectivity)
 
 
 def _sizes_of(types: IntArray) -> NDArray[np.int64]:
-    sizes = _SIZES[np.asarray(types, np.uint8)]
+    sizes = SIZES[np.asarray(types, np.uint8)]
     if len(types) and sizes.min() < 0:
         cell = int(np.flatnonzero(sizes < 0)[0])
-        raise _unsupported(cell, f"VTK cell type {types[cell]}")
+        vtk = int(types[cell])
+        raise _unsupported(cell, f"is a {vtk_type_text(vtk)}", vtk_type_hint(vtk))
     return sizes
 
 
@@ -318,6 +304,8 @@ def _of_starts(
             else:
                 at = starts if len(chosen) == len(types) else starts[chosen]
                 nodes = connectivity[np.asarray(at)[:, None] + np.arange(size)]
+            if vtk in UNFOLDED:
+                nodes = nodes[:, UNFOLDED[vtk][1]]
             yield Run(kind, nodes, chosen)
 
 
@@ -330,12 +318,13 @@ def _in_order(sizes: IntArray) -> list[int]:
 
 
 def _kind_of(vtk: int, size: int, cell: int) -> CellType:
-    if vtk == _POLYGON and size in (3, 4):
+    if vtk == POLYGON and size in (3, 4):
         vtk = 5 if size == 3 else 9
-    kind = _BY_VTK.get(vtk)
+    vtk = UNFOLDED.get(vtk, (vtk,))[0]
+    kind = BY_VTK.get(vtk)
     if kind is None:
-        name = f"polygon of {size} nodes" if vtk == _POLYGON else f"VTK cell type {vtk}"
-        raise _unsupported(cell, name)
+        nodes = size if vtk == POLYGON else None
+        raise _unsupported(cell, f"is a {vtk_type_text(vtk, nodes)}", vtk_type_hint(vtk))
     if kind.node_count not in (0, size):
         raise _mismatch(f"cell {cell} of type {kind.name} has {size} nodes")
     return kind

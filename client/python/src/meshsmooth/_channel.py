@@ -12,7 +12,8 @@ from typing import Any
 
 import grpc
 
-from ._errors import Error, InvalidOption
+from ._errors import SERVER_ENDED, Cancelled, Error, InvalidOption, ServerError, Unavailable
+from ._service_error import CallFacts
 
 SERVER_VARIABLE = "MESHSMOOTH_SERVER"
 
@@ -123,7 +124,7 @@ class TokenFile:
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
-        self._path = path
+        self.path = path
         self._token = self._read_token()
 
     def __call__(self) -> str:
@@ -132,7 +133,7 @@ class TokenFile:
         return self._token
 
     def _read_token(self) -> str:
-        content = _read("token_file", self._path) or b""
+        content = _read("token_file", self.path) or b""
         lines = content.decode("ascii", "replace").splitlines()
         return checked_token(lines[0] if lines else "", "token_file")
 
@@ -159,11 +160,63 @@ def is_local(address: str) -> bool:
 
 @dataclass(frozen=True)
 class Endpoint:
-    """A server and what it needs to know of its caller."""
+    """A server and what it needs to know of its caller.
 
-    address: str
+    Attributes:
+        fixed_address: of the server; None: that of the local server of this process, which is
+            another one after each end of a server.
+        of_environment: its variables say all this.
+    """
+
+    fixed_address: str | None
     tls: Tls | None = None
     token: Token | None = None
+    of_environment: bool = False
+
+    @property
+    def address(self) -> str:
+        """The address of the server; starts the local one unless it runs.
+
+        Raises:
+            Unavailable: no local server can be started.
+        """
+        return _local_address() if self.fixed_address is None else self.fixed_address
+
+    def portable(self) -> tuple[str | None, Tls | None, str | os.PathLike[str] | None]:
+        """Returns address, TLS and file of the token, for another process.
+
+        None of the address: as the other process's environment says, as it was here.
+
+        Raises:
+            TypeError: there is a token that is not in a file.
+        """
+        if self.of_environment:
+            return None, None, None
+        if self.token is None or isinstance(self.token, TokenFile):
+            return self.fixed_address, self.tls, getattr(self.token, "path", None)
+        raise TypeError(
+            "a client with a token cannot be pickled, the token would travel with it; use "
+            "token_file=… or $MESHSMOOTH_CLIENT_TOKEN"
+        )
+
+    def explain(self, error: Error, facts: CallFacts) -> Error:
+        """Returns the error of a call; that of the server's end if a local server has ended."""
+        broken = isinstance(error, Unavailable | ServerError | Cancelled) and not error.reason
+        if not broken or facts.cancelled_by_caller or not is_local(facts.server):
+            return error
+        from ._local import failure_at  # not at the top, as in `_local_address`
+
+        failure = failure_at(facts.server)
+        if failure is None:
+            return error
+        another = self.fixed_address is None
+        return Unavailable(
+            failure,
+            reason=SERVER_ENDED,
+            code=error.code,
+            hint="the next call starts another" if another else "",
+            retry_delay=0.0 if another else None,
+        )
 
     def metadata(self) -> list[tuple[str, str]]:
         """Returns the token's metadata of one call."""
@@ -171,6 +224,11 @@ class Endpoint:
             return []
         token = self.token if isinstance(self.token, str) else self.token()
         return [("authorization", f"Bearer {token}")]
+
+
+def may_use_next_server(error: Error) -> bool:
+    """Whether the same call may go to another local server in place of one that has ended."""
+    return error.reason == SERVER_ENDED and error._retry_delay is not None
 
 
 def make_endpoint(
@@ -188,7 +246,11 @@ def make_endpoint(
     """
     own_address = address is not None
     if address is None:
-        address = os.environ.get(SERVER_VARIABLE) or _local_address()
+        address = os.environ.get(SERVER_VARIABLE) or None
+    elif not isinstance(address, str):
+        raise TypeError(f'an address is a text as in "127.0.0.1:50051", not {address!r}')
+    if tls is not None and not isinstance(tls, Tls | bool):
+        raise TypeError(f"tls is an ms.Tls or True, not {tls!r}; a file is ms.Tls(ca=…)")
     if not own_address and tls is None:
         tls = _tls_of_environment()
     if not own_address and token is None and token_file is None:
@@ -201,9 +263,9 @@ def make_endpoint(
     elif token_file is not None:
         token = TokenFile(token_file)
     secure = Tls() if tls is True else tls or None
-    if secure is None and token is not None and not is_local(address):
+    if secure is None and token is not None and address is not None and not is_local(address):
         raise _unusable("token", f"the token would travel to {address} in clear; use TLS")
-    return Endpoint(address, secure, token)
+    return Endpoint(address, secure, token, of_environment=not own_address)
 
 
 def _tls_of_environment() -> Tls | None:
@@ -225,37 +287,3 @@ def _local_address() -> str:
     from ._local import default_server
 
     return str(default_server().address)
-
-
-class ForkGuard:
-    """Refuses the use of gRPC in a process that was forked while gRPC was in use.
-
-    gRPC's threads do not survive fork(); a call in the child would wait for ever.
-    """
-
-    def __init__(self) -> None:
-        self._used = False
-        self._refused = False
-        if hasattr(os, "register_at_fork"):
-            os.register_at_fork(after_in_child=self._forked)
-
-    def _forked(self) -> None:
-        self._refused = self._used
-
-    def check(self) -> None:
-        """Notes that gRPC is used.
-
-        Raises:
-            Error: FORKED.
-        """
-        if self._refused:
-            raise Error(
-                "this process was forked after its parent had used a meshsmooth client, which "
-                "gRPC does not survive",
-                reason="FORKED",
-                hint='use multiprocessing.get_context("spawn"), or fork before the first call',
-            )
-        self._used = True
-
-
-fork_guard = ForkGuard()

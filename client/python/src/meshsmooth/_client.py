@@ -6,20 +6,27 @@ import collections
 import functools
 import os
 from collections.abc import Callable, Iterable, Iterator
-from typing import Any, Literal, TypeVar, Unpack, overload
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
 from numpy.typing import NDArray
 
-from . import _channel, _options, _rpc
+from . import _channel, _rpc
 from ._channel import Tls, Token
 from ._connection import Connection
+from ._errors import out_of_range
 from ._job import Control, Job
-from ._options import JobOptions, MoveOptions
+from ._job_options import MOVE_OPTIONS, Duration, JobOptions, MoveOptions
 from ._progress import Progress, Tee, make_display
-from ._result import SmoothResult, Steps, prepare, prepare_move
+from ._request import Request
+from ._result import Finish, SmoothResult, prepare, prepare_move
 from ._session import Session
+from ._signature import with_options
+from ._steps import Steps
 from ._summary import QualityStats
 from .v1 import smoothing_pb2 as pb
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 M = TypeVar("M")
 Array = NDArray[Any]
@@ -73,6 +80,14 @@ class Client:
     def __exit__(self, *_: object) -> None:
         self.close()
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A client of the same server, as in a graph of dask; it connects anew.
+
+        Raises:
+            TypeError: a token that is not in a file or the environment does not travel.
+        """
+        return _connect, self._connection.endpoint.portable()
+
     def __repr__(self) -> str:
         return f"meshsmooth.Client({self.address!r})"
 
@@ -95,6 +110,11 @@ class Client:
         full: Literal[True],
         **options: Unpack[JobOptions],
     ) -> SmoothResult[M]: ...
+    @overload
+    def smooth(
+        self, mesh: M, *, full: bool, **options: Unpack[JobOptions]
+    ) -> M | SmoothResult[M]: ...
+    @with_options()
     def smooth(
         self,
         mesh: Any,
@@ -111,7 +131,6 @@ class Client:
                 returned in place of a mesh. After an error it is unchanged if it shares memory with
                 `mesh`, else undefined.
             full: return a `SmoothResult` with `.mesh` and `.summary`.
-            **options: see docs/python.md.
 
         Raises:
             InvalidMesh: the mesh cannot be smoothed.
@@ -120,9 +139,7 @@ class Client:
             KeyboardInterrupt: on Ctrl-C; the job is cancelled on the server.
         """
         request, finish = prepare(mesh, options, out, full)
-        return self._connection.smooth(
-            request, finish, Control(), make_display(options.get("progress"))
-        )
+        return self._run(request, finish, options)
 
     @overload
     def move(
@@ -141,6 +158,11 @@ class Client:
         full: Literal[True],
         **options: Unpack[MoveOptions],
     ) -> SmoothResult[M]: ...
+    @overload
+    def move(
+        self, mesh: M, *, full: bool, **options: Unpack[MoveOptions]
+    ) -> M | SmoothResult[M]: ...
+    @with_options(MOVE_OPTIONS)
     def move(
         self,
         mesh: Any,
@@ -158,20 +180,21 @@ class Client:
             mesh: of any kind that docs/python.md lists; it is unchanged.
             out: as of `smooth`.
             full: return a `SmoothResult` with `.mesh` and `.summary`.
-            **options: one of `displacement`, an array [nodes, 2 or 3] or the name of a node array,
-                and `to`, positions of all nodes or a mesh with the same elements. Only what they
-                say of the nodes `prescribed` counts: a boolean mask, indices, the name of a node
-                array or set, or a list of names [nodes on the boundary that are not fixed]. The
-                others are those of `smooth`; `method` may be an `ms.Move`.
+            **options: one of `displacement` and `to`. Only what they say of the nodes
+                `prescribed` counts. The others are those of `smooth`; `method` may be an `ms.Move`.
 
         Raises:
             InvalidMesh: the mesh or a prescribed node is wrong.
             Error: as `smooth`.
         """
         request, finish = prepare_move(mesh, options, out, full)
-        return self._connection.smooth(
-            request, finish, Control(), make_display(options.get("progress"))
-        )
+        return self._run(request, finish, options)
+
+    def _run(self, request: Request, finish: Finish, options: JobOptions) -> Any:
+        display = make_display(options.get("progress"))
+        result = self._connection.smooth(request, finish, Control(), display)
+        finish.warn()
+        return result
 
     @overload
     def submit(
@@ -181,6 +204,7 @@ class Client:
     def submit(
         self, mesh: M, *, full: Literal[True], **options: Unpack[JobOptions]
     ) -> Job[SmoothResult[M]]: ...
+    @with_options()
     def submit(self, mesh: Any, *, full: bool = False, **options: Unpack[JobOptions]) -> Any:
         """Starts a job and returns its future at once; arguments as of `smooth`.
 
@@ -197,7 +221,9 @@ class Client:
     ) -> Job[Any]:
         request, finish = prepare(mesh, options, None, full)
         control = Control()
-        job: Job[Any] = Job(self, request.request_id, control, kept="result_ttl" in options)
+        job: Job[Any] = Job(
+            self, request.request_id, control, kept="result_ttl" in options, warn=finish.warn
+        )
         display = make_display(options.get("progress"), alone=False)
         job._start(
             functools.partial(
@@ -229,6 +255,7 @@ class Client:
         full: Literal[True],
         **options: Unpack[JobOptions],
     ) -> Iterator[SmoothResult[M]]: ...
+    @with_options()
     def map(
         self,
         meshes: Iterable[Any],
@@ -247,13 +274,12 @@ class Client:
             meshes: of any kind.
             max_in_flight: jobs at a time, 1 or more.
             full: yield a `SmoothResult` for each mesh.
-            **options: as of `smooth`, for all meshes.
 
         Raises:
             InvalidOption: `max_in_flight` is below 1.
         """
         if max_in_flight < 1:
-            raise _options.out_of_range("max_in_flight", "max_in_flight must be 1 or more")
+            raise out_of_range("max_in_flight", "max_in_flight must be 1 or more")
         return self._map(meshes, max_in_flight, full, options)
 
     def _map(
@@ -263,14 +289,22 @@ class Client:
         try:
             for mesh in meshes:
                 if len(jobs) >= max_in_flight:
-                    yield jobs.popleft().result()
+                    yield self._first_result(jobs)
                 jobs.append(self._submit(mesh, full, options, patient=True))
             while jobs:
-                yield jobs.popleft().result()
+                yield self._first_result(jobs)
         finally:
             for job in jobs:
                 job.cancel()
 
+    @staticmethod
+    def _first_result(jobs: collections.deque[Job[Any]]) -> Any:
+        """Waits for the first job, which stays in the queue until then, to be cancelled."""
+        result = jobs[0].result()
+        jobs.popleft()
+        return result
+
+    @with_options()
     def session(self, mesh: Any, **options: Unpack[JobOptions]) -> Session:
         """Opens a session for many jobs on the elements of a mesh whose nodes move.
 
@@ -288,7 +322,7 @@ class Client:
         name: str,
         mesh: M,
         *,
-        timeout: _options.Duration | None = None,
+        timeout: Duration | None = None,
         progress: bool | Callable[[Progress], object] = False,
     ) -> Job[M]:
         """Returns the future of a job that was sent with `result_ttl`.
@@ -302,7 +336,7 @@ class Client:
         options: JobOptions = {} if timeout is None else {"timeout": timeout}
         request, finish = prepare(mesh, options, None, False)
         control = Control()
-        job: Job[M] = Job(self, "", control, kept=True)
+        job: Job[M] = Job(self, "", control, kept=True, warn=finish.warn)
         display = Tee(job._note, make_display(progress))
         control.job_name = name
         job._start(
@@ -357,6 +391,16 @@ class Client:
         """Returns whether the server serves, as grpc.health.v1 reports."""
         return _rpc.is_serving(self._connection.unary(_rpc.HEALTH, _rpc.Empty(), timeout))
 
+    @with_options()
     def quality(self, mesh: Any, **options: Unpack[JobOptions]) -> QualityStats:
         """Evaluates a mesh; see `meshsmooth.quality`."""
-        return self.smooth(mesh, full=True, **_rpc.evaluate_only(options)).summary.quality_before
+        evaluate = _rpc.evaluate_only(options)
+        result: SmoothResult[Any] = self.smooth(mesh, full=True, **evaluate)
+        return result.summary.quality_before
+
+
+def _connect(
+    address: str | None, tls: Tls | None, token_file: str | os.PathLike[str] | None
+) -> Client:
+    """Makes the client that was pickled."""
+    return Client(address, tls=tls, token_file=token_file)

@@ -13,7 +13,8 @@ from typing import Any, cast
 import grpc
 
 from . import _call, _channel, _rpc
-from ._errors import Error
+from ._errors import SERVER_ENDED, Error, Unavailable
+from ._fork_guard import fork_guard
 from ._job import Control
 from ._progress import Display, Progress, closing
 from ._region import Lease, RegionPool
@@ -46,12 +47,19 @@ class Connection:
         self._endpoint = endpoint
         self._lock = threading.Lock()
         self._channel: Any = None
+        self._channel_address = ""
         self._pid = 0  # of the process that the channel belongs to
+        self._closed = False
         self._last_was_accepted = False
         self._regions: RegionPool | None = None
         if RegionPool.possible(endpoint.address):
             self._regions = RegionPool(_leasing(weakref.ref(self)))
             weakref.finalize(self, self._regions.close)
+
+    @property
+    def endpoint(self) -> _channel.Endpoint:
+        """The server and what it needs to know of its caller."""
+        return self._endpoint
 
     @property
     def address(self) -> str:
@@ -63,27 +71,45 @@ class Connection:
         if self._regions is not None:
             self._regions.close()
         with self._lock:
+            self._closed = True
             channel, self._channel = self._channel, None
             if channel is not None and self._pid == os.getpid():
                 channel.close()
 
     def _own_channel(self) -> Any:
-        _channel.fork_guard.check()
+        fork_guard.check()
         with self._lock:
-            if self._channel is None or self._pid != os.getpid():
-                endpoint = self._endpoint
-                options = _channel.channel_options(endpoint.address, endpoint.tls)
+            if self._closed:
+                raise ValueError("the client is closed")
+            endpoint = self._endpoint
+            address = endpoint.address
+            own = self._pid == os.getpid()
+            # The channel to a local server that has ended is dropped, not closed: its calls end
+            # with their own errors.
+            if self._channel is None or not own or address != self._channel_address:
+                options = _channel.channel_options(address, endpoint.tls)
                 self._channel = (
-                    grpc.insecure_channel(endpoint.address, options)
+                    grpc.insecure_channel(address, options)
                     if endpoint.tls is None
                     else grpc.secure_channel(
-                        endpoint.address, _channel.channel_credentials(endpoint.tls), options
+                        address, _channel.channel_credentials(endpoint.tls), options
                     )
                 )
-                self._pid = os.getpid()
+                self._channel_address, self._pid = address, os.getpid()
             return self._channel
 
+    def _error_of(self, failed: grpc.RpcError, facts: CallFacts) -> Error:
+        return self._endpoint.explain(to_error(failed, facts), facts)  # type: ignore[arg-type]
+
     def unary(self, method: _rpc.Unary, request: Any, timeout: float = _rpc.SHORT_TIMEOUT) -> Any:
+        try:
+            return self._unary(method, request, timeout)
+        except Unavailable as error:
+            if not _channel.may_use_next_server(error):
+                raise
+        return self._unary(method, request, timeout)
+
+    def _unary(self, method: _rpc.Unary, request: Any, timeout: float) -> Any:
         call = self._own_channel().unary_unary(
             method.path,
             request_serializer=_rpc.serialize,
@@ -91,8 +117,9 @@ class Connection:
         )
         try:
             return call(request, timeout=timeout, metadata=self._endpoint.metadata())
-        except grpc.RpcError as error:
-            raise to_error(error, CallFacts(self.address, timeout)) from None  # type: ignore[arg-type]
+        except grpc.RpcError as failed:
+            error = self._error_of(failed, CallFacts(self._channel_address, timeout))
+        raise error  # here, without gRPC's as its context, which cannot be pickled
 
     def smooth(
         self,
@@ -135,7 +162,6 @@ class Connection:
         display: Display | None,
         left: float,
     ) -> None:
-        facts = functools.partial(CallFacts, self.address, request.timeout)
         try:
             if call.region is not None:  # its only message goes at once
                 stream = self._own_channel().unary_stream(_call.SMOOTH)(
@@ -144,6 +170,7 @@ class Connection:
                 wake = threading.Event()
             else:
                 stream, wake = self._send_chunks(call, left)
+            facts = functools.partial(CallFacts, self._channel_address, request.timeout)
 
             def receive(message: bytes) -> Progress | None:
                 progress = call.receive(message)
@@ -188,7 +215,6 @@ class Connection:
     ) -> Any:
         retry = Retry(request.timeout, request.max_attempts)
         call = _call.AttachCall(name, request, finish.memory)
-        facts = functools.partial(CallFacts, self.address, request.timeout)
         with closing(display):
             while True:
                 control.check()
@@ -197,15 +223,18 @@ class Connection:
                     stream = self._own_channel().unary_stream(_call.ATTACH)(
                         call.first(), timeout=retry.left(), metadata=self._endpoint.metadata()
                     )
+                    facts = functools.partial(CallFacts, self._channel_address, request.timeout)
                     self._drain(stream, call.receive, control, display, facts, lambda: True)
                     return finish(call.result, name)
                 except Error as error:
+                    if error.reason == SERVER_ENDED:
+                        raise  # and the job with it
                     if call.result.received_bytes > before:
                         retry.succeeded_in_part()
                     control.wait(retry.delay_after(error))
 
-    @staticmethod
     def _drain(
+        self,
         stream: Any,
         receive: Callable[[bytes], Progress | None],
         control: Control,
@@ -220,16 +249,18 @@ class Connection:
                 progress = receive(message)
                 if progress is not None and display is not None and display(progress) is False:
                     control.cancel()
-        except grpc.RpcError as error:
-            raise to_error(
-                error,  # type: ignore[arg-type]
-                facts(cancelled_by_caller=control.cancelled, answered=answered()),
-            ) from None
+            control.check()  # cancelled, if the job has ended meanwhile too
+            return
+        except grpc.RpcError as failed:
+            error = self._error_of(
+                failed, facts(cancelled_by_caller=control.cancelled, answered=answered())
+            )
         except BaseException:
             stream.cancel()
             raise
         finally:
             control.end()
+        raise error  # as in `unary`
 
     def _interrupted(self, control: Control, request: Request) -> None:
         """Ends a job that would outlive its call."""

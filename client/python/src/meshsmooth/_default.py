@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import os
 import threading
-from typing import Any, Literal, TypeVar, Unpack, overload
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
 from numpy.typing import NDArray
 
 from ._client import Client
-from ._options import JobOptions, MoveOptions
+from ._job_options import MOVE_OPTIONS, JobOptions, MoveOptions
 from ._result import SmoothResult
+from ._signature import with_options
 from ._summary import QualityStats
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 M = TypeVar("M")
 
@@ -54,12 +58,31 @@ def smooth(
     full: Literal[True],
     **options: Unpack[JobOptions],
 ) -> SmoothResult[M]: ...
-def smooth(mesh: Any, **keywords: Any) -> Any:
-    """Smooths a mesh and returns one of the same kind; see `Client.smooth`.
+@overload
+def smooth(mesh: M, *, full: bool, **options: Unpack[JobOptions]) -> M | SmoothResult[M]: ...
+@with_options()
+def smooth(
+    mesh: Any, *, out: NDArray[Any] | None = None, full: bool = False, **options: Any
+) -> Any:
+    """Smooths a mesh and returns one of the same kind; the argument is unchanged.
 
     The server is that of `$MESHSMOOTH_SERVER`, or one that this process starts.
+
+        >>> better = ms.smooth(grid)
+        >>> result = ms.smooth(grid, full=True, goal="worst", boundary="slide")
+        >>> print(result.summary)
+
+    Args:
+        mesh: of PyVista, VTK, meshio, trimesh, scikit-fem, `(points, cells)`, or an `ms.MeshData`.
+        out: array [nodes, 2 or 3] for the positions, which is then returned in place of a mesh.
+        full: return a `SmoothResult` with `.mesh` and `.summary`. Without it there is a
+            RuntimeWarning if elements of the result are inverted.
+
+    Raises:
+        Error: and its subclasses; see `Client.smooth`.
     """
-    return default_client().smooth(mesh, **keywords)
+    client: Any = default_client()
+    return client.smooth(mesh, out=out, full=full, **options)
 
 
 @overload
@@ -80,19 +103,37 @@ def move(
     full: Literal[True],
     **options: Unpack[MoveOptions],
 ) -> SmoothResult[M]: ...
-def move(mesh: Any, **keywords: Any) -> Any:
-    """Moves nodes of a mesh to given positions; the others follow; see `Client.move`.
+@overload
+def move(mesh: M, *, full: bool, **options: Unpack[MoveOptions]) -> M | SmoothResult[M]: ...
+@with_options(MOVE_OPTIONS)
+def move(mesh: Any, *, out: NDArray[Any] | None = None, full: bool = False, **options: Any) -> Any:
+    """Moves nodes to given positions and lets the rest follow; returns a mesh of the same kind.
 
-    The server is that of `smooth`.
-    """
-    return default_client().move(mesh, **keywords)
+    The mesh must be valid, and the result is. The server is that of `smooth`.
 
-
-def quality(mesh: Any, **options: Unpack[JobOptions]) -> QualityStats:
-    """Evaluates a mesh of any kind and returns statistics and histograms of each metric.
+        >>> moved = ms.move(grid, displacement="u", prescribed="wall")
 
     Args:
-        mesh: of any kind that docs/python.md lists.
-        **options: `timeout`, `backend` and the like.
+        mesh: as of `smooth`.
+        out: as of `smooth`.
+        full: return a `SmoothResult`; `summary.motion.reached` is below 1 if the motion is too
+            hard. Without it there is a RuntimeWarning then.
+
+    Raises:
+        Error: and its subclasses; see `Client.move`.
+    """
+    client: Any = default_client()
+    return client.move(mesh, out=out, full=full, **options)
+
+
+@with_options()
+def quality(mesh: Any, **options: Unpack[JobOptions]) -> QualityStats:
+    """Evaluates a mesh and returns statistics and histograms of each metric; moves nothing.
+
+        >>> print(ms.quality(grid))
+        >>> ms.quality(grid).metric("mean_ratio").min
+
+    Args:
+        mesh: as of `smooth`.
     """
     return default_client().quality(mesh, **options)

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+SERVER_ENDED = "SERVER_ENDED"  # the reason of calls to a local server that has ended by itself
+
 
 class Error(Exception):
     """A failed call.
@@ -119,3 +121,13 @@ class ServerError(Error):
     """
 
     incident: str = ""
+
+
+def out_of_range(field: str, what: str) -> InvalidOption:
+    """Returns the error of an option with a value that it cannot have."""
+    return InvalidOption(what, reason="OPTION_OUT_OF_RANGE", details={"field": field})
+
+
+def misplaced(field: str, what: str) -> InvalidOption:
+    """Returns the error of an option that means nothing where it is."""
+    return InvalidOption(what, reason="OPTION_MISPLACED", details={"field": field})

@@ -5,7 +5,7 @@ from __future__ import annotations
 import concurrent.futures
 import threading
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from ._errors import Cancelled, Error
 from ._progress import Progress
@@ -62,23 +62,32 @@ class Control:
             raise Cancelled("cancelled", code="CANCELLED")
 
 
-class Job(Generic[R]):
-    """A job under way.
+class Job(concurrent.futures.Future[R]):
+    """A job under way; a future that `concurrent.futures.wait` and `as_completed` take too.
 
     Attributes:
         request_id: the UUID under which the same job can be joined.
     """
 
-    def __init__(self, client: Client, request_id: str, control: Control, *, kept: bool) -> None:
+    def __init__(
+        self,
+        client: Client,
+        request_id: str,
+        control: Control,
+        *,
+        kept: bool,
+        warn: Callable[[], None],
+    ) -> None:
+        super().__init__()
         self.request_id = request_id
         self._client = client
         self._control = control
         self._kept = kept
-        self._future: concurrent.futures.Future[R] = concurrent.futures.Future()
+        self._warn = warn
         self._progress: Progress | None = None
 
     def _start(self, run: Callable[[], R]) -> None:
-        self._future.set_running_or_notify_cancel()
+        self.set_running_or_notify_cancel()
         # A daemon: a job that nobody waits for must not keep the interpreter alive.
         threading.Thread(target=self._run, args=(run,), name="meshsmooth-job", daemon=True).start()
 
@@ -86,9 +95,9 @@ class Job(Generic[R]):
         try:
             result = run()
         except BaseException as error:
-            self._future.set_exception(error)
+            self.set_exception(error)
         else:
-            self._future.set_result(result)
+            self.set_result(result)
 
     def _note(self, progress: Progress) -> None:
         self._progress = progress
@@ -113,15 +122,14 @@ class Job(Generic[R]):
             TimeoutError: the job is still under way; it continues.
             Error: that the job ended with.
         """
-        return self._future.result(timeout)
-
-    def exception(self, timeout: float | None = None) -> BaseException | None:
-        """Waits for the end and returns the error; None if the job succeeded."""
-        return self._future.exception(timeout)
-
-    def done(self) -> bool:
-        """Returns whether the job has ended, whatever its result."""
-        return self._future.done()
+        try:
+            result = super().result(timeout)
+        except concurrent.futures.TimeoutError as error:
+            if isinstance(error, TimeoutError):
+                raise
+            raise TimeoutError from None  # Python 3.10 has two of them
+        self._warn()
+        return result
 
     def cancel(self, *, keep_result: bool = False) -> bool:
         """Cancels the job on the server; returns False if it has ended already.
@@ -142,10 +150,6 @@ class Job(Generic[R]):
         if not keep_result:
             self._control.cancel()
         return True
-
-    def add_done_callback(self, function: Callable[[Job[R]], object]) -> None:
-        """Calls `function(job)` when the job has ended, in the job's thread, or now if it has."""
-        self._future.add_done_callback(lambda _: function(self))
 
     def __repr__(self) -> str:
         state = "done" if self.done() else str(self._progress or "under way")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import collections
 import contextlib
 import os
 import socket
@@ -159,9 +160,9 @@ class LocalServer:
             process = ServerProcess(name, command, _environment(), _remove_socket)
         else:
             container = Container(self._engine)
-            flags = _flags(settings | {
-                "listen": container.listen, "insecure": True,
-                "i-accept-old-grpc": True})  # published on loopback only
+            flags = _flags(
+                settings | {"listen": container.listen, "insecure": True, "i-accept-old-grpc": True}
+            )  # published on loopback only
             command = container.command(self._container, self._engine_options, flags)
             name = f"the container of {self._container}"
             process = ServerProcess(name, command, os.environ, lambda _: container.remove())
@@ -185,6 +186,8 @@ class LocalServer:
 _servers: weakref.WeakSet[LocalServer] = weakref.WeakSet()
 _default: LocalServer | None = None
 _default_lock = threading.Lock()
+# Addresses and ends of those that were replaced while calls to them were under way.
+_endings: collections.deque[tuple[str | None, str]] = collections.deque(maxlen=8)
 
 
 def default_server() -> LocalServer:
@@ -194,9 +197,25 @@ def default_server() -> LocalServer:
     """
     global _default
     with _default_lock:
-        if _default is None or _default.closed or _default.failure() is not None:
+        failure = None if _default is None else _default.failure()
+        if _default is not None and failure is not None:
+            _endings.append((_default._address, failure))
+        if _default is None or _default.closed or failure is not None:
             _default = LocalServer()
         return _default
+
+
+def failure_at(address: str, wait: float = 5.0) -> str | None:
+    """How the local server at an address ended by itself; None if it runs or is none of ours.
+
+    Args:
+        address: as `LocalServer.address`.
+        wait: seconds to wait for its end, as of `LocalServer.failure`.
+    """
+    for server in list(_servers):
+        if server._address == address:
+            return server.failure(wait)
+    return dict(_endings).get(address)
 
 
 def _flags(settings: Mapping[str, Setting]) -> list[str]:
@@ -225,14 +244,15 @@ def _accepts(address: str) -> bool:
 
 
 def _remove_socket(listen: str | None) -> None:
-    """Removes what a killed server has left; one that ends by itself removes both."""
+    """Removes what a killed server has left; one that ends by itself removes all of it."""
     if listen is None:
         return
-    path = listen.removeprefix("unix:")
+    folder = os.path.dirname(listen.removeprefix("unix:"))
+    for name in ("socket", "region"):
+        with contextlib.suppress(OSError):
+            os.unlink(os.path.join(folder, name))
     with contextlib.suppress(OSError):
-        os.unlink(path)
-    with contextlib.suppress(OSError):
-        os.rmdir(os.path.dirname(path))
+        os.rmdir(folder)
 
 
 def _after_fork_in_child() -> None:

@@ -11,8 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ._arrays import as_array, as_coordinates
+from ._cell_types import VOLUMES
 from ._cells import Cells, parse_cells
-from ._errors import InvalidMesh, InvalidOption
+from ._errors import InvalidMesh, InvalidOption, out_of_range
 from ._facets import inner_nodes
 
 
@@ -62,19 +64,13 @@ class Mesh:
     """A mesh as it travels, and how the caller numbers and types it."""
 
     def __init__(self, data: MeshData) -> None:
-        points = np.asarray(data.points)
-        if points.ndim != 2 or points.shape[1] not in (2, 3):
-            raise InvalidMesh(
-                f"the points have the shape {points.shape}, they need (nodes, 2) or (nodes, 3)",
-                reason="ARRAY_SIZE_MISMATCH",
-                details={"array": "COORDINATES"},
-            )
+        points = as_coordinates(data.points, "the points")
+        self.points = to_wire(points)
         self._data = data
         self.width: int = points.shape[1]
         self.dtype: np.dtype[Any] = (
             points.dtype if points.dtype.kind == "f" else np.dtype(np.float64)
         )
-        self.points = to_wire(points)
 
     def moved(self, points: NDArray[Any]) -> Mesh:
         """Returns the mesh with other positions [nodes, 2 or 3] of float32 or float64."""
@@ -91,7 +87,22 @@ class Mesh:
     @functools.cached_property
     def cells(self) -> Cells:
         """The cells, parsed at first use: a session's steps have no need of them."""
-        return parse_cells(self._data.cells)
+        cells = parse_cells(self._data.cells)
+        if self.width == 2 and any(VOLUMES[block.element_type] for block in cells.blocks):
+            raise InvalidMesh(
+                "the points have 2 coordinates, the cells of a volume need 3",
+                reason="ARRAY_SIZE_MISMATCH",
+                details={"array": "COORDINATES"},
+            )
+        return cells
+
+    def has_elements_of(self, other: Mesh) -> bool:
+        """Returns whether it has the same elements of the same nodes, in the same order."""
+        blocks = self.cells.blocks, other.cells.blocks
+        return len(blocks[0]) == len(blocks[1]) and all(
+            mine.element_type == theirs.element_type and np.array_equal(mine.nodes, theirs.nodes)
+            for mine, theirs in zip(*blocks, strict=True)
+        )
 
     @property
     def node_count(self) -> int:
@@ -130,8 +141,20 @@ class Mesh:
         return result
 
 
-def to_wire(points: NDArray[Any]) -> NDArray[Any]:
-    """Returns positions as they travel: [nodes, 3], little-endian float32 or float64, C order."""
+def to_wire(points: NDArray[Any], width: int | None = None) -> NDArray[Any]:
+    """Returns positions as they travel: [nodes, 3], little-endian float32 or float64, C order.
+
+    Raises:
+        InvalidMesh: they have another shape than [nodes, 2 or 3], or than [nodes, `width`].
+    """
+    widths = (2, 3) if width is None else (width,)
+    if points.ndim != 2 or points.shape[1] not in widths:
+        need = " or ".join(f"(nodes, {allowed})" for allowed in widths)
+        raise InvalidMesh(
+            f"the points have the shape {points.shape}, they need {need}",
+            reason="ARRAY_SIZE_MISMATCH",
+            details={"array": "COORDINATES"},
+        )
     dtype = np.dtype("<f4") if points.dtype.itemsize <= 4 else np.dtype("<f8")
     if points.dtype.kind != "f":
         dtype = np.dtype("<f8")
@@ -192,13 +215,13 @@ def chosen_nodes(mesh: Mesh, chosen: Any, field_name: str) -> NDArray[Any]:
         for name in names:
             _mark_by_name(mask, mesh, name, field_name)
         return np.flatnonzero(mask)
-    return _node_indices(mesh, np.asarray(chosen), field_name)
+    return _node_indices(mesh, as_array(chosen, field_name), field_name)
 
 
 def _node_indices(mesh: Mesh, chosen: NDArray[Any], field_name: str) -> NDArray[Any]:
     if chosen.dtype == np.bool_:
         if chosen.shape != (mesh.node_count,):
-            raise _out_of_range(
+            raise out_of_range(
                 field_name,
                 f"the mask has the shape {chosen.shape}, the mesh has {mesh.node_count} nodes",
             )
@@ -206,12 +229,12 @@ def _node_indices(mesh: Mesh, chosen: NDArray[Any], field_name: str) -> NDArray[
     if chosen.size == 0:
         return np.zeros(0, np.int64)
     if chosen.dtype.kind not in "iu" or chosen.ndim != 1:
-        raise _out_of_range(
+        raise out_of_range(
             field_name,
             f"{field_name} takes a boolean mask, indices of nodes, or the name of an array or set",
         )
     if len(chosen) == mesh.node_count > 2 and chosen.max() <= 1:
-        raise _out_of_range(
+        raise out_of_range(
             field_name,
             f"{field_name} has a 0 or 1 for each node, which as indices are the first two nodes; "
             f"for a mask give {field_name}.astype(bool)",
@@ -224,7 +247,7 @@ def _mark(mask: NDArray[np.uint8], nodes: NDArray[Any], field_name: str = "") ->
     outside = (nodes < 0) | (nodes >= len(mask))
     if outside.any():
         if field_name:
-            raise _out_of_range(
+            raise out_of_range(
                 field_name,
                 f"node {nodes[outside][0]} is not in the mesh; its nodes count from 0 to "
                 f"{len(mask) - 1}",
@@ -246,7 +269,7 @@ def _mark_by_name(mask: NDArray[np.uint8], mesh: Mesh, name: str, field_name: st
             mask[(values != 0) & (values == values)] = 1  # neither 0 nor NaN
     if not found:
         arrays = _names_of_shape(data.point_data, mask.shape)
-        raise _unknown(
+        raise unknown_name(
             "no node set and no node array of one number a node", name, data.node_sets, arrays
         )
 
@@ -261,92 +284,11 @@ def node_vectors(mesh: Mesh, name: str) -> NDArray[Any]:
     if name in arrays and np.shape(arrays[name]) == shape:
         return np.asarray(arrays[name])
     what = f"no node array of {mesh.width} numbers a node"
-    raise _unknown(what, name, _names_of_shape(arrays, shape))
+    raise unknown_name(what, name, _names_of_shape(arrays, shape))
 
 
-# Cell arrays that tell regions, as the command line takes them: Gmsh's physical groups, Medit's
-# references, TetGen's first attribute, Gmsh's entities; in files that it converted, the materials
-# of Abaqus, the cell zones of OpenFOAM and the zones of SU2.
-_REGION_ARRAYS = (
-    "gmsh:physical",
-    "medit:ref",
-    "tetgen:attribute_0",
-    "gmsh:geometrical",
-    "abaqus:material",
-    "foam:cell_zone",
-    "su2:zone",
-)
-
-
-def element_regions(mesh: Mesh, regions: Any, free_boundary: bool) -> NDArray[np.int32] | None:
-    """Returns the region of each element, or None if there is only one.
-
-    Args:
-        mesh: the mesh.
-        regions: "auto", None, the name of a cell array, or one whole number per cell or element.
-        free_boundary: nodes between regions are free too.
-    """
-    automatic = isinstance(regions, str) and regions == "auto"
-    if regions is None or (automatic and free_boundary):
-        return None
-    if free_boundary:
-        raise InvalidOption(
-            'regions mean nothing with boundary="free", which frees interfaces too',
-            reason="OPTION_MISPLACED",
-            details={"field": "regions"},
-        )
-    if automatic:
-        for name in _REGION_ARRAYS:
-            if name in mesh.data.cell_data:
-                values = _per_element(mesh, mesh.data.cell_data[name], name)
-                if values.any():
-                    return _numbered(mesh, values, name)
-        return None
-    if isinstance(regions, str):
-        if regions not in mesh.data.cell_data:
-            raise _unknown("no cell array of one number a cell", regions, mesh.data.cell_data)
-        return _numbered(mesh, _per_element(mesh, mesh.data.cell_data[regions], regions), regions)
-    return _numbered(mesh, _per_element(mesh, regions, "regions"), "regions")
-
-
-def _per_element(mesh: Mesh, values: ArrayLike, name: str) -> NDArray[Any]:
-    array = np.asarray(values)
-    cells = mesh.cells
-    if array.shape == (cells.cell_count,):
-        where = cells.element_cells
-        return array[: cells.element_count] if where is None else array[where]
-    if array.shape == (cells.element_count,):
-        return array
-    raise _out_of_range(
-        "regions",
-        f'the cell array "{name}" has the shape {array.shape}, the mesh has {cells.cell_count} '
-        "cells",
-    )
-
-
-def _numbered(mesh: Mesh, values: NDArray[Any], name: str) -> NDArray[np.int32] | None:
-    if values.dtype.kind == "f":
-        attribute = name.startswith("tetgen:attribute_")
-        wrong = np.isnan(values) if attribute else np.trunc(values) != values
-        if wrong.any():
-            element = int(np.flatnonzero(wrong)[0])
-            raise InvalidOption(
-                f'the cell array "{name}" gives no regions: element {mesh.caller_element(element)} '
-                f"has {values[element]}, which is not a whole number",
-                reason="ARRAY_NOT_WHOLE",
-                details={"name": name},
-            )
-    found, numbers = np.unique(values, return_inverse=True)
-    if len(found) < 2:
-        return None
-    return np.ascontiguousarray(numbers.reshape(-1), np.dtype("<i4"))
-
-
-def _out_of_range(field_name: str, what: str) -> InvalidOption:
-    return InvalidOption(what, reason="OPTION_OUT_OF_RANGE", details={"field": field_name})
-
-
-def _unknown(what: str, name: str, *known: Iterable[str]) -> InvalidOption:
+def unknown_name(what: str, name: str, *known: Iterable[str]) -> InvalidOption:
+    """Returns the error of a name that a mesh does not have."""
     names = [repr(other) for some in known for other in some]
     known_names = f"; known are {', '.join(names)}" if names else "; the mesh has none"
     return InvalidOption(

@@ -5,127 +5,92 @@ What is unset stays unset: the server's default holds, which `Client.info()` and
 
 from __future__ import annotations
 
+import contextlib
 import datetime
+import difflib
+import operator
 import re
-from collections.abc import Callable, Sequence
+import typing
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, replace
-from typing import Any, Literal, TypedDict, cast
+from typing import Any, cast
 
-from google.protobuf import duration_pb2
-from numpy.typing import ArrayLike
+import numpy as np
+from google.protobuf import descriptor, duration_pb2
 
-from ._errors import InvalidOption
-from ._methods import NAMED_METHODS, Goal, Method, MethodName, Move, Optimize, Target
-from ._progress import Progress
+from . import _methods
+from ._errors import Error, misplaced, out_of_range
+from ._job_options import (
+    MOVE_OPTIONS,
+    OPTIONS,
+    Duration,
+    JobOptions,
+    choices_of,
+)
+from ._methods import NAMED_METHODS, Method, Move, Optimize
 from .v1 import smoothing_pb2 as pb
 
-Boundary = Literal["fixed", "slide", "free"]
-Form = Literal["jacobi", "gauss-seidel", "asynchronous"]
-Metric = Literal[
-    "mean_ratio",
-    "scaled_jacobian",
-    "radius_ratio",
-    "min_dihedral_angle",
-    "max_dihedral_angle",
-    "min_angle",
-    "max_angle",
-]
-Duration = float | str | datetime.timedelta
-
-# Fields that are called otherwise on the wire.
+# Fields of methods that are called otherwise on the wire.
 _WIRE_NAMES = {"lambda_": "lambda", "relaxation": "relaxation_factor"}
-_CHOICES = {
-    "goal": (pb.Goal, "GOAL_"),
-    "target": (pb.Target, "TARGET_"),
-    "weighting": (pb.Weighting, "WEIGHTING_"),
-    "start": (pb.Start, "START_"),
-    "window": (pb.Window, "WINDOW_"),
-    "boundary": (pb.BoundaryPolicy, "BOUNDARY_POLICY_"),
-    "form": (pb.Form, "FORM_"),
-    "tangled": (pb.TangledPolicy, "TANGLED_POLICY_"),
-    "backend": (pb.BackendKind, "BACKEND_KIND_"),
-    "priority": (pb.Priority, "PRIORITY_"),
-    "quality": (pb.QualityDetail, "QUALITY_DETAIL_"),
-    "element_quality": (pb.QualityMetric, "QUALITY_METRIC_"),
-    "metric": (pb.QualityMetric, "QUALITY_METRIC_"),
+
+
+# What other packages call ours.
+_ELSEWHERE = {
+    "inplace": "out",
+    "max_iter": "iterations",
+    "maxiter": "iterations",
+    "n_iter": "iterations",
+    "n_iterations": "iterations",
+    "number_of_iterations": "iterations",
+    "relaxation_factor": "method=ms.Laplacian(relaxation=…)",
+    "tol": "tolerance",
 }
 
 
-class JobOptions(TypedDict, total=False):
-    """The keywords of `smooth` and of whatever else starts a job; docs/python.md explains each.
+def check_names(options: Mapping[str, Any], known: Mapping[str, Any] = OPTIONS) -> None:
+    """Refuses keywords that are not options.
 
-    Lengths are in the mesh's unit; durations are seconds, "10min" or a timedelta.
+    Raises:
+        TypeError: as for any other function.
     """
-
-    method: Method | MethodName
-    goal: Goal  # the three fields of Optimize, for short; target is one of Move too
-    target: Target
-    stay: float
-    iterations: int
-    tolerance: float  # share of the bounding box's diagonal; optimize: of the energy
-    absolute_tolerance: float  # length
-    boundary: Boundary
-    feature_angle: float  # degrees
-    fixed: ArrayLike | str | Sequence[str] | None
-    fixed_types: Sequence[str]
-    regions: ArrayLike | str | None
-    merge_coincident: bool  # nodes at one position are smoothed as one
-    periodic: Any  # [pairs, 2], or sides that match: held
-    reference: Any
-    guard: bool
-    never_worse: bool  # nodes go back where the result would be worse than the input
-    metric: Literal["mean_ratio", "scaled_jacobian"]  # of never_worse
-    tangled: Literal["repair", "refuse"]
-    target_quality: float
-    movement_limit: float | str  # length, or "2%" of the diagonal
-    only_below: float
-    only_below_rings: int
-    report_below: float  # mean ratio against the target: Summary.poor
-    form: Form
-    compute_budget: Duration
-    history: bool
-    quality: Literal["full", "brief"]
-    element_quality: Metric | Sequence[Metric]
-    backend: Literal["auto", "cpu", "cuda"]
-    priority: Literal["batch", "normal", "interactive"]
-    queue_timeout: Duration
-    timeout: Duration
-    result_ttl: Duration
-    request_id: str
-    max_attempts: int
-    progress: bool | Callable[[Progress], object]
+    for name in options:
+        if name in known:
+            continue
+        near = difflib.get_close_matches(name, known, 1)
+        meant = _ELSEWHERE.get(name) or next(iter(near), "")
+        hint = f"did you mean {meant}{'' if '=' in meant else '='}? " if meant else ""
+        raise TypeError(
+            f"there is no option {name!r}; {hint}the options are {', '.join(sorted(known))}"
+        )
 
 
-class MoveOptions(JobOptions, total=False):
-    """The keywords of `move`: those of `smooth`, and how the mesh moves."""
+def to_choice(name: str, value: Any, choices: Sequence[str], enum: Any) -> int:
+    """Returns the number of an enumerator by the command line's name.
 
-    displacement: ArrayLike | str  # [nodes, 2 or 3], or the name of a node array
-    to: Any  # positions, or a mesh with the same elements
-    prescribed: ArrayLike | str | Sequence[str] | None
-
-
-def out_of_range(field: str, what: str) -> InvalidOption:
-    """Returns the error of an option with a value that it cannot have."""
-    return InvalidOption(what, reason="OPTION_OUT_OF_RANGE", details={"field": field})
-
-
-def misplaced(field: str, what: str) -> InvalidOption:
-    """Returns the error of an option that means nothing where it is."""
-    return InvalidOption(what, reason="OPTION_MISPLACED", details={"field": field})
-
-
-def to_choice(field: str, value: Any) -> Any:
-    """Returns the number of an enumerator by the command line's name."""
-    enum, prefix = _CHOICES[field]
-    names = [name.removeprefix(prefix).lower() for name in enum.keys()]  # noqa: SIM118
-    names.remove("unspecified")
+    Args:
+        name: of the option.
+        value: that it was given.
+        choices: that it has.
+        enum: the enumeration's descriptor.
+    """
+    prefix = enum.values[0].name.removesuffix("UNSPECIFIED")
     if isinstance(value, str):
-        name = value.lower().replace("-", "_")
-        if name in names:
-            return enum.Value(prefix + name.upper())
-    separator = "_" if field in ("element_quality", "metric") else "-"
-    known = ", ".join(name.replace("_", separator) for name in names)
-    raise out_of_range(field, f"{field} is {value!r}, it must be one of {known}")
+        written = value.lower().replace("-", "_")
+        if written in [choice.replace("-", "_") for choice in choices]:
+            found = enum.values_by_name.get(prefix + written.upper())
+            return 0 if found is None else int(found.number)  # "auto" is what is unset
+    raise out_of_range(name, f"{name} is {value!r}, it must be one of {', '.join(choices)}")
+
+
+def to_metrics(chosen: Any) -> list[int]:
+    """Returns the numbers of the metrics that `element_quality` names."""
+    if chosen is None:
+        return []
+    names = [chosen] if isinstance(chosen, str) else chosen
+    choices = choices_of(OPTIONS["element_quality"][0])
+    return [
+        to_choice("element_quality", name, choices, pb.QualityMetric.DESCRIPTOR) for name in names
+    ]
 
 
 _SECONDS = {"ms": 1e-3, "s": 1, "min": 60, "h": 3600, "d": 86400}
@@ -141,7 +106,8 @@ def to_seconds(field: str, value: Duration) -> float:
         if match:
             seconds = float(match[1]) * _SECONDS[match[2]]
     elif not isinstance(value, bool):
-        seconds = float(value)
+        with contextlib.suppress(TypeError, ValueError):
+            seconds = float(value)
     if seconds is None or not seconds > 0:
         raise out_of_range(
             field, f'{field} is {value!r}, it must be above 0 seconds, or as "10min" and "500ms"'
@@ -185,7 +151,7 @@ def to_method(options: JobOptions) -> Method | None:
     return replace(plain, **short)
 
 
-_MOTION = MoveOptions.__annotations__.keys() - JobOptions.__annotations__.keys()
+_MOTION = MOVE_OPTIONS.keys() - OPTIONS.keys()
 
 
 def to_move_options(options: JobOptions) -> JobOptions:
@@ -215,51 +181,97 @@ def encode_options(options: JobOptions) -> pb.SmoothingOptions:
         _aim_at_reference(method, message)
     elif isinstance(method, Optimize) and method.target == "reference":
         raise misplaced("reference", 'target="reference" needs reference=…')
-    for field, name in (
-        ("iterations", "max_iteration_count"),
-        ("tolerance", "convergence_tolerance"),
-        ("absolute_tolerance", "absolute_tolerance"),
-        ("feature_angle", "feature_angle_degrees"),
-        ("guard", "guard"),
-        ("never_worse", "never_worse"),
-        ("target_quality", "target_quality"),
-        ("only_below", "only_below"),
-        ("only_below_rings", "only_below_rings"),
-        ("report_below", "report_below"),
-    ):
-        if (value := options.get(field)) is not None:
-            _set(message, name, field, value)
-    for field, name in (
-        ("boundary", "boundary_policy"),
-        ("form", "form"),
-        ("tangled", "tangled_policy"),
-        ("metric", "metric"),
-    ):
-        if (value := options.get(field)) is not None:
-            setattr(message, name, to_choice(field, value))
+    _encode_fields(options, message, "")
     _encode_movement_limit(options.get("movement_limit"), message)
-    if (budget := options.get("compute_budget")) is not None:
-        message.compute_budget.CopyFrom(to_duration("compute_budget", budget))
     return message
+
+
+def encode_job(options: JobOptions, spec: pb.JobSpec) -> None:
+    """Writes the options that concern the job, not the mesh, to its spec."""
+    _encode_fields(options, spec, "spec.")
+
+
+def _encode_fields(options: JobOptions, message: Any, of: str) -> None:
+    """Writes all options with a field of this message."""
+    for name, (kind, option) in OPTIONS.items():
+        owner, dot, field = option.field.rpartition(".")
+        value = options.get(name)
+        if field and owner + dot == of and value is not None:
+            _set(message, field, name, value, choices_of(kind))
 
 
 def _encode_method(method: Method, message: pb.SmoothingOptions) -> None:
     own = getattr(message, method._name)
     own.SetInParent()
+    hints = typing.get_type_hints(type(method), vars(_methods))
     for field in fields(method):
         value = getattr(method, field.name)
-        if value is None:
-            continue
-        if field.name in _CHOICES:
-            value = to_choice(field.name, value)
-        _set(own, _WIRE_NAMES.get(field.name, field.name), field.name, value)
+        if value is not None:
+            name = _WIRE_NAMES.get(field.name, field.name)
+            _set(own, name, field.name, value, choices_of(hints[field.name]))
 
 
-def _set(message: Any, name: str, field: str, value: Any) -> None:
-    try:
-        setattr(message, name, value)
-    except (TypeError, ValueError):
-        raise out_of_range(field, f"{field} is {value!r}, which is no such number") from None
+def _set(message: Any, field: str, name: str, value: Any, choices: Sequence[str]) -> None:
+    """Sets a field to the value of an option, whose type is the field's."""
+    descriptor = message.DESCRIPTOR.fields_by_name[field]
+    if descriptor.enum_type is not None:
+        setattr(message, field, to_choice(name, value, choices, descriptor.enum_type))
+    elif descriptor.message_type is not None:
+        getattr(message, field).CopyFrom(to_duration(name, value))
+    else:
+        try:
+            setattr(message, field, _PLAIN[descriptor.cpp_type](value))
+        except (TypeError, ValueError, OverflowError):
+            raise out_of_range(
+                name, f"{name} is {value!r}, which is no such {_NOUNS[descriptor.cpp_type]}"
+            ) from None
+
+
+def _to_bool(value: Any) -> bool:
+    if isinstance(value, bool | np.bool_):
+        return bool(value)
+    raise TypeError
+
+
+def _to_int(value: Any) -> int:
+    if isinstance(value, bool | np.bool_):
+        raise TypeError
+    return operator.index(value)
+
+
+def _to_float(value: Any) -> float:
+    if isinstance(value, bool | np.bool_ | str | bytes):
+        raise TypeError
+    return float(value)
+
+
+_CPP = descriptor.FieldDescriptor
+_PLAIN: dict[int, Callable[[Any], Any]] = {
+    _CPP.CPPTYPE_BOOL: _to_bool,
+    _CPP.CPPTYPE_INT32: _to_int,
+    _CPP.CPPTYPE_DOUBLE: _to_float,
+}
+_NOUNS = {
+    _CPP.CPPTYPE_BOOL: "value: True or False",
+    _CPP.CPPTYPE_INT32: "whole number",
+    _CPP.CPPTYPE_DOUBLE: "number",
+}
+
+
+def name_option(error: Error) -> None:
+    """Has the error of an option say the keyword that the caller wrote."""
+    field = error.details.get("field", "")
+    own = field.rpartition(".")[2]
+    name = _KEYWORDS.get(own)
+    if name is not None and name != field:
+        error.message = error.message.replace(field, name).replace(own, name)
+
+
+_KEYWORDS = {
+    "absolute_movement_limit": "movement_limit",
+    **{wire: name.rstrip("_") for name, wire in _WIRE_NAMES.items()},
+    **{option.field: name for name, (_, option) in OPTIONS.items() if option.field},
+}
 
 
 def _aim_at_reference(method: Method | None, message: pb.SmoothingOptions) -> None:

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _options
-from ._errors import InvalidMesh
+from ._arrays import as_coordinates
+from ._errors import InvalidMesh, misplaced, out_of_range
 from ._facets import boundary_nodes
+from ._job_options import MoveOptions
 from ._mesh import Mesh, chosen_nodes, node_vectors, to_wire
-from ._options import MoveOptions
 from ._request import Prescribed, Topology, other_positions
 from ._service_error import place_in_input
 
@@ -26,7 +26,7 @@ def prescribe(mesh: Mesh, topology: Topology, nodes: Any, positions: ArrayLike) 
         positions: of these nodes in their order, or of all nodes.
     """
     chosen = _checked(mesh, topology, chosen_nodes(mesh, nodes, "nodes"))
-    given = np.asarray(positions)
+    given = as_coordinates(positions, "the positions")
     if given.shape[:1] == (mesh.node_count,) != chosen.shape:
         given = given[chosen]
     _need_shape(given, (len(chosen), mesh.width), f"the positions of {len(chosen)} nodes need")
@@ -40,13 +40,13 @@ def prescribe_motion(mesh: Mesh, topology: Topology, options: MoveOptions) -> Pr
     """
     displacement, to = options.get("displacement"), options.get("to")
     if (displacement is None) == (to is None):
-        raise _options.misplaced("to", "move needs one of displacement=… and to=…")
+        raise misplaced("to", "move needs one of displacement=… and to=…")
     if to is not None:
         positions = other_positions(mesh, to, "to")[:, : mesh.width]
     else:
         if isinstance(displacement, str):
             displacement = node_vectors(mesh, displacement)
-        way = np.asarray(displacement)
+        way = as_coordinates(displacement, "the displacement")
         _need_shape(way, (mesh.node_count, mesh.width), "the displacement needs")
         positions = mesh.points[:, : mesh.width] + way
     chosen = options.get("prescribed")
@@ -62,7 +62,7 @@ def prescribe_motion(mesh: Mesh, topology: Topology, options: MoveOptions) -> Pr
 
 def _checked(mesh: Mesh, topology: Topology, nodes: NDArray[Any]) -> NDArray[np.int32]:
     if len(nodes) == 0:
-        raise _options.out_of_range("prescribed", "move needs at least one prescribed node")
+        raise out_of_range("prescribed", "move needs at least one prescribed node")
     nodes = nodes.astype(np.int64)
     outside = (nodes < 0) | (nodes >= mesh.node_count)
     if outside.any():

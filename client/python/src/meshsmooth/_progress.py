@@ -53,6 +53,12 @@ def decode_progress(message: pb.Progress) -> Progress:
     )
 
 
+def decode_job_state(job: pb.Job) -> Progress:
+    """Returns the progress of a job that was just accepted."""
+    state = enum_name(pb.State, "STATE_", job.state or pb.STATE_RECEIVING)
+    return Progress(state=state, queue_position=job.queue_position)
+
+
 def enum_name(enum: Any, prefix: str, value: int) -> str:
     """Returns "running" of STATE_RUNNING; the number of what a newer server adds."""
     try:

@@ -226,8 +226,8 @@ def _table(summary: Summary) -> list[tuple[str, str, str, str]]:
     """Metric, statistic, before, after."""
     rows = []
     for name, statistics in _ROWS:
-        before = summary.quality_before.metric(name)
-        after = summary.quality_after.metric(name)
+        before = summary.quality_before.find_metric(name)
+        after = summary.quality_after.find_metric(name)
         if before is None or after is None:
             continue
         digits = _digits(name)
@@ -248,8 +248,8 @@ def describe(summary: Summary) -> str:
             lines.append(f"  {label:<24} {before:>10} {after:>10}")
             last = metric
     for label, stats in (
-        ("mean ratio before", summary.quality_before.metric("mean_ratio")),
-        ("           after", summary.quality_after.metric("mean_ratio")),
+        ("mean ratio before", summary.quality_before.find_metric("mean_ratio")),
+        ("           after", summary.quality_after.find_metric("mean_ratio")),
     ):
         if stats is not None:
             lines.append(f"  {label:<24} {_histogram_line(stats)}")
@@ -330,8 +330,8 @@ def summary_html(summary: Summary) -> str:
     if rows := _table(summary):
         parts.append(_html_table(("metric", "", "before", "after"), list(rows)))
     for name, _ in _ROWS:
-        before = summary.quality_before.metric(name)
-        after = summary.quality_after.metric(name)
+        before = summary.quality_before.find_metric(name)
+        after = summary.quality_after.find_metric(name)
         if before is not None and after is not None:
             parts.append(
                 f'<figure style="display:inline-block;margin:4px">'

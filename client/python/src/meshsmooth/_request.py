@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import hashlib
-import itertools
 import uuid
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
@@ -14,26 +13,24 @@ from google.protobuf import duration_pb2
 from numpy.typing import NDArray
 
 from . import _options, _wire
-from ._adapters import read_mesh
+from ._adapters import is_mesh, read_mesh
+from ._arrays import as_coordinates
+from ._cell_types import BY_NAME, TYPES
 from ._cells import Block
 from ._coincident import find_representatives, merged, merged_blocks, merged_mask
-from ._errors import InvalidMesh
+from ._errors import InvalidMesh, misplaced, out_of_range
+from ._job_options import JobOptions
 from ._mesh import (
     Mesh,
-    element_regions,
     fixed_mask,
     inner_mask,
     lower_dimensional_mask,
     to_wire,
 )
-from ._options import JobOptions
 from ._periodic import node_pairs
+from ._regions import element_regions
 from .v1 import mesh_pb2, smoothing_pb2
 
-# Options that are a part of the topology: a session takes them when it opens.
-TOPOLOGY_OPTIONS = ("fixed", "fixed_types", "regions", "boundary", "merge_coincident")
-
-_KNOWN = frozenset(JobOptions.__annotations__)
 _WEEK = 7 * 24 * 3600.0
 
 
@@ -77,7 +74,7 @@ class Topology:
     def of(cls, mesh: Mesh, options: JobOptions) -> Topology:
         """Returns the topology of a mesh with those of the options that belong to it."""
         boundary = options.get("boundary") or "fixed"
-        _options.to_choice("boundary", boundary)
+        _options.encode_options({"boundary": boundary})  # refuses other values
         regions = element_regions(mesh, options.get("regions", "auto"), boundary == "free")
         # Where the boundary may move, its cells of lower dimension follow its nodes; those inside
         # would drift.
@@ -120,6 +117,12 @@ class Topology:
         if self.mask is None or other.mask is None:
             return self.mask is other.mask
         return np.array_equal(self.mask, other.mask)
+
+    def counts_from_one(self) -> bool:
+        """Returns whether the nodes of the elements seem to be numbered from 1."""
+        least = min(int(block.nodes.min()) for block in self.blocks)
+        most = max(int(block.nodes.max()) for block in self.blocks)
+        return least >= 1 and most == self.node_count
 
     @property
     def element_count(self) -> int:
@@ -207,15 +210,15 @@ class Request:
             InvalidOption: an option has no such value or means nothing here.
             InvalidMesh: the mesh cannot be encoded.
         """
-        check_names(options)
+        _options.check_names(options)
         self.mesh = mesh
         self.options = options
         self.points = mesh.points
         self.message = _options.encode_options(options)
         self.prescribed = prescribed
         if self.message.HasField("move") and prescribed is None:
-            raise _options.misplaced("method", 'method="move" is that of move(…), not of smooth(…)')
-        self.metrics = _metrics(options.get("element_quality"))
+            raise misplaced("method", 'method="move" is that of move(…), not of smooth(…)')
+        self.metrics: list[Any] = _options.to_metrics(options.get("element_quality"))
         self.topology = topology or Topology.of(mesh, options)
         self.reference = self._read_reference()
         self.node_pairs = node_pairs(mesh, options.get("periodic"))
@@ -243,7 +246,6 @@ class Request:
 
     def spec(self, use: TopologyUse, *, with_progress: bool) -> bytes:
         """Returns the first message of an attempt."""
-        options = self.options
         spec = smoothing_pb2.JobSpec(request_id=self.request_id)
         if use.named:
             spec.topology_name = self.topology.name
@@ -256,19 +258,9 @@ class Request:
         if self.node_pairs is not None:
             spec.node_pair_count = len(self.node_pairs)
         spec.options.CopyFrom(self.message)
-        if (backend := options.get("backend", "auto")) != "auto":
-            spec.backend_kind = _options.to_choice("backend", backend)
-        if (priority := options.get("priority")) is not None:
-            spec.priority = _options.to_choice("priority", priority)
-        if (queue_timeout := options.get("queue_timeout")) is not None:
-            spec.queue_timeout.CopyFrom(_options.to_duration("queue_timeout", queue_timeout))
-        if (ttl := options.get("result_ttl")) is not None:
-            spec.result_ttl.CopyFrom(_options.to_duration("result_ttl", ttl))
+        _options.encode_job(self.options, spec)
         if with_progress:
             spec.progress_interval.CopyFrom(duration_pb2.Duration(nanos=100_000_000))
-        spec.iteration_history_included = bool(options.get("history", False))
-        if (quality := options.get("quality")) is not None:
-            spec.quality_detail = _options.to_choice("quality", quality)
         spec.element_quality_metrics.extend(self.metrics)
         return smoothing_pb2.SmoothRequest(spec=spec).SerializeToString()
 
@@ -301,17 +293,6 @@ class Request:
         return [("meshsmooth-topology", self.topology.name.rpartition("-")[2])]
 
 
-def check_names(options: JobOptions) -> None:
-    """Refuses keywords that are not options.
-
-    Raises:
-        TypeError: as for any other function.
-    """
-    for name in options:
-        if name not in _KNOWN:
-            raise TypeError(f"there is no option {name!r}; the options are {', '.join(_KNOWN)}")
-
-
 def _scalar_type(positions: NDArray[Any]) -> mesh_pb2.ScalarType:
     wide = positions.dtype.itemsize == 8
     return mesh_pb2.SCALAR_TYPE_FLOAT64 if wide else mesh_pb2.SCALAR_TYPE_FLOAT32
@@ -325,23 +306,16 @@ def other_positions(mesh: Mesh, given: Any, field: str) -> NDArray[Any]:
         given: an array of positions, or a mesh with the same elements.
         field: the option, for errors.
     """
-    if isinstance(given, np.ndarray) and given.ndim == 2:
-        positions = to_wire(given)
+    if not is_mesh(given):
+        positions = to_wire(as_coordinates(given, field), mesh.width)
     else:
         other = read_mesh(given)
         positions = other.points
-        if not _same_elements(other.cells.blocks, mesh.cells.blocks):
+        if not other.has_elements_of(mesh):
             raise _differs(field)
     if positions.shape != mesh.points.shape:
         raise _differs(field)
     return np.ascontiguousarray(positions, mesh.points.dtype)
-
-
-def _same_elements(a: list[Block], b: list[Block]) -> bool:
-    return len(a) == len(b) and all(
-        x.element_type == y.element_type and np.array_equal(x.nodes, y.nodes)
-        for x, y in itertools.zip_longest(a, b)
-    )
 
 
 def _differs(field: str) -> InvalidMesh:
@@ -354,21 +328,20 @@ def _differs(field: str) -> InvalidMesh:
 
 
 def _element_types(names: Sequence[str] | None) -> tuple[int, ...]:
-    if names is None:
-        return ()
-    prefix = "ELEMENT_TYPE_"
-    known = [name.removeprefix(prefix).lower() for name in mesh_pb2.ElementType.keys()[1:]]
-    chosen = [names] if isinstance(names, str) else names
+    chosen = [names] if isinstance(names, str) else names or ()
+    found = []
     for name in chosen:
-        if name not in known:
-            raise _options.out_of_range(
-                "fixed_types", f"fixed_types has {name!r}, known are {', '.join(known)}"
-            )
-    return tuple(known.index(name) + 1 for name in chosen)
+        kind = BY_NAME.get(name) or _WIRE_TYPES.get(name)
+        if kind is None or not kind.element:
+            known = ", ".join(kind.name for kind in TYPES if kind.element)
+            raise out_of_range("fixed_types", f"fixed_types has {name!r}, known are {known}")
+        found.append(kind.element)
+    return tuple(found)
 
 
-def _metrics(chosen: str | Sequence[str] | None) -> list[Any]:
-    if chosen is None:
-        return []
-    names = [chosen] if isinstance(chosen, str) else chosen
-    return [_options.to_choice("element_quality", name) for name in names]
+# As the command line and errors call them.
+_WIRE_TYPES = {
+    mesh_pb2.ElementType.Name(kind.element).removeprefix("ELEMENT_TYPE_").lower(): kind
+    for kind in TYPES
+    if kind.element
+}

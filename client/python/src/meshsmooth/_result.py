@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _options
-from ._adapters import Adapter, find_adapter, read_mesh
-from ._call import Result
+from ._adapter import Adapter
+from ._adapters import find_adapter
+from ._errors import misplaced, out_of_range
+from ._job_options import MOVE_OPTIONS, JobOptions, Metric, MoveOptions
 from ._mesh import Mesh
-from ._options import JobOptions, MoveOptions
-from ._periodic import node_pairs
-from ._prescribed import prescribe, prescribe_motion
+from ._prescribed import prescribe_motion
 from ._progress import enum_name
+from ._received import Result
 from ._region import Held
-from ._request import TOPOLOGY_OPTIONS, Request, Topology, check_names
+from ._request import Request, Topology
 from ._summary import Summary, decode_summary
+from ._warn import warn_caller
 from .v1 import smoothing_pb2 as pb
 
 M = TypeVar("M")
@@ -46,9 +47,46 @@ class SmoothResult(Generic[M]):
     element_quality: dict[str, NDArray[np.float32]]
     job_name: str
     request_id: str
+    _before: Mesh | None = field(default=None, repr=False, compare=False)
+
+    def plot(
+        self,
+        metric: Metric = "mean_ratio",
+        *,
+        below: float | None = None,
+        show: bool = True,
+        **keywords: Any,
+    ) -> Any:
+        """Shows the mesh before and after, side by side with one camera; needs PyVista.
+
+        Args:
+            metric: by which elements are coloured.
+            below: elements with a lower value are solid, the rest translucent [the worst 5 %].
+            show: open the window or the notebook's view.
+            **keywords: for `Plotter.add_mesh`.
+
+        Returns:
+            The plotter.
+
+        Raises:
+            ValueError: the result was pickled or written over its input, which is gone.
+        """
+        from ._plot import plot_change  # it uses the default client, which returns results
+
+        if self._before is None:
+            raise ValueError("the mesh before is gone: overwritten by out=, left behind by pickle")
+        after = self._before.moved(self.points)
+        return plot_change(self._before, after, metric, below, show, keywords)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_before": None}  # the caller has it
 
     def __str__(self) -> str:
         return str(self.summary)
+
+    def __repr__(self) -> str:
+        what = f"{type(self.mesh).__name__} of {len(self.points):,} nodes"
+        return f"<meshsmooth.SmoothResult: {what}, {self.summary.stop_reason}>"
 
     def _repr_html_(self) -> str:
         return self.summary._repr_html_()
@@ -60,6 +98,7 @@ class Finish:
     Attributes:
         memory: where the positions may be received; None: in new memory.
         held: the region in which the positions stay if they arrive in one; None: they are copied.
+        warning: what is wrong with the result, for who does not read the summary; "" if nothing is.
     """
 
     def __init__(
@@ -80,18 +119,32 @@ class Finish:
         self._adapter = adapter
         self.memory = _fitting(memory, request.points)
         self.own_memory: NDArray[Any] | None = None  # that another job may use again
+        self.warning = ""
+        self._overwritten = False  # the input's positions, by the result's
+        shown = out is None and adapter is not None and adapter.annotate is not None
+        if request.metrics and not full and not shown:
+            raise misplaced(
+                "element_quality",
+                "element_quality needs full=True where the result has no cell arrays: it is "
+                "result.element_quality then",
+            )
         if out is None:
             return
         mesh = request.mesh
-        if not isinstance(out, np.ndarray) or out.shape != (mesh.node_count, mesh.width):
-            raise _options.out_of_range(
+        if not isinstance(out, np.ndarray):
+            raise out_of_range(
+                "out", f"out must be a NumPy array to write to, it is a {type(out).__name__}"
+            )
+        if out.shape != (mesh.node_count, mesh.width):
+            raise out_of_range(
                 "out",
                 f"out needs the shape {(mesh.node_count, mesh.width)}, it has {np.shape(out)}",
             )
         if not out.flags.writeable or out.dtype.kind != "f":
-            raise _options.out_of_range("out", "out must be a writable array of floats")
+            raise out_of_range("out", "out must be a writable array of floats")
+        self._overwritten = bool(np.may_share_memory(out, request.points))
         # Until all has arrived, the input may have to be sent again.
-        if not np.may_share_memory(out, request.points):
+        if not self._overwritten:
             direct = _fitting(out, request.points)
             self.memory = self.memory if direct is None else direct
 
@@ -120,16 +173,16 @@ class Finish:
                 for name, values in named.items():
                     self._adapter.annotate(smoothed, name, values)
         if not self._full:
-            if message.HasField("motion") and message.motion.reached < 1:
-                warnings.warn(
-                    f"move reached {100 * message.motion.reached:.4g} % of the motion; with "
-                    "full=True the summary tells what is in the way",
-                    RuntimeWarning,
-                    stacklevel=2,
-                )
+            self.warning = _shortcomings(message)
             return smoothed
         summary = decode_summary(message, mesh.caller_element)
-        return SmoothResult(smoothed, points, summary, named, job_name, request.request_id)
+        before = None if self._overwritten else mesh
+        return SmoothResult(smoothed, points, summary, named, job_name, request.request_id, before)
+
+    def warn(self) -> None:
+        """Warns of the result, at the caller's line; in the thread that gives it to the caller."""
+        if self.warning:
+            warn_caller(self.warning)
 
     def _copied(self, positions: NDArray[Any]) -> NDArray[Any]:
         memory = _fitting(self._out, positions)
@@ -137,6 +190,22 @@ class Finish:
             memory = np.empty_like(positions) if self.memory is None else self.memory
         np.copyto(memory, positions)
         return memory
+
+
+def _shortcomings(message: pb.Summary) -> str:
+    """What must not go unsaid where the summary is not returned."""
+    what = []
+    if message.HasField("motion") and message.motion.reached < 1:
+        what.append(f"move reached {100 * message.motion.reached:.4g} % of the motion")
+    before, after = message.quality_before, message.quality_after
+    if after.inverted_element_count:
+        what.append(
+            f"{after.inverted_element_count:,} of {after.element_count:,} elements of the result "
+            f"are inverted; {before.inverted_element_count:,} were before"
+        )
+    if not what:
+        return ""
+    return f"{', and '.join(what)}; with full=True the summary tells what is in the way"
 
 
 def _fitting(memory: NDArray[Any] | None, points: NDArray[Any]) -> NDArray[Any] | None:
@@ -160,90 +229,10 @@ def prepare_move(
     """Reads a mesh to move and the options of the job."""
     adapter = find_adapter(mesh)
     own = Mesh(adapter.read(mesh))
+    _options.check_names(options, MOVE_OPTIONS)
     job_options = _options.to_move_options(options)
-    check_names(job_options)
     topology = Topology.of(own, options)
     prescribed = prescribe_motion(own, topology, options)
     moving = topology.moving(own.points, prescribed.nodes)
     request = Request(own, job_options, moving, prescribed)
     return request, Finish(request, out, full, lambda points: adapter.write(mesh, points), adapter)
-
-
-class Steps:
-    """The jobs of a session, for the blocking and the asyncio client.
-
-    Attributes:
-        topology: of all steps that smooth.
-    """
-
-    def __init__(self, mesh: Any, options: JobOptions) -> None:
-        read = read_mesh(mesh)
-        # A copy: `move` begins at these positions, and the caller may change theirs in place.
-        self._mesh = read.moved(np.array(read.data.points))
-        self._options = options
-        if options.get("periodic") is not None:  # found once, where the mesh lies at first
-            pairs = node_pairs(self._mesh, options["periodic"])
-            self._options = {**options, "periodic": pairs}
-        self.topology = Topology.of(self._mesh, options)
-        self._moving: Topology | None = None  # of the last step that moved
-        self._memory: NDArray[Any] | None = None
-        self._held = Held()
-        self._positions: NDArray[Any] | None = None
-
-    @property
-    def positions(self) -> NDArray[Any]:
-        """The session's own positions, which `smooth` without positions works on."""
-        if self._positions is None:
-            self._positions = np.array(self._mesh.data.points)
-        return self._positions
-
-    def smooth(
-        self,
-        points: NDArray[Any] | None,
-        out: NDArray[Any] | None,
-        full: bool,
-        options: JobOptions,
-    ) -> tuple[Request, Finish]:
-        """Returns the request of a step, and what makes its result."""
-        joined = self._joined(options)
-        if points is None:
-            if out is not None:
-                raise _options.misplaced("out", "the session's own positions are smoothed in place")
-            request = Request(self._mesh.moved(self.positions), joined, self.topology)
-            return request, Finish(request, None, full, self._set, held=self._held)
-        request = Request(self._mesh.moved(np.asarray(points)), joined, self.topology)
-        return request, self._finish(request, out, full)
-
-    def move(
-        self, nodes: Any, positions: Any, out: NDArray[Any] | None, full: bool, options: JobOptions
-    ) -> tuple[Request, Finish]:
-        """Returns the same of a step that moves nodes."""
-        joined = _options.to_move_options(self._joined(options))
-        prescribed = prescribe(self._mesh, self.topology, nodes, positions)
-        topology = self.topology.moving(self._mesh.points, prescribed.nodes)
-        if self._moving is None or not self._moving.holds_those_of(topology):
-            self._moving = topology  # else its name is known
-        request = Request(self._mesh, joined, self._moving, prescribed)
-        return request, self._finish(request, out, full)
-
-    def end(self, finish: Finish | None) -> None:
-        """Keeps the memory of a finished step for the next one; None: keeps none."""
-        self._memory = None if finish is None else finish.own_memory
-        if finish is None:
-            self._held.close()
-
-    def _set(self, positions: NDArray[Any]) -> NDArray[Any]:
-        self._positions = positions
-        return positions
-
-    def _joined(self, options: JobOptions) -> JobOptions:
-        check_names(options)
-        for name in TOPOLOGY_OPTIONS:
-            if name in options:
-                raise _options.misplaced(
-                    name, f"{name} holds for all steps of a session; give it to session(…)"
-                )
-        return {**self._options, **options}
-
-    def _finish(self, request: Request, out: NDArray[Any] | None, full: bool) -> Finish:
-        return Finish(request, out, full, lambda positions: positions, memory=self._memory)

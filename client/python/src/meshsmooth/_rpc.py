@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from google.protobuf import empty_pb2, json_format, wrappers_pb2
 
-from ._options import JobOptions
+from ._job_options import JobOptions
 from ._progress import Progress, decode_progress, enum_name
 from .v1 import smoothing_pb2 as pb
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import collections
 import contextlib
 import json
+import logging
 import os
 import re
 import signal
@@ -14,6 +15,8 @@ import weakref
 from collections.abc import Callable, Mapping, Sequence
 
 from ._errors import Unavailable
+
+_log = logging.getLogger("meshsmooth.server")  # what the local server logs
 
 _KEPT_LINES = 10
 _STOP_SECONDS = 10.0
@@ -151,6 +154,7 @@ class ServerProcess:
                 self._changed.notify_all()
 
     def _add_line(self, line: str) -> None:
+        _log.debug("%s", line)
         found = _START.search(line)
         with self._changed:
             if found is None:

@@ -216,7 +216,13 @@ def _never_connected(text: str) -> bool:
         "resolution failed",
         "empty address list",
         "o such file or directory",
+        "errors resolving",
+        "DNS resolution",
     )
+
+
+def _name_unknown(text: str) -> bool:
+    return _has(text, "omain name not found", "isformatted domain name", "or service not known")
 
 
 def _broken_off(code: str, text: str) -> bool:
@@ -309,6 +315,8 @@ def _unavailable_hint(text: str, server: str) -> str:
         )
     if hint := _tls_hint(text, server):
         return hint
+    if _name_unknown(text):
+        return "the name is not known; an address is HOST:PORT, unix:PATH or dns:///NAME:PORT"
     if _never_connected(text):
         return (
             "no server answers there; check the address, or start one with: "

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal, Unpack, overload
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 from numpy.typing import ArrayLike, NDArray
 
 from ._job import Control
-from ._options import JobOptions
+from ._job_options import TOPOLOGY_OPTIONS, JobOptions
 from ._progress import make_display
 from ._request import Request, TopologyUse
-from ._result import Finish, SmoothResult, Steps
+from ._result import Finish, SmoothResult
+from ._signature import with_options
+from ._steps import Steps
 
 if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
     from ._client import Client
 
 Array = NDArray[Any]
@@ -32,7 +36,11 @@ class Session:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._steps.end(None)
+        self.close()
+
+    def close(self) -> None:
+        """Ends the session: its memory is returned, later steps raise ValueError."""
+        self._steps.close()
 
     @property
     def topology_name(self) -> str:
@@ -67,6 +75,7 @@ class Session:
         full: Literal[True],
         **options: Unpack[JobOptions],
     ) -> SmoothResult[Array]: ...
+    @with_options(without=TOPOLOGY_OPTIONS)
     def smooth(
         self,
         points: Array | None = None,
@@ -106,6 +115,7 @@ class Session:
         full: Literal[True],
         **options: Unpack[JobOptions],
     ) -> SmoothResult[Array]: ...
+    @with_options(without=TOPOLOGY_OPTIONS)
     def move(
         self,
         nodes: ArrayLike,
@@ -134,5 +144,6 @@ class Session:
         display = make_display(request.options.get("progress"))
         use = TopologyUse(named=True, routed=True)
         result = self._client._connection.smooth(request, finish, Control(), display, use=use)
+        finish.warn()
         self._steps.end(finish)
         return result

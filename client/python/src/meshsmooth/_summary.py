@@ -75,7 +75,7 @@ class ElementQuality:
     scaled_jacobian: float = 0.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class QualityStats:
     """The quality of a mesh."""
 
@@ -91,8 +91,20 @@ class QualityStats:
     collapsed_element_count: int = 0
     interface_element_count: int = 0
 
-    def metric(self, name: str) -> MetricStats | None:
-        """Returns the values of a metric; None if no element has it or nobody asked for it."""
+    def metric(self, name: str) -> MetricStats:
+        """Returns the values of a metric.
+
+        Raises:
+            KeyError: no element has it, or `quality="brief"` left it out.
+        """
+        stats = self.find_metric(name)
+        if stats is None:
+            known = ", ".join(m.metric for m in self.metrics if m.element_count)
+            raise KeyError(f"no element has {name!r}; known are {known or 'none'}")
+        return stats
+
+    def find_metric(self, name: str) -> MetricStats | None:
+        """Returns the values of a metric; None if no element has it or it was left out."""
         return next((m for m in self.metrics if m.metric == name and m.element_count), None)
 
     def histogram(self, name: str) -> tuple[tuple[float, ...], tuple[int, ...]]:
@@ -102,8 +114,6 @@ class QualityStats:
             KeyError: no element has this metric.
         """
         stats = self.metric(name)
-        if stats is None:
-            raise KeyError(name)
         count = len(stats.histogram)
         step = (stats.histogram_upper - stats.histogram_lower) / max(count, 1)
         edges = tuple(stats.histogram_lower + i * step for i in range(count + 1))
@@ -116,6 +126,10 @@ class QualityStats:
     def to_json(self, indent: int | None = None) -> str:
         """Returns `to_dict()` as JSON."""
         return json.dumps(self.to_dict(), indent=indent)
+
+    def __repr__(self) -> str:
+        counts = f"{self.element_count:,} elements, {self.inverted_element_count:,} inverted"
+        return f"<meshsmooth.QualityStats: {counts}>"
 
     def __str__(self) -> str:
         from ._report import describe_quality
@@ -239,7 +253,7 @@ class KeptQuality:
     for_mean: int = 0  # of the metric in force
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Summary:
     """The report on a job."""
 
@@ -268,8 +282,8 @@ class Summary:
         if self.motion is not None:
             return lower
         for metric in ("mean_ratio", "scaled_jacobian"):
-            before = self.quality_before.metric(metric)
-            after = self.quality_after.metric(metric)
+            before = self.quality_before.find_metric(metric)
+            after = self.quality_after.find_metric(metric)
             if before is None or after is None:
                 continue
             name = metric.replace("_", " ")
@@ -298,7 +312,7 @@ class Summary:
 
         rows = {}
         for before in self.quality_before.metrics:
-            after = self.quality_after.metric(before.metric)
+            after = self.quality_after.find_metric(before.metric)
             if not before.element_count or after is None:
                 continue
             rows[before.metric] = {
@@ -307,6 +321,9 @@ class Summary:
                 for name in ("min", "percentile_1", "mean", "max")
             }
         return pandas.DataFrame.from_dict(rows, orient="index")
+
+    def __repr__(self) -> str:
+        return f"<meshsmooth.Summary: {self.stop_reason}; {self.quality_after!r} after>"
 
     def __str__(self) -> str:
         from ._report import describe
@@ -335,7 +352,7 @@ def decode_summary(message: smoothing_pb2.Summary, caller_element: Callable[[int
 
 @functools.cache
 def _field_types(kind: type) -> dict[str, Any]:
-    return typing.get_type_hints(kind)
+    return typing.get_type_hints(kind, globals())  # its __module__ is the package
 
 
 def _decode(kind: Any, message: Any, caller_element: Callable[[int], int]) -> Any:

@@ -8,17 +8,22 @@ summary = ms.gmsh.smooth()
 from __future__ import annotations
 
 import importlib
-from typing import Any, Unpack
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ._cells import WEDGE_OF_GMSH
+from ._cell_types import WEDGE_OF_GMSH
 from ._default import default_client
 from ._errors import InvalidMesh
+from ._job_options import MOVE_OPTIONS, JobOptions, MoveOptions
 from ._mesh import LazyArrays, MeshData
-from ._options import JobOptions
-from ._summary import Summary
+from ._result import SmoothResult
+from ._signature import with_options
+from ._summary import QualityStats, Summary
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 # By gmsh's number of the type: our name, and our order of its nodes if it is another.
 _TYPES: dict[int, tuple[str, list[int] | None]] = {
@@ -53,6 +58,12 @@ def read() -> MeshData:
         InvalidMesh: MESH_EMPTY, or ELEMENT_NOT_SUPPORTED for elements of an order above 2.
     """
     gmsh: Any = importlib.import_module("gmsh")
+    if not gmsh.isInitialized():
+        raise InvalidMesh(
+            "gmsh is not initialized, so no model is open",
+            reason="MESH_EMPTY",
+            hint="call gmsh.initialize() and open or make a model first",
+        )
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     if len(tags) == 0:
         raise InvalidMesh("the model open in gmsh has no mesh", reason="MESH_EMPTY")
@@ -131,19 +142,42 @@ def write(before: MeshData, points: NDArray[np.float64]) -> int:
     return len(moved)
 
 
+@with_options()
 def smooth(**options: Unpack[JobOptions]) -> Summary:
     """Smooths the mesh of the open model in place and returns the report.
 
-    Args:
-        **options: as of `meshsmooth.smooth`. `fixed` may be the name of a physical group, or
-            indices in the order of `gmsh.model.mesh.getNodes()`. Interfaces between physical
-            groups, or between volumes where there are none, are kept (`regions="auto"`).
+    `fixed` may be the name of a physical group, or indices in the order of
+    `gmsh.model.mesh.getNodes()`. Interfaces between physical groups, or between volumes where there
+    are none, are kept (`regions="auto"`).
 
     Raises:
         ModuleNotFoundError: gmsh is not installed.
         Error: as `meshsmooth.smooth`, with gmsh's tags of elements and nodes.
     """
     before = read()
-    result = default_client().smooth(before, full=True, **options)
+    result: SmoothResult[Any] = default_client().smooth(before, full=True, **options)
     write(before, result.points)
     return result.summary
+
+
+@with_options(MOVE_OPTIONS)
+def move(**options: Unpack[MoveOptions]) -> Summary:
+    """Moves nodes of the open model, lets the rest follow and returns the report.
+
+    `prescribed` may be the name of a physical group; arrays are in the order of
+    `gmsh.model.mesh.getNodes()`.
+
+    Raises:
+        ModuleNotFoundError: gmsh is not installed.
+        Error: as `meshsmooth.move`, with gmsh's tags of elements and nodes.
+    """
+    before = read()
+    result: SmoothResult[Any] = default_client().move(before, full=True, **options)
+    write(before, result.points)
+    return result.summary
+
+
+@with_options()
+def quality(**options: Unpack[JobOptions]) -> QualityStats:
+    """Evaluates the mesh of the open model; see `meshsmooth.quality`."""
+    return default_client().quality(read(), **options)

@@ -1,0 +1,309 @@
+"""The options of a job, each declared once: type, default, unit, meaning, and field on the wire.
+
+Type checkers read the types. `OPTIONS` is what signatures, docstrings, checks at run time, the
+messages and the table in docs/python.md are made of.
+"""
+
+from __future__ import annotations
+
+import datetime
+import typing
+from collections.abc import Callable, Mapping, Sequence
+from typing import Annotated, Any, Literal, NamedTuple, Protocol, SupportsIndex, TypedDict
+
+from numpy.typing import NDArray
+
+from ._methods import Goal, Method, MethodName, Move, Target
+from ._progress import Progress
+
+
+class SupportsArray(Protocol):
+    """What NumPy makes an array of by itself: Series, tensors, masks of other packages."""
+
+    def __array__(self) -> NDArray[Any]: ...
+
+
+class SupportsDlpack(Protocol):
+    """An array of another library."""
+
+    def __dlpack__(self) -> Any: ...
+
+
+Numbers = NDArray[Any] | SupportsArray | SupportsDlpack | Sequence[SupportsIndex]
+Nodes = Numbers | str | Sequence[str] | None
+Vectors = NDArray[Any] | SupportsArray | SupportsDlpack | Sequence[Sequence[float]]
+Boundary = Literal["fixed", "slide", "free"]
+Form = Literal["jacobi", "gauss-seidel", "asynchronous"]
+Metric = Literal[
+    "mean_ratio",
+    "scaled_jacobian",
+    "radius_ratio",
+    "min_dihedral_angle",
+    "max_dihedral_angle",
+    "min_angle",
+    "max_angle",
+]
+Duration = float | str | datetime.timedelta
+
+
+class Option(NamedTuple):
+    """What is said of an option besides its name and type.
+
+    Attributes:
+        meaning: one line.
+        default: as it is written; "" if there is none.
+        unit: of a number; "" if it has none.
+        takes: values in words, where the type would be a riddle; "": the type.
+        field: of SmoothingOptions or, after "spec.", of JobSpec; "": encoded by itself.
+        topology: a session takes it when it opens.
+    """
+
+    meaning: str
+    default: str = ""
+    unit: str = ""
+    takes: str = ""
+    field: str = ""
+    topology: bool = False
+
+
+_NODES = "mask, indices, name or names"
+_DURATION = "seconds, text or timedelta"
+
+
+class JobOptions(TypedDict, total=False):
+    """The keywords of `smooth` and of whatever else starts a job.
+
+    Durations are seconds, text as in "500ms", "30s", "10min", or a `timedelta`. A mask of nodes
+    has the type bool; indices count from 0; a name is that of a node array (not 0: chosen) or set.
+    """
+
+    method: Annotated[
+        Method | MethodName,
+        Option("how nodes move", "'optimize'", takes="ms.Optimize(…) and the like, or {choices}"),
+    ]
+    goal: Annotated[Goal, Option("elements that optimize improves", "'balanced'")]
+    target: Annotated[
+        Target, Option("shape that elements aim at, of optimize and move", "'automatic'")
+    ]
+    stay: Annotated[
+        float, Option("weight by which optimize holds nodes where they were, 0 or more", "0")
+    ]
+    iterations: Annotated[
+        int,
+        Option(
+            "most sweeps, 0: only evaluate; taubin and windowed-sinc 20, hc-laplacian 10",
+            "1000",
+            field="max_iteration_count",
+        ),
+    ]
+    tolerance: Annotated[
+        float,
+        Option(
+            "largest move, or decrease of optimize's energy, that ends the job",
+            "1e-4",
+            "share of the diagonal, or of the energy",
+            field="convergence_tolerance",
+        ),
+    ]
+    absolute_tolerance: Annotated[
+        float,
+        Option("largest move that ends the job", unit="length", field="absolute_tolerance"),
+    ]
+    target_quality: Annotated[
+        float,
+        Option(
+            "worst mean ratio that ends optimize, [0, 1)", "0", "mean ratio", field="target_quality"
+        ),
+    ]
+    compute_budget: Annotated[
+        Duration,
+        Option(
+            "computing time after which the best result so far is returned",
+            takes=_DURATION,
+            field="compute_budget",
+        ),
+    ]
+    boundary: Annotated[
+        Boundary,
+        Option("what nodes on the boundary do", "'fixed'", field="boundary_policy", topology=True),
+    ]
+    feature_angle: Annotated[
+        float,
+        Option("angle at which facets form a crease", "30", "°", field="feature_angle_degrees"),
+    ]
+    fixed: Annotated[Nodes, Option("nodes that stay", takes=_NODES, topology=True)]
+    fixed_types: Annotated[
+        Sequence[str],
+        Option(
+            "cell types whose nodes stay, as in ['wedge']", takes="names of types", topology=True
+        ),
+    ]
+    regions: Annotated[
+        Numbers | str | None,
+        Option(
+            "cells whose interfaces are kept as the boundary is; 'auto': physical groups",
+            "'auto'",
+            takes="whole number per cell, name or None",
+            topology=True,
+        ),
+    ]
+    merge_coincident: Annotated[
+        bool, Option("nodes at one position are smoothed as one", "False", topology=True)
+    ]
+    periodic: Annotated[
+        Any,
+        Option(
+            "nodes that belong together, which are held",
+            takes="pairs of sides, or array [pairs, 2]",
+        ),
+    ]
+    movement_limit: Annotated[
+        float | str,
+        Option(
+            "farthest that a node may go",
+            unit="length, or share of the diagonal as in '2%'",
+        ),
+    ]
+    only_below: Annotated[
+        float,
+        Option(
+            "only elements of lower quality are improved, (0, 1]",
+            unit="mean ratio",
+            field="only_below",
+        ),
+    ]
+    only_below_rings: Annotated[
+        int, Option("rings of nodes around these that move too", "2", field="only_below_rings")
+    ]
+    reference: Annotated[
+        Any,
+        Option("mesh from which elements take their shape", takes="mesh or positions"),
+    ]
+    guard: Annotated[
+        bool, Option("valid elements stay valid; False: they may not", "True", field="guard")
+    ]
+    never_worse: Annotated[
+        bool,
+        Option("nodes go back where the result would be worse", "True", field="never_worse"),
+    ]
+    metric: Annotated[
+        Literal["mean_ratio", "scaled_jacobian"],
+        Option("what never_worse keeps; else the least values of both", field="metric"),
+    ]
+    tangled: Annotated[
+        Literal["repair", "refuse"],
+        Option("what happens to a mesh with inverted elements", "'repair'", field="tangled_policy"),
+    ]
+    report_below: Annotated[
+        float,
+        Option(
+            "elements of lower quality are counted by what holds them: summary.poor, (0, 1]",
+            unit="mean ratio",
+            field="report_below",
+        ),
+    ]
+    form: Annotated[
+        Form, Option("order of the moves in a sweep; else the method's own", field="form")
+    ]
+    history: Annotated[
+        bool,
+        Option(
+            "the summary has the moves of each sweep",
+            "False",
+            field="spec.iteration_history_included",
+        ),
+    ]
+    quality: Annotated[
+        Literal["full", "brief"],
+        Option("'brief': no metrics, counts only", "'full'", field="spec.quality_detail"),
+    ]
+    element_quality: Annotated[
+        Metric | Sequence[Metric],
+        Option(
+            "metrics of each element: cell arrays of the result, and result.element_quality",
+            takes="one or more of {choices}",
+        ),
+    ]
+    backend: Annotated[
+        Literal["auto", "cpu", "cuda"],
+        Option("where the server computes", "'auto'", field="spec.backend_kind"),
+    ]
+    priority: Annotated[
+        Literal["batch", "normal", "interactive"],
+        Option("whose jobs go first", "'normal'", field="spec.priority"),
+    ]
+    queue_timeout: Annotated[
+        Duration,
+        Option("longest wait in the queue", takes=_DURATION, field="spec.queue_timeout"),
+    ]
+    timeout: Annotated[
+        Duration,
+        Option("of all attempts together", "by the mesh's size", takes=_DURATION),
+    ]
+    result_ttl: Annotated[
+        Duration,
+        Option(
+            "time that the server keeps the result for attach",
+            takes=_DURATION,
+            field="spec.result_ttl",
+        ),
+    ]
+    request_id: Annotated[str, Option("UUID under which the same job is joined", "a new one")]
+    max_attempts: Annotated[int, Option("attempts where the server is busy or gone", "4")]
+    progress: Annotated[
+        bool | Callable[[Progress], object],
+        Option(
+            "True: shown; a function gets an ms.Progress, returning False cancels",
+            "False",
+            takes="bool or function",
+        ),
+    ]
+
+
+class MoveOptions(JobOptions, total=False):
+    """The keywords of `move`: those of `smooth`, and how the mesh moves."""
+
+    displacement: Annotated[
+        Vectors | str,
+        Option("motion of the prescribed nodes", takes="array [nodes, 2 or 3] or name"),
+    ]
+    to: Annotated[
+        Any,
+        Option("in its place, where they go", takes="array [nodes, 2 or 3], or mesh"),
+    ]
+    prescribed: Annotated[
+        Nodes,
+        Option("nodes that move by it", "those on the boundary that are not fixed", takes=_NODES),
+    ]
+
+
+def _declared(options: type) -> Mapping[str, tuple[Any, Option]]:
+    hints = typing.get_type_hints(options, include_extras=True)
+    return {name: typing.get_args(hint)[:2] for name, hint in hints.items()}
+
+
+Declared = Mapping[str, tuple[Any, Option]]
+
+OPTIONS: Declared = _declared(JobOptions)  # type and option by name
+# Those of `move`, how it moves first; its method is another.
+MOVE_OPTIONS: Declared = {
+    **dict(list(_declared(MoveOptions).items())[len(OPTIONS) :]),
+    **OPTIONS,
+    "method": (Move, Option("how the mesh moves", "ms.Move()", takes="ms.Move(…)")),
+}
+TOPOLOGY_OPTIONS = tuple(name for name, (_, option) in OPTIONS.items() if option.topology)
+
+
+def type_text(kind: Any, option: Option) -> str:
+    """Returns what an option takes, in words."""
+    choices = " | ".join(map(repr, choices_of(kind)))
+    if option.takes:
+        return option.takes.format(choices=choices)
+    return choices or " | ".join(part.__name__ for part in typing.get_args(kind) or (kind,))
+
+
+def choices_of(kind: Any) -> tuple[str, ...]:
+    """Returns the values of a Literal, also of one or a sequence of it; () of other types."""
+    if typing.get_origin(kind) is Literal:
+        return typing.get_args(kind)
+    return next(filter(None, map(choices_of, typing.get_args(kind))), ())

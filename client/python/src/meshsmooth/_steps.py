@@ -1,0 +1,105 @@
+"""The jobs of a session."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _options
+from ._adapters import read_mesh
+from ._errors import misplaced
+from ._job_options import TOPOLOGY_OPTIONS, JobOptions
+from ._periodic import node_pairs
+from ._prescribed import prescribe
+from ._region import Held
+from ._request import Request, Topology
+from ._result import Finish
+
+
+class Steps:
+    """The jobs of a session, for the blocking and the asyncio client.
+
+    Attributes:
+        topology: of all steps that smooth.
+    """
+
+    def __init__(self, mesh: Any, options: JobOptions) -> None:
+        read = read_mesh(mesh)
+        # A copy: `move` begins at these positions, and the caller may change theirs in place.
+        self._mesh = read.moved(np.array(read.data.points))
+        self._options = options
+        if options.get("periodic") is not None:  # found once, where the mesh lies at first
+            pairs = node_pairs(self._mesh, options["periodic"])
+            self._options = {**options, "periodic": pairs}
+        self.topology = Topology.of(self._mesh, options)
+        self._moving: Topology | None = None  # of the last step that moved
+        self._memory: NDArray[Any] | None = None
+        self._closed = False
+        self._held = Held()
+        self._positions: NDArray[Any] | None = None
+
+    @property
+    def positions(self) -> NDArray[Any]:
+        """The session's own positions, which `smooth` without positions works on."""
+        if self._positions is None:
+            self._positions = np.array(self._mesh.data.points)
+        return self._positions
+
+    def smooth(
+        self,
+        points: NDArray[Any] | None,
+        out: NDArray[Any] | None,
+        full: bool,
+        options: JobOptions,
+    ) -> tuple[Request, Finish]:
+        """Returns the request of a step, and what makes its result."""
+        joined = self._joined(options)
+        if points is None:
+            if out is not None:
+                raise misplaced("out", "the session's own positions are smoothed in place")
+            request = Request(self._mesh.moved(self.positions), joined, self.topology)
+            return request, Finish(request, None, full, self._set, held=self._held)
+        request = Request(self._mesh.moved(np.asarray(points)), joined, self.topology)
+        return request, self._finish(request, out, full)
+
+    def move(
+        self, nodes: Any, positions: Any, out: NDArray[Any] | None, full: bool, options: JobOptions
+    ) -> tuple[Request, Finish]:
+        """Returns the same of a step that moves nodes."""
+        joined = _options.to_move_options(self._joined(options))
+        prescribed = prescribe(self._mesh, self.topology, nodes, positions)
+        topology = self.topology.moving(self._mesh.points, prescribed.nodes)
+        if self._moving is None or not self._moving.holds_those_of(topology):
+            self._moving = topology  # else its name is known
+        request = Request(self._mesh, joined, self._moving, prescribed)
+        return request, self._finish(request, out, full)
+
+    def end(self, finish: Finish) -> None:
+        """Keeps the memory of a finished step for the next one."""
+        self._memory = finish.own_memory
+
+    def close(self) -> None:
+        """Keeps no memory, and refuses further steps."""
+        self._closed = True
+        self._memory = None
+        self._held.close()
+
+    def _set(self, positions: NDArray[Any]) -> NDArray[Any]:
+        self._positions = positions
+        return positions
+
+    def _joined(self, options: JobOptions) -> JobOptions:
+        if self._closed:
+            raise ValueError("the session is closed")
+        _options.check_names(options)
+        for name in TOPOLOGY_OPTIONS:
+            if name in options:
+                raise misplaced(
+                    name, f"{name} holds for all steps of a session; give it to session(…)"
+                )
+        return {**self._options, **options}
+
+    def _finish(self, request: Request, out: NDArray[Any] | None, full: bool) -> Finish:
+        return Finish(request, out, full, lambda positions: positions, memory=self._memory)
