@@ -16,8 +16,6 @@ if(MESHSMOOTH_BUILD_SERVER)
   # where there is one.
   find_path(PROMETHEUS_CPP_INCLUDE_DIR prometheus/registry.h REQUIRED)  # 1.0
   find_library(PROMETHEUS_CPP_LIBRARY NAMES libprometheus-cpp-core.a prometheus-cpp-core REQUIRED)
-  find_path(CIVETWEB_INCLUDE_DIR civetweb.h REQUIRED)                   # 1.15
-  find_library(CIVETWEB_LIBRARY NAMES libcivetweb.a civetweb REQUIRED)
 endif()
 if(MESHSMOOTH_BUILD_SERVER OR MESHSMOOTH_BUILD_CLI)
   find_package(CLI11 2.1 REQUIRED)
