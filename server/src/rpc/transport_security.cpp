@@ -117,9 +117,9 @@ std::shared_ptr<grpc::ServerCredentials> make_server_credentials(const ServerCon
       std::chrono::seconds(1),
       std::chrono::duration_cast<std::chrono::seconds>(config.credentials_reload_interval));
   return tls_credentials<tls::TlsServerCredentialsOptions>(
-      std::make_shared<tls::FileWatcherCertificateProvider>(config.tls_key, config.tls_cert,
-                                                            config.tls_client_ca,
-                                                            static_cast<unsigned>(interval.count())),
+      std::make_shared<tls::FileWatcherCertificateProvider>(
+          config.tls_key, config.tls_cert, config.tls_client_ca,
+          static_cast<unsigned>(interval.count())),
       !config.tls_client_ca.empty());
 }
 
