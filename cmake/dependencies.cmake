@@ -16,8 +16,6 @@ if(MESHSMOOTH_BUILD_SERVER)
   # where there is one.
   find_path(PROMETHEUS_CPP_INCLUDE_DIR prometheus/registry.h REQUIRED)  # 1.0
   find_library(PROMETHEUS_CPP_LIBRARY NAMES libprometheus-cpp-core.a prometheus-cpp-core REQUIRED)
-  find_path(CIVETWEB_INCLUDE_DIR civetweb.h REQUIRED)                   # 1.15
-  find_library(CIVETWEB_LIBRARY NAMES libcivetweb.a civetweb REQUIRED)
 endif()
 if(MESHSMOOTH_BUILD_SERVER OR MESHSMOOTH_BUILD_CLI)
   find_package(CLI11 2.1 REQUIRED)
@@ -52,7 +50,11 @@ if(MESHSMOOTH_BUILD_CLI)
 endif()
 if(MESHSMOOTH_BUILD_TESTS)
   find_package(GTest 1.12 REQUIRED)
-  find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+  # 3.4, or 5, whose configuration takes itself for none.
+  find_package(Eigen3 REQUIRED NO_MODULE)
+  if(Eigen3_VERSION VERSION_LESS 3.4)
+    message(FATAL_ERROR "Eigen ${Eigen3_VERSION} is too old: 3.4 is needed")
+  endif()
 endif()
 if(MESHSMOOTH_BUILD_BENCHMARKS)
   find_package(benchmark 1.7 REQUIRED)

@@ -17,7 +17,7 @@ die() {
 program_packages=(
   g++ cmake ninja-build ccache pkgconf
   libgrpc++-dev libssl-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc
-  libtbb-dev libspdlog-dev libcli11-dev prometheus-cpp-dev libcivetweb-dev zlib1g-dev
+  libtbb-dev libspdlog-dev libcli11-dev prometheus-cpp-dev zlib1g-dev
 )
 build_packages=(
   "${program_packages[@]}" libvtk9-dev libgmsh-dev libtet1.5-dev libhdf5-dev libnetcdf-dev libxml2-dev

@@ -120,8 +120,6 @@ forbid("prometheus/" "only one place knows how metrics are counted"
   server/src/metrics)
 forbid("openssl/" "secrets and certificates are handled in few places"
   proto/wire/sha256\\.cpp server/src/port_probe\\.cpp server/src/token_file\\.cpp server/src/rpc/transport_security\\.cpp tests/)
-forbid("civetweb\\.h" "only one place knows how HTTP is spoken"
-  server/src/admin_server\\.cpp)
 forbid("(cuda|cub/|thrust/)" "CUDA stays in its backend"
   core/src/smooth/cuda/ tests/)
 forbid("meshsmooth/(server|client|wire)[./]" "core knows nobody outside itself"

@@ -180,7 +180,8 @@ bool parse(grpc::ByteBuffer& bytes, google::protobuf::Message& message) {
 
 grpc::ByteBuffer encode(const google::protobuf::Message& message) {
   const grpc::Slice slice(message.ByteSizeLong());
-  message.SerializeWithCachedSizesToArray(const_cast<std::uint8_t*>(slice.begin()));
+  static_cast<void>(
+      message.SerializeWithCachedSizesToArray(const_cast<std::uint8_t*>(slice.begin())));
   return grpc::ByteBuffer(&slice, 1);
 }
 

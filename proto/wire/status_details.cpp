@@ -32,7 +32,7 @@ std::string shorten(std::string_view text, std::size_t max_bytes) {
 void pack(std::string_view url, const google::protobuf::Message& message, v1::Status* status) {
   google::protobuf::Any* any = status->add_details();
   any->set_type_url(std::string(url));
-  message.SerializeToString(any->mutable_value());
+  any->set_value(message.SerializeAsString());
 }
 
 }  // namespace

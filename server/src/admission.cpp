@@ -114,6 +114,23 @@ MemoryEstimate Admission::estimate(const JobRequest& request) const {
   return need;
 }
 
+void Admission::check_limits() const {
+  JobRequest smallest;  // one tetrahedron
+  smallest.layout.node_count = 4;
+  smallest.layout.blocks = {{ElementType::tetrahedron, 1}};
+  smallest.layout.elements_bytes = 4 * sizeof(NodeId);
+  smallest.layout.coordinates_bytes = 4 * sizeof(Vec3d);
+  try {
+    static_cast<void>(estimate(smallest));
+  } catch (const OutOfMemory& error) {
+    throw InvalidOption("OPTION_OUT_OF_RANGE",
+                        "host-memory-limit-bytes, device-bytes or max-job-bytes: no job fits, not "
+                        "even one of four nodes: " +
+                            std::string(error.what()),
+                        {{"field", "host-memory-limit-bytes"}});
+  }
+}
+
 Reservation Admission::reserve(MemoryEstimate need, const std::vector<int>& preferred_devices) {
   for (;;) {
     try {

@@ -43,6 +43,9 @@ class Admission {
   /// the stream. Throws OutOfMemory (MESH_TOO_LARGE) when it could never fit.
   [[nodiscard]] MemoryEstimate estimate(const JobRequest& request) const;
 
+  /// Throws InvalidOption (OPTION_OUT_OF_RANGE) where the limits leave no room for any job.
+  void check_limits() const;
+
   /// See Smoother.
   [[nodiscard]] bool reads_positions_once(const MeshSize& size) const {
     return smoother_.reads_positions_once(size);

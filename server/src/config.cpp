@@ -1,12 +1,15 @@
 #include "config.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cctype>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <string_view>
 
 #include "meshsmooth/error.hpp"
@@ -68,6 +71,21 @@ std::vector<GivenSetting> given_by_environment() {
 }
 
 }  // namespace
+
+std::vector<std::string> unknown_environment() {
+  std::set<std::string> known = {"MESHSMOOTH_CONFIG"};
+  for (const Setting& setting : settings()) known.insert(environment_name(setting.key));
+  std::vector<std::string> unknown;
+  for (char** variable = environ; *variable != nullptr; ++variable) {
+    const std::string_view text = *variable;
+    std::string name(text.substr(0, text.find('=')));
+    if (name.starts_with("MESHSMOOTH_") && name.size() + 1 < text.size() && !known.contains(name)) {
+      unknown.push_back(std::move(name));
+    }
+  }
+  std::ranges::sort(unknown);
+  return unknown;
+}
 
 void throw_wrong_setting(const std::string& field, const std::string& what) {
   throw InvalidOption("OPTION_OUT_OF_RANGE", field + ": " + what, {{"field", field}});

@@ -28,6 +28,11 @@ void add_config_option(CLI::App& app, std::string& path);
 /// a wrong value; of CLI11's exceptions those for --help and for unknown arguments.
 [[nodiscard]] ServerConfig read_config(CLI::App& app, int argc, const char* const* argv);
 
+/// The environment variables MESHSMOOTH_… that are set and no setting of the server, sorted:
+/// perhaps a mistyped one. Not an error, for container platforms set some by themselves (Kubernetes
+/// for a Service named meshsmooth: MESHSMOOTH_PORT) and other programs of ours have their own.
+[[nodiscard]] std::vector<std::string> unknown_environment();
+
 /// A setting as the user gave it, not yet checked.
 struct GivenSetting {
   std::string key;

@@ -48,6 +48,7 @@ Engine::Engine(Resources resources, std::function<void()> on_lanes_lost)
                  queue_, store_, staging_.get(), [this](const Job& ended) { retire(ended); }),
       results_(config_.max_kept_result_bytes),
       on_lanes_lost_(std::move(on_lanes_lost)) {
+  admission_.check_limits();
   const LaneEvents events{
       .finished = [this](Job& job, SmoothSummary summary) { finish(job, std::move(summary)); },
       .failed = [](Job& job, std::exception_ptr error) { job.end(std::move(error)); }};
@@ -56,7 +57,12 @@ Engine::Engine(Resources resources, std::function<void()> on_lanes_lost)
       std::move(resources.devices), std::move(resources.make_smoother), queue_, topologies_,
       LanePool::Options{config_.lanes, config_.lane_watchdog},
       LanePool::Events{events, [this](int device) { close_device(device); }});
-  maintenance_ = std::jthread([this](const std::stop_token& stop) { run_maintenance(stop); });
+  try {
+    maintenance_ = std::jthread([this](const std::stop_token& stop) { run_maintenance(stop); });
+  } catch (...) {  // the lanes end with it
+    queue_.close();
+    throw;
+  }
 }
 
 Engine::~Engine() {

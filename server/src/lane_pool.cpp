@@ -18,13 +18,18 @@ LanePool::LanePool(std::vector<Resources::Device> devices, MakeSmoother make_smo
       options_(options),
       events_(std::move(events)),
       lanes_per_device_(devices.front().smoothers.size()) {
-  for (std::size_t device = 0; device < devices.size(); ++device) {
-    int lane = 0;
-    for (auto& smoother : devices[device].smoothers) {
-      const bool any = lane++ < options_.lanes;
-      add(std::move(smoother), static_cast<int>(device),
-          any ? JobQueue::Takes::any : JobQueue::Takes::newcomers);
+  try {
+    for (std::size_t device = 0; device < devices.size(); ++device) {
+      int lane = 0;
+      for (auto& smoother : devices[device].smoothers) {
+        const bool any = lane++ < options_.lanes;
+        add(std::move(smoother), static_cast<int>(device),
+            any ? JobQueue::Takes::any : JobQueue::Takes::newcomers);
+      }
     }
+  } catch (...) {  // no memory for another thread: those that wait for jobs are to end
+    queue_.close();
+    throw;
   }
 }
 

@@ -37,9 +37,10 @@ constexpr int kAcceptedAtOnce = 64;
 // Who means to speak does so at once; all of them are polled.
 constexpr std::size_t kMaxSilent = 1024;
 
-[[noreturn]] void fail(const std::string& address, const std::string& why) {
-  throw_wrong_setting("listen", "cannot serve on " + address + ": " + why +
-                                    "; is the address right and the port free?");
+[[noreturn]] void fail(const std::string& setting, const std::string& address,
+                       const std::string& why) {
+  throw_wrong_setting(setting, "cannot serve on " + address + ": " + why +
+                                   "; is the address right and the port free?");
 }
 
 // Of the peer without its port; empty on this host.
@@ -87,15 +88,15 @@ int max_connection_descriptor() {
   return all - std::min(all / 4, 1024);
 }
 
-Listener::Listener(const std::string& address, Limits limits)
-    : limits_(limits), wake_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
+Listener::Listener(const std::string& address, Limits limits, std::string setting)
+    : limits_(limits), setting_(std::move(setting)), wake_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
   if (!address.starts_with(kUnix)) {
     listen_on_host(address);
     return;
   }
   Descriptor socket(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
-  if (!socket) fail(address, std::strerror(errno));
-  listen_on_path(socket.number(), address.substr(kUnix.size()), "listen");
+  if (!socket) fail(setting_, address, std::strerror(errno));
+  listen_on_path(socket.number(), address.substr(kUnix.size()), setting_);
   path_ = address.substr(kUnix.size());
   listeners_.push_back(std::move(socket));
 }
@@ -110,7 +111,7 @@ void Listener::listen_on_host(const std::string& address) {
   hints.ai_socktype = SOCK_STREAM;
   addrinfo* found = nullptr;
   if (const int error = getaddrinfo(host.c_str(), port.c_str(), &hints, &found); error != 0) {
-    fail(address, gai_strerror(error));
+    fail(setting_, address, gai_strerror(error));
   }
   const std::unique_ptr<addrinfo, void (*)(addrinfo*)> addresses(found, freeaddrinfo);
   // Every address of this host includes those of both families, as with gRPC's own listener.
@@ -125,7 +126,7 @@ void Listener::listen_on_host(const std::string& address) {
   for (const addrinfo* a = found; a != nullptr; a = a->ai_next) {
     bind_to(a->ai_family, a->ai_addr, a->ai_addrlen, true);
   }
-  if (listeners_.empty()) fail(address, std::strerror(errno));
+  if (listeners_.empty()) fail(setting_, address, std::strerror(errno));
 }
 
 void Listener::bind_to(int family, const sockaddr* address, socklen_t size, bool only_this_family) {

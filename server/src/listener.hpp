@@ -45,8 +45,8 @@ class Listener {
 
   /// Binds and listens; serves nobody before `start`. Throws InvalidOption (OPTION_OUT_OF_RANGE)
   /// with the reason. Port 0 selects a free one. A stale socket of a server that was killed is
-  /// replaced, a live one is an error.
-  Listener(const std::string& address, Limits limits);
+  /// replaced, a live one is an error. Errors name `setting`.
+  Listener(const std::string& address, Limits limits, std::string setting = "listen");
   ~Listener() { close(); }
   Listener(const Listener&) = delete;
   Listener& operator=(const Listener&) = delete;
@@ -86,6 +86,7 @@ class Listener {
   void forget_closed();
 
   const Limits limits_;
+  const std::string setting_;
   std::vector<wire::Descriptor> listeners_;
   std::string path_;  // of the Unix socket
   int port_ = 0;

@@ -162,6 +162,10 @@ void log_denied(const Error& error, const std::string& peer) {
 
 void log_event(const std::string& event) { write(spdlog::level::info, {{"event", event}}); }
 
+void log_warning(const std::string& event, const std::string& message) {
+  write(spdlog::level::warn, {{"event", event}, {"message", message}});
+}
+
 void log_error(const std::string& event, const std::string& message) {
   write(spdlog::level::err, {{"event", event}, {"message", message}});
 }

@@ -30,6 +30,7 @@ void log_refused(const std::exception_ptr& error, const std::string& traceparent
 /// A call had no valid credentials.
 void log_denied(const Error& error, const std::string& peer);
 void log_error(const std::string& event, const std::string& message);
+void log_warning(const std::string& event, const std::string& message);
 void log_event(const std::string& event);
 
 }  // namespace meshsmooth::server

@@ -1,4 +1,5 @@
 #include <pthread.h>
+#include <sys/mman.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -10,11 +11,13 @@
 #include <cstdio>
 #include <exception>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <thread>
 
 #include "config.hpp"
 #include "host_memory.hpp"
+#include "log.hpp"
 #include "meshsmooth/error.hpp"
 #include "meshsmooth/server.hpp"
 #include "program.hpp"
@@ -47,6 +50,20 @@ void raise_descriptor_limit() {
   if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur == limit.rlim_max) return;
   limit.rlim_cur = limit.rlim_max;
   setrlimit(RLIMIT_NOFILE, &limit);
+}
+
+// Where gRPC and oneTBB get no memory for their threads they abort or wait for ever. An idle server
+// of two cores takes 380 MB of address space, mostly stacks.
+void check_address_space() {
+  constexpr std::size_t kBytes = 384 << 20;
+  void* space =
+      mmap(nullptr, kBytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  if (space == MAP_FAILED) {
+    throw std::runtime_error("the address space is limited to less than " +
+                             std::to_string(kBytes >> 20) +
+                             " MiB beyond what the program takes (ulimit -v); raise the limit");
+  }
+  munmap(space, kBytes);
 }
 
 // The only way out once threads run that never end by themselves.
@@ -134,7 +151,13 @@ int main(int argc, char** argv) {
   } catch (const Error& error) {
     return fail(error);
   }
+  std::string unknown;
+  for (const std::string& name : server::unknown_environment()) {
+    unknown += (unknown.empty() ? "" : ", ") + name;
+  }
+  if (!unknown.empty()) unknown = "no such setting, ignored: " + unknown;
   if (flags.print_config) {
+    if (!unknown.empty()) fail(unknown, 0);
     std::fputs(server::describe(config).c_str(), stdout);
     return 0;
   }
@@ -149,8 +172,11 @@ int main(int argc, char** argv) {
   std::atomic<bool> stdin_ended = false;
   Exit exit;
   try {
+    check_address_space();
     if (config.listen == "unix:") exit.create_socket_folder(config);
     if (config.exit_with_stdin) watch_stdin(stdin_ended, exit);
+    server::set_log(config.log_level, config.log_format);
+    if (!unknown.empty()) server::log_warning("unknown_environment", unknown);
     server::Server server(config);
     server.start([] { kill(getpid(), SIGTERM); });
     serve(server, config, signals, stdin_ended, exit);

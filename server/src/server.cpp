@@ -1,5 +1,6 @@
 #include "meshsmooth/server.hpp"
 
+#include <absl/synchronization/mutex.h>
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/health_check_service_interface.h>
 #include <grpcpp/resource_quota.h>
@@ -43,6 +44,10 @@ void configure(grpc::ServerBuilder& builder, const ServerConfig& config,
                std::int64_t transport_bytes) {
   builder.SetMaxReceiveMessageSize(config.max_receive_message_bytes);
   builder.AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, config.max_metadata_bytes);
+#ifdef GRPC_ARG_ABSOLUTE_MAX_METADATA_SIZE
+  // Since 1.54 the one above is the size from which on calls are refused at random.
+  builder.AddChannelArgument(GRPC_ARG_ABSOLUTE_MAX_METADATA_SIZE, config.max_metadata_bytes);
+#endif
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, config.max_concurrent_streams);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, to_milliseconds(config.keepalive_time));
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS,
@@ -165,6 +170,9 @@ Server::~Server() {
 
 void Server::start(std::function<void()> on_device_lost) {
   set_log(impl_->config.log_level, impl_->config.log_format);
+  // Debian builds Abseil with its search for cycles of locks, which ends the process where
+  // gRPC 1.83 takes two in either order.
+  absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
   // Both apply to servers that are built afterwards.
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();

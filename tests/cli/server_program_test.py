@@ -57,6 +57,41 @@ class Settings(CliTest):
         self.assertIn("lanse", error)
         self.run_server("--lanse", "2", exit_code=USAGE)
 
+    def test_unknown_variables_are_named(self):
+        result = self.run_server("--print-config", MESHSMOOTH_TOKEN_FIEL="x", MESHSMOOTH_LANES="1")
+        self.assertRegex(result.stderr, "ignored: .*MESHSMOOTH_TOKEN_FIEL")
+        self.assertNotIn("MESHSMOOTH_LANES", result.stderr)
+        os.environ["MESHSMOOTH_TOKEN_FIEL"] = "x"
+        self.addCleanup(os.environ.pop, "MESHSMOOTH_TOKEN_FIEL")
+        server = Program(SERVER, "--listen", "127.0.0.1:0")
+        self.addCleanup(server.kill)
+        server.wait_for("event=unknown_environment.*MESHSMOOTH_TOKEN_FIEL")
+
+    def test_limits_below_every_job_are_refused(self):
+        for flag in "--host-memory-limit-bytes", "--max-job-bytes":
+            for value in "1", "1MiB":
+                error = self.run_server("--listen", "127.0.0.1:0", flag, value,
+                                        exit_code=USAGE).stderr
+                self.assertIn(flag.strip("-"), error)
+                self.assertIn("no job fits", error)
+
+    def test_too_little_address_space_is_an_error_not_a_crash(self):
+        # From less than the libraries need to more than the server does; the loader's code is 127.
+        for kilobytes in 50_000, 100_000, 200_000, 300_000, 450_000, 600_000, 900_000:
+            with self.subTest(kilobytes):
+                server = Program("sh", "-c", f'ulimit -v {kilobytes}; exec "$@"', "sh", SERVER,
+                                 "--listen", "127.0.0.1:0", "--lame-duck-seconds", "0")
+                self.addCleanup(server.kill)
+                try:
+                    server.wait_for("event=start")
+                    server.process.send_signal(signal.SIGTERM)
+                    self.assertEqual(server.process.wait(60), DONE)
+                except AssertionError:
+                    code, error = server.end()
+                    self.assertIn(code, (71, 127), error)
+                    self.assertNotIn("terminate", error)
+                    self.assertTrue(error.strip())
+
     def test_the_documentation_lists_them_with_their_defaults(self):
         text = (ROOT / "docs" / "operations.md").read_text()
         for line in self.run_server("--print-config").stdout.splitlines():

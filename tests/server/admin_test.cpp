@@ -8,6 +8,7 @@
 
 #include "server/smooth_call.hpp"
 #include "support/http.hpp"
+#include "support/http2_peer.hpp"
 #include "support/in_process_server.hpp"
 #include "support/process.hpp"
 
@@ -244,6 +245,48 @@ TEST(Probes, FailOnceTheDeviceIsLost) {
   EXPECT_EQ(status_of(server, "/readyz"), 503);
   EXPECT_EQ(scrape(server).at("meshsmooth_lanes{state=\"working\"}"), 0);
   EXPECT_EQ(scrape(server).at("meshsmooth_lanes{state=\"broken\"}"), 1);
+}
+
+/// Connections to the admin port that have sent a part of a request, or the whole of one whose
+/// answer they do not read.
+std::vector<std::unique_ptr<Peer>> slow_clients(int port, int count, const std::string& sent) {
+  std::vector<std::unique_ptr<Peer>> clients;
+  for (int i = 0; i < count; ++i) {
+    clients.push_back(std::make_unique<Peer>(port));
+    clients.back()->send(sent);
+  }
+  return clients;
+}
+
+TEST(Admin, SlowClientsDelayNoProbe) {
+  InProcessServer server(admin_config());
+  const int port = server.server().admin_port();
+  for (const char* sent : {"G", "GET /healthz HTTP/1.1\r\nX: ", "GET /metrics HTTP/1.1\r\n\r\n",
+                           "GET /readyz HTTP/1.1\r\n\r\n"}) {
+    const auto clients = slow_clients(port, 200, sent);
+    for (const char* page : {"/healthz", "/readyz", "/metrics"}) {
+      const auto begin = std::chrono::steady_clock::now();
+      EXPECT_EQ(status_of(server, page), 200);
+      EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(1)) << sent;
+    }
+  }
+}
+
+TEST(Admin, MoreClientsThanItHoldsGiveWay) {
+  InProcessServer server(admin_config());
+  const auto clients = slow_clients(server.server().admin_port(), 700, "GET /");
+  EXPECT_EQ(status_of(server, "/healthz"), 200);
+}
+
+TEST(Admin, RefusesWhatIsNoRequest) {
+  InProcessServer server(admin_config());
+  for (const std::string& sent :
+       {std::string("PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"), std::string("\r\n\r\n"),
+        std::string("GET\r\n\r\n"), "GET /" + std::string(10'000, 'x')}) {
+    Peer peer(server.server().admin_port());
+    peer.send(sent);
+    EXPECT_THAT(peer.read_all(), ::testing::StartsWith("HTTP/1.1 400 "));
+  }
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // What is refused or fails, by which status and reason.
 #include <gmock/gmock.h>
+#include <grpcpp/impl/client_unary_call.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -110,6 +111,24 @@ TEST_F(Refusal, OfOptionsNamesTheField) {
   expect_refused([](auto& s) { s.set_priority(static_cast<v1::Priority>(99)); },
                  StatusCode::INVALID_ARGUMENT, "OPTION_NOT_SUPPORTED", "priority");
   expect_healthy_service(stub_);
+}
+
+TEST_F(Refusal, OfBytesThatAreNoMessageSaysSo) {
+  for (const std::string method : {"GetTopology", "DeleteTopology", "GetJob", "ListJobs",
+                                   "CancelJob", "DeleteJob", "LeaseRegion", "GetServerInfo"}) {
+    const std::string path = "/meshsmooth.v1.SmoothingService/" + method;
+    const grpc::internal::RpcMethod rpc(path.c_str(), grpc::internal::RpcMethod::NORMAL_RPC);
+    const grpc::Slice slice(std::string("\xff\xff\xff"));
+    const grpc::ByteBuffer bytes(&slice, 1);
+    grpc::ByteBuffer answer;
+    grpc::ClientContext context;
+    const grpc::Status status =
+        grpc::internal::BlockingUnaryCallImpl<grpc::ByteBuffer, grpc::ByteBuffer>(
+            server_.channel().get(), rpc, &context, bytes, &answer)
+            .status();
+    EXPECT_EQ(status.error_code(), StatusCode::INVALID_ARGUMENT) << method;
+    EXPECT_THAT(status.error_message(), ::testing::HasSubstr("cannot parse " + method + "Request"));
+  }
 }
 
 TEST_F(Refusal, OfWhatLaterVersionsWillHave) {

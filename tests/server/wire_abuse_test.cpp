@@ -94,6 +94,17 @@ TEST_F(WireAbuse, GarbageAfterThePreface) {
   }
 }
 
+int count_frames(const std::string& bytes, int kind) {
+  constexpr std::size_t kHead = 9;
+  int count = 0;
+  for (std::size_t at = 0; at + kHead <= bytes.size();) {
+    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(bytes[at + i]); };
+    if (byte(3) == kind) ++count;
+    at += kHead + (byte(0) << 16 | byte(1) << 8 | byte(2));
+  }
+  return count;
+}
+
 TEST_F(WireAbuse, ManyHalfOpenConnections) {
   std::vector<std::unique_ptr<Peer>> peers;
   for (int i = 0; i < 200; ++i) {
@@ -123,7 +134,9 @@ TEST_F(WireAbuse, CallsWithoutEndOfAClientThatIgnoresTheLimit) {
   std::string burst = kPreface + frame(kSettings, 0, 0, "");
   for (std::uint32_t i = 0; i < 2000; ++i) burst += begin_call(2 * i + 1);
   peer.send(burst);
-  EXPECT_TRUE(peer.is_sent_away());
+  // This server ends the connection; a newer gRPC resets what is too many before it does.
+  const std::string answer = peer.read_all();
+  EXPECT_TRUE(peer.is_sent_away() || count_frames(answer, kReset) > 2000 - 300);
 }
 
 TEST_F(WireAbuse, MoreConnectionsThanAreServed) {

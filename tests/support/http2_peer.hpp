@@ -94,6 +94,16 @@ class Peer {
     shutdown(socket_, SHUT_WR);
     static_cast<void>(is_sent_away());
   }
+  /// What comes until the server closes the connection, or for 5 s.
+  [[nodiscard]] std::string read_all() const {
+    std::string all;
+    char buffer[4096];
+    ssize_t count;
+    while ((count = recv(socket_, buffer, sizeof buffer, 0)) > 0) {
+      all.append(buffer, static_cast<std::size_t>(count));
+    }
+    return all;
+  }
   /// Reads until the server closes the connection; false when it does not within 5 s.
   [[nodiscard]] bool is_sent_away() const {
     char buffer[4096];

@@ -18,6 +18,7 @@
 #include "rpc/status.hpp"
 #include "wire/codec.hpp"
 #include "wire/local_address.hpp"
+#include "wire/raw_message.hpp"
 
 namespace meshsmooth::server {
 namespace {
@@ -112,17 +113,19 @@ class UnaryCalls {
   std::list<Call*> calls_;      // the oldest first
 };
 
-/// v1::SmoothingService::CallbackService, but Smooth and AttachJob exchange raw messages.
+/// v1::SmoothingService::CallbackService, but with raw messages: Smooth and AttachJob find chunks
+/// in them without copies, and of bytes that are no message gRPC itself would say nothing but
+/// UNIMPLEMENTED.
 using SmoothingServiceBase = v1::SmoothingService::WithRawCallbackMethod_Smooth<
-    v1::SmoothingService::WithCallbackMethod_GetTopology<
-        v1::SmoothingService::WithCallbackMethod_DeleteTopology<
-            v1::SmoothingService::WithCallbackMethod_GetJob<
-                v1::SmoothingService::WithCallbackMethod_ListJobs<
-                    v1::SmoothingService::WithCallbackMethod_CancelJob<
+    v1::SmoothingService::WithRawCallbackMethod_GetTopology<
+        v1::SmoothingService::WithRawCallbackMethod_DeleteTopology<
+            v1::SmoothingService::WithRawCallbackMethod_GetJob<
+                v1::SmoothingService::WithRawCallbackMethod_ListJobs<
+                    v1::SmoothingService::WithRawCallbackMethod_CancelJob<
                         v1::SmoothingService::WithRawCallbackMethod_AttachJob<
-                            v1::SmoothingService::WithCallbackMethod_DeleteJob<
-                                v1::SmoothingService::WithCallbackMethod_LeaseRegion<
-                                    v1::SmoothingService::WithCallbackMethod_GetServerInfo<
+                            v1::SmoothingService::WithRawCallbackMethod_DeleteJob<
+                                v1::SmoothingService::WithRawCallbackMethod_LeaseRegion<
+                                    v1::SmoothingService::WithRawCallbackMethod_GetServerInfo<
                                         v1::SmoothingService::Service>>>>>>>>>>;
 
 /// Calls that are not overridden return UNIMPLEMENTED.
@@ -140,65 +143,80 @@ class SmoothingService final : public SmoothingServiceBase {
   }
 
   grpc::ServerUnaryReactor* GetTopology(grpc::CallbackServerContext* context,
-                                        const v1::GetTopologyRequest* request,
-                                        v1::GetTopologyResponse* response) override {
-    return answer(context, *request, *response, [&](const Caller& caller) {
-      *response->mutable_topology() =
-          encode_topology(*find_topology(engine_, caller.name, request->name()));
-    });
+                                        const grpc::ByteBuffer* bytes,
+                                        grpc::ByteBuffer* answer_bytes) override {
+    return answer<v1::GetTopologyRequest, v1::GetTopologyResponse>(
+        context, *bytes, *answer_bytes,
+        [&](const Caller& caller, const v1::GetTopologyRequest& request,
+            v1::GetTopologyResponse& response) {
+          *response.mutable_topology() =
+              encode_topology(*find_topology(engine_, caller.name, request.name()));
+        });
   }
 
   grpc::ServerUnaryReactor* DeleteTopology(grpc::CallbackServerContext* context,
-                                           const v1::DeleteTopologyRequest* request,
-                                           v1::DeleteTopologyResponse* response) override {
-    return answer(context, *request, *response, [&](const Caller& caller) {
-      const auto topology = find_topology(engine_, caller.name, request->name());
-      engine_.topologies().remove(topology->caller(), topology->name());
-    });
+                                           const grpc::ByteBuffer* bytes,
+                                           grpc::ByteBuffer* answer_bytes) override {
+    return answer<v1::DeleteTopologyRequest, v1::DeleteTopologyResponse>(
+        context, *bytes, *answer_bytes,
+        [&](const Caller& caller, const v1::DeleteTopologyRequest& request,
+            v1::DeleteTopologyResponse&) {
+          const auto topology = find_topology(engine_, caller.name, request.name());
+          engine_.topologies().remove(topology->caller(), topology->name());
+        });
   }
 
   grpc::ServerUnaryReactor* GetJob(grpc::CallbackServerContext* context,
-                                   const v1::GetJobRequest* request,
-                                   v1::GetJobResponse* response) override {
-    return answer(context, *request, *response, [&](const Caller& caller) {
-      *response->mutable_job() = encode_job(*find_job(caller, request->name()), engine_);
-    });
+                                   const grpc::ByteBuffer* bytes,
+                                   grpc::ByteBuffer* answer_bytes) override {
+    return answer<v1::GetJobRequest, v1::GetJobResponse>(
+        context, *bytes, *answer_bytes,
+        [&](const Caller& caller, const v1::GetJobRequest& request, v1::GetJobResponse& response) {
+          *response.mutable_job() = encode_job(*find_job(caller, request.name()), engine_);
+        });
   }
 
   grpc::ServerUnaryReactor* ListJobs(grpc::CallbackServerContext* context,
-                                     const v1::ListJobsRequest* request,
-                                     v1::ListJobsResponse* response) override {
-    return answer(context, *request, *response, [&](const Caller& caller) {
-      const std::size_t page_size = decode_page_size(request->page_size());
-      const auto wanted = [&](const Job& job) {
-        return request->states().empty() ||
-               std::ranges::count(request->states(),
-                                  static_cast<int>(wire::encode_state(job.state()))) > 0;
-      };
-      const auto jobs = engine_.store().list(caller.name, decode_page_token(request->page_token()),
-                                             page_size + 1, wanted);
-      for (std::size_t i = 0; i < std::min(jobs.size(), page_size); ++i) {
-        *response->add_jobs() = encode_job(*jobs[i], engine_);
-      }
-      if (jobs.size() > page_size) {
-        response->set_next_page_token(std::to_string(jobs[page_size - 1]->sequence()));
-      }
-    });
+                                     const grpc::ByteBuffer* bytes,
+                                     grpc::ByteBuffer* answer_bytes) override {
+    return answer<v1::ListJobsRequest, v1::ListJobsResponse>(
+        context, *bytes, *answer_bytes,
+        [&](const Caller& caller, const v1::ListJobsRequest& request,
+            v1::ListJobsResponse& response) {
+          const std::size_t page_size = decode_page_size(request.page_size());
+          const auto wanted = [&](const Job& job) {
+            return request.states().empty() ||
+                   std::ranges::count(request.states(),
+                                      static_cast<int>(wire::encode_state(job.state()))) > 0;
+          };
+          const auto jobs = engine_.store().list(
+              caller.name, decode_page_token(request.page_token()), page_size + 1, wanted);
+          for (std::size_t i = 0; i < std::min(jobs.size(), page_size); ++i) {
+            *response.add_jobs() = encode_job(*jobs[i], engine_);
+          }
+          if (jobs.size() > page_size) {
+            response.set_next_page_token(std::to_string(jobs[page_size - 1]->sequence()));
+          }
+        });
   }
 
   grpc::ServerUnaryReactor* CancelJob(grpc::CallbackServerContext* context,
-                                      const v1::CancelJobRequest* request,
-                                      v1::CancelJobResponse* response) override {
-    return answer(context, *request, *response, [&](const Caller& caller) {
-      const std::shared_ptr<Job> job = find_job(caller, request->name());
-      if (request->result_kept()) {
-        job->finish_early();
-      } else {
-        engine_.cancel(*job, std::make_exception_ptr(Cancelled(
-                                 "CANCELLED_BY_JOB_CALL", "the job was cancelled by CancelJob")));
-      }
-      *response->mutable_job() = encode_job(*job, engine_);
-    });
+                                      const grpc::ByteBuffer* bytes,
+                                      grpc::ByteBuffer* answer_bytes) override {
+    return answer<v1::CancelJobRequest, v1::CancelJobResponse>(
+        context, *bytes, *answer_bytes,
+        [&](const Caller& caller, const v1::CancelJobRequest& request,
+            v1::CancelJobResponse& response) {
+          const std::shared_ptr<Job> job = find_job(caller, request.name());
+          if (request.result_kept()) {
+            job->finish_early();
+          } else {
+            engine_.cancel(
+                *job, std::make_exception_ptr(Cancelled("CANCELLED_BY_JOB_CALL",
+                                                        "the job was cancelled by CancelJob")));
+          }
+          *response.mutable_job() = encode_job(*job, engine_);
+        });
   }
 
   RawWriteReactor* AttachJob(grpc::CallbackServerContext* context,
@@ -209,54 +227,69 @@ class SmoothingService final : public SmoothingServiceBase {
   }
 
   grpc::ServerUnaryReactor* DeleteJob(grpc::CallbackServerContext* context,
-                                      const v1::DeleteJobRequest* request,
-                                      v1::DeleteJobResponse* response) override {
-    return answer(context, *request, *response, [&](const Caller& caller) {
-      engine_.forget(*find_job(caller, request->name()));
-    });
+                                      const grpc::ByteBuffer* bytes,
+                                      grpc::ByteBuffer* answer_bytes) override {
+    return answer<v1::DeleteJobRequest, v1::DeleteJobResponse>(
+        context, *bytes, *answer_bytes,
+        [&](const Caller& caller, const v1::DeleteJobRequest& request, v1::DeleteJobResponse&) {
+          engine_.forget(*find_job(caller, request.name()));
+        });
   }
 
   grpc::ServerUnaryReactor* LeaseRegion(grpc::CallbackServerContext* context,
-                                        const v1::LeaseRegionRequest* request,
-                                        v1::LeaseRegionResponse* response) override {
-    return answer(context, *request, *response, [&](const Caller& caller) {
-      if (engine_.regions() == nullptr || !is_on_this_host(caller)) {
-        throw NotSupported("OPTION_NOT_SUPPORTED",
-                           "this server does not share memory with this caller");
-      }
-      if (engine_.draining()) std::rethrow_exception(draining_error());
-      RegionLeases::Lease lease =
-          engine_.regions()->lease(caller.name, caller.share, request->size_bytes());
-      response->set_region_name(lease.region->name());
-      response->set_socket_path(engine_.regions()->socket_path());
-      response->set_ticket(std::move(lease.ticket));
-      response->set_size_bytes(lease.region->size_bytes());
-    });
+                                        const grpc::ByteBuffer* bytes,
+                                        grpc::ByteBuffer* answer_bytes) override {
+    return answer<v1::LeaseRegionRequest, v1::LeaseRegionResponse>(
+        context, *bytes, *answer_bytes,
+        [&](const Caller& caller, const v1::LeaseRegionRequest& request,
+            v1::LeaseRegionResponse& response) {
+          if (engine_.regions() == nullptr || !is_on_this_host(caller)) {
+            throw NotSupported("OPTION_NOT_SUPPORTED",
+                               "this server does not share memory with this caller");
+          }
+          if (engine_.draining()) std::rethrow_exception(draining_error());
+          RegionLeases::Lease lease =
+              engine_.regions()->lease(caller.name, caller.share, request.size_bytes());
+          response.set_region_name(lease.region->name());
+          response.set_socket_path(engine_.regions()->socket_path());
+          response.set_ticket(std::move(lease.ticket));
+          response.set_size_bytes(lease.region->size_bytes());
+        });
   }
 
   grpc::ServerUnaryReactor* GetServerInfo(grpc::CallbackServerContext* context,
-                                          const v1::GetServerInfoRequest* request,
-                                          v1::GetServerInfoResponse* response) override {
-    return answer(context, *request, *response,
-                  [&](const Caller&) { *response = encode_server_info(engine_); });
+                                          const grpc::ByteBuffer* bytes,
+                                          grpc::ByteBuffer* answer_bytes) override {
+    return answer<v1::GetServerInfoRequest, v1::GetServerInfoResponse>(
+        context, *bytes, *answer_bytes,
+        [&](const Caller&, const v1::GetServerInfoRequest&, v1::GetServerInfoResponse& response) {
+          response = encode_server_info(engine_);
+        });
   }
 
  private:
-  /// Answers a unary call at once by `body(caller)`, which fills the response, or by what it
-  /// throws.
-  template <class Body>
+  /// Answers a unary call at once by `body(caller, request, response)`, or by what it throws.
+  template <class Request, class Response, class Body>
   grpc::ServerUnaryReactor* answer(grpc::CallbackServerContext* context,
-                                   const google::protobuf::Message& request,
-                                   google::protobuf::Message& response, const Body& body) {
+                                   const grpc::ByteBuffer& bytes, grpc::ByteBuffer& answer_bytes,
+                                   const Body& body) {
     auto* const call = new UnaryCalls::Call(unary_calls_, context);  // until OnDone
     try {
       AuthResult auth = authenticator_.authenticate(*context);
       if (auth.over_limit) std::rethrow_exception(auth.over_limit);
       call->keep(std::move(auth.place));
       if (auth.denied) std::rethrow_exception(auth.denied);
+      Request request;
+      Response response;
+      grpc::ByteBuffer rest = bytes;
+      if (!wire::parse(rest, request)) {
+        throw NotSupported("OPTION_NOT_SUPPORTED",
+                           "cannot parse " + std::string(Request::descriptor()->name()));
+      }
       wire::refuse_unknown_fields(request);
-      body(auth.caller);
-      call->hold_answer(static_cast<std::int64_t>(response.ByteSizeLong()));
+      body(auth.caller, request, response);
+      answer_bytes = wire::encode(response);
+      call->hold_answer(static_cast<std::int64_t>(answer_bytes.Length()));
       call->Finish(grpc::Status::OK);
     } catch (...) {
       call->Finish(to_status(describe_error(std::current_exception(), "this call")));

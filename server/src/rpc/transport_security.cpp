@@ -72,6 +72,30 @@ void check_files(const ServerConfig& config) {
   }
 }
 
+namespace tls = grpc::experimental;
+
+// A template, so that only the names that this gRPC has are looked up: others since 1.80.
+template <class Options, class Files>
+std::shared_ptr<grpc::ServerCredentials> tls_credentials(const std::shared_ptr<Files>& files,
+                                                         bool asks_clients) {
+  const auto use = [&](Options& options) {
+    if (asks_clients) {
+      options.set_cert_request_type(GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY);
+    }
+    return tls::TlsServerCredentials(options);
+  };
+  if constexpr (requires { Options::Create(files); }) {
+    auto options = Options::Create(files);  // fails only without files
+    if (asks_clients) options->set_root_certificate_provider(files);
+    return use(*options);
+  } else {
+    Options options(files);
+    options.watch_identity_key_cert_pairs();
+    if (asks_clients) options.watch_root_certs();
+    return use(options);
+  }
+}
+
 }  // namespace
 
 std::shared_ptr<grpc::ServerCredentials> make_server_credentials(const ServerConfig& config) {
@@ -89,19 +113,14 @@ std::shared_ptr<grpc::ServerCredentials> make_server_credentials(const ServerCon
 
   check_reachability(config);
   check_files(config);
-  namespace tls = grpc::experimental;
   const auto interval = std::max(
       std::chrono::seconds(1),
       std::chrono::duration_cast<std::chrono::seconds>(config.credentials_reload_interval));
-  tls::TlsServerCredentialsOptions options(std::make_shared<tls::FileWatcherCertificateProvider>(
-      config.tls_key, config.tls_cert, config.tls_client_ca,
-      static_cast<unsigned>(interval.count())));
-  options.watch_identity_key_cert_pairs();
-  if (!config.tls_client_ca.empty()) {
-    options.watch_root_certs();
-    options.set_cert_request_type(GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY);
-  }
-  return tls::TlsServerCredentials(options);
+  return tls_credentials<tls::TlsServerCredentialsOptions>(
+      std::make_shared<tls::FileWatcherCertificateProvider>(
+          config.tls_key, config.tls_cert, config.tls_client_ca,
+          static_cast<unsigned>(interval.count())),
+      !config.tls_client_ca.empty());
 }
 
 }  // namespace meshsmooth::server
