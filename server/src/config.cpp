@@ -70,6 +70,14 @@ std::vector<GivenSetting> given_by_environment() {
   return given;
 }
 
+/// Our clients' variables, and those that Kubernetes sets for Services named meshsmooth…
+bool is_of_others(std::string_view name) {
+  return name == "MESHSMOOTH_SERVER" || name == "MESHSMOOTH_SERVER_BINARY" ||
+         name == "MESHSMOOTH_INSECURE" || name.starts_with("MESHSMOOTH_CLIENT_") ||
+         name.find("_SERVICE_") != name.npos || name.ends_with("_PORT") ||
+         name.find("_PORT_") != name.npos;
+}
+
 }  // namespace
 
 std::vector<std::string> unknown_environment() {
@@ -79,7 +87,8 @@ std::vector<std::string> unknown_environment() {
   for (char** variable = environ; *variable != nullptr; ++variable) {
     const std::string_view text = *variable;
     std::string name(text.substr(0, text.find('=')));
-    if (name.starts_with("MESHSMOOTH_") && name.size() + 1 < text.size() && !known.contains(name)) {
+    const bool is_set = name.size() + 1 < text.size();
+    if (name.starts_with("MESHSMOOTH_") && is_set && !known.contains(name) && !is_of_others(name)) {
       unknown.push_back(std::move(name));
     }
   }

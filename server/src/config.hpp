@@ -29,8 +29,8 @@ void add_config_option(CLI::App& app, std::string& path);
 [[nodiscard]] ServerConfig read_config(CLI::App& app, int argc, const char* const* argv);
 
 /// The environment variables MESHSMOOTH_… that are set and no setting of the server, sorted:
-/// perhaps a mistyped one. Not an error, for container platforms set some by themselves (Kubernetes
-/// for a Service named meshsmooth: MESHSMOOTH_PORT) and other programs of ours have their own.
+/// perhaps a mistyped one. Without those of our clients and of Kubernetes, which sets some for
+/// Services named meshsmooth (MESHSMOOTH_PORT). Not an error, for others may have their own.
 [[nodiscard]] std::vector<std::string> unknown_environment();
 
 /// A setting as the user gave it, not yet checked.
