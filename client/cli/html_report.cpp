@@ -126,6 +126,10 @@ std::string make_page(const Content& content, const DrawnMesh& mesh,
 std::vector<std::uint8_t> fixed_nodes(const formats::MeshFile& file, const SmoothOptions& options) {
   std::vector<std::uint8_t> fixed = file.mesh.fixed;
   fixed.resize(file.mesh.node_count());
+  for (const NodePair& pair : options.node_pairs) {
+    for (const NodeId node : pair) fixed[static_cast<std::size_t>(node)] = 1;
+  }
+  for (const NodeId node : options.prescribed.nodes) fixed[static_cast<std::size_t>(node)] = 0;
   if (options.boundary != BoundaryPolicy::fixed) return fixed;
   const MeshTopology topology(file.mesh);
   for (const NodeId node : find_boundary_nodes(topology.view())) {

@@ -103,7 +103,7 @@ client::SmoothReport run_job(
   formats::MeshFile file = read_mesh(flags.input);
   set_precision(output, file.mesh);
   fix_named_nodes(file, flags);
-  const std::vector<NodePair> pairs = find_periodic_pairs(file, flags);
+  const std::vector<NodePair> pairs = find_node_pairs(file, flags);
   options.node_pairs = pairs;
   complete(file, options);
   validate(options);
