@@ -110,7 +110,7 @@ TEST(FindNumbering, CutsAMoebiusStripAndSaysSo) {
   EXPECT_EQ(numbering_of(moebius_strip(ElementType::quad, 12, 1)).cut_facet_count, 1);
 }
 
-/// What is bent smoothly is no crease, also where numbering is cut.
+/// What is curved smoothly is no crease, also where numbering is cut.
 TEST(MoebiusStrip, IsSmoothedAcrossItsCutAsElsewhere) {
   constexpr int kSides = 40, kRows = 6;
   for (const ElementType type : {ElementType::quad, ElementType::triangle}) {
