@@ -100,7 +100,7 @@ TEST_P(NodePairs, StayMatchedByEveryMethodUnderEveryBoundary) {
           }
         }
         EXPECT_EQ(job.summary.nodes.paired, static_cast<std::int64_t>(2 * periodic.pairs.size()));
-        // Of second order, elements that would be invalid on curved parts go back, here all.
+        // Of second order, corners of curved edges stay where they would slide; here all are.
         if (angle == 0 || boundary == BoundaryPolicy::fixed || !is_second_order(GetParam())) {
           EXPECT_GT(job.summary.nodes.moved, 0) << way.name;
         }
