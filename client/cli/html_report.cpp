@@ -126,6 +126,10 @@ std::string make_page(const Content& content, const DrawnMesh& mesh,
 std::vector<std::uint8_t> fixed_nodes(const formats::MeshFile& file, const SmoothOptions& options) {
   std::vector<std::uint8_t> fixed = file.mesh.fixed;
   fixed.resize(file.mesh.node_count());
+  for (const NodePair& pair : options.node_pairs) {
+    for (const NodeId node : pair) fixed[static_cast<std::size_t>(node)] = 1;
+  }
+  for (const NodeId node : options.prescribed.nodes) fixed[static_cast<std::size_t>(node)] = 0;
   if (options.boundary != BoundaryPolicy::fixed) return fixed;
   const MeshTopology topology(file.mesh);
   for (const NodeId node : find_boundary_nodes(topology.view())) {
@@ -185,10 +189,18 @@ std::optional<Outcome> outcome_of(const std::optional<MotionStats>& motion,
                                      100 * motion->reached)};
 }
 
-/// A report draws interface elements, too: so it names all elements by the file's ids.
-TopologyView drawn_topology(const CanonicalTopology& canonical, const TopologyView& given) {
-  const bool same_ids = canonical.view().element_count() == given.element_count();
-  return same_ids ? canonical.view() : given;
+/// Elements have the ids of the file, so interface elements are in it, marked.
+DrawnMesh drawn_mesh(const CanonicalTopology& canonical, const TopologyView& given,
+                     const PositionsView& positions, const std::optional<PositionsView>& before) {
+  const std::size_t count = canonical.view().element_count();
+  const bool same_ids = count == given.element_count();
+  const TopologyView drawn = same_ids ? canonical.view() : given;
+  DrawnMesh mesh{drawn, positions, before, SurfaceOrientation(drawn, before.value_or(positions))};
+  if (!same_ids) {
+    const std::vector<std::uint8_t> none(count, 0);
+    mesh.interfaces = canonical.in_caller_order(std::span(none), std::uint8_t{1});
+  }
+  return mesh;
 }
 
 }  // namespace
@@ -201,9 +213,7 @@ std::string job_html(const JobInput& input, const std::filesystem::path& output,
   const PositionsView before =
       std::visit([](const auto& p) { return PositionsView(std::span(p)); }, input.positions);
   const CanonicalTopology canonical(topology.view(), before);
-  const TopologyView drawn = drawn_topology(canonical, topology.view());
-  const DrawnMesh mesh{drawn, file.mesh.positions_view(), before,
-                       SurfaceOrientation(drawn, before)};
+  const DrawnMesh mesh = drawn_mesh(canonical, topology.view(), file.mesh.positions_view(), before);
   const auto blocking =
       summary.motion ? summary.motion->blocking_elements : std::vector<std::int64_t>();
   const std::vector<std::uint8_t> fixed = fixed_nodes(file, options);
@@ -234,8 +244,7 @@ std::string quality_html(const std::filesystem::path& path, const formats::MeshF
   const MeshTopology topology(file.mesh);
   const PositionsView positions = file.mesh.positions_view();
   const CanonicalTopology canonical(topology.view(), positions);
-  const TopologyView drawn = drawn_topology(canonical, topology.view());
-  const DrawnMesh mesh{drawn, positions, std::nullopt, SurfaceOrientation(drawn, positions)};
+  const DrawnMesh mesh = drawn_mesh(canonical, topology.view(), positions, std::nullopt);
   const auto elements = choose_elements(mesh, kMostShownElements, {}, {});
   std::string findings = fmt::format(
       "{} ({}) inverted, {} ({}) degenerate\n", counted(stats.inverted_count, "element"),

@@ -78,9 +78,8 @@ formats::MeshFile read_same_elements(const std::filesystem::path& path, const st
                     {{"field", flag}});
 }
 
-client::SmoothReport run_job(
-    const JobFlags& flags, SmoothOptions options,
-    const std::function<void(const formats::MeshFile&, SmoothOptions&)>& complete) {
+client::SmoothReport run_job(const JobFlags& flags, SmoothOptions options,
+                             const CompleteOptions& complete) {
   const auto start = std::chrono::steady_clock::now();
   for (const std::string& name : flags.element_quality) {
     options.element_quality_metrics.push_back(find_metric(name).value());
@@ -103,16 +102,18 @@ client::SmoothReport run_job(
   formats::MeshFile file = read_mesh(flags.input);
   set_precision(output, file.mesh);
   fix_named_nodes(file, flags);
-  const std::vector<NodePair> pairs = find_periodic_pairs(file, flags);
+  const std::vector<NodePair> pairs = find_node_pairs(file, flags);
   options.node_pairs = pairs;
-  complete(file, options);
+  std::optional<formats::CoincidentNodes> coincident;
+  if (flags.merge_coincident) coincident.emplace(file.mesh.positions_view());
+  complete(file, coincident ? &*coincident : nullptr, options);
   validate(options);
   const MeshParts parts = set_up_mesh(file, flags, options);
   interrupt.check();
 
   const JobInput input = keep_input(output, flags.input.path, file.mesh);
   std::optional<MergedJob> merged;
-  if (flags.merge_coincident) merged.emplace(file.mesh, options);
+  if (coincident) merged.emplace(std::move(*coincident), file.mesh, options);
   const client::SmoothReport report = call_server(file, flags, options, interrupt);
   if (merged) merged->undo();
   write_result(output, input, file, report, options, start);

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "coincident_nodes.hpp"
 #include "connection.hpp"
 #include "job_output.hpp"
 #include "mesh_argument.hpp"
@@ -36,11 +37,14 @@ struct JobFlags {
 /// Adds the flags to a command; `flags` must outlive it.
 void add_job_flags(CLI::App& command, JobFlags& flags, const std::string& input_name);
 
-/// Reads the mesh, has it computed, writes the result. `complete` adds to the options what comes
-/// from files; what it refers to must outlive the call.
-client::SmoothReport run_job(
-    const JobFlags& flags, SmoothOptions options,
-    const std::function<void(const formats::MeshFile&, SmoothOptions&)>& complete);
+/// Adds to the options what comes from files. The coincident nodes are null unless they are merged.
+using CompleteOptions =
+    std::function<void(const formats::MeshFile&, const formats::CoincidentNodes*, SmoothOptions&)>;
+
+/// Reads the mesh, has it computed, writes the result. What `complete` refers to must outlive the
+/// call.
+client::SmoothReport run_job(const JobFlags& flags, SmoothOptions options,
+                             const CompleteOptions& complete);
 
 /// The mesh file that `flag` names, with the same elements of the same nodes as `input`; it is
 /// called `what`. Throws `InvalidMesh` (REFERENCE_DIFFERS) where they differ.

@@ -5,9 +5,9 @@
 
 namespace meshsmooth::cli {
 
-MergedJob::MergedJob(Mesh& mesh, SmoothOptions& options)
+MergedJob::MergedJob(formats::CoincidentNodes coincident, Mesh& mesh, SmoothOptions& options)
     : mesh_(mesh),
-      coincident_(mesh.positions_view()),
+      coincident_(std::move(coincident)),
       blocks_(mesh.blocks),
       fixed_(mesh.fixed),
       pairs_(options.node_pairs.begin(), options.node_pairs.end()) {

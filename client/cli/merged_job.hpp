@@ -11,8 +11,8 @@ namespace meshsmooth::cli {
 class MergedJob {
  public:
   /// Merges the nodes of `mesh`, which must outlive this, and of the options, which view this
-  /// then: of prescribed nodes at one position the first counts. O(nodes * log nodes).
-  MergedJob(Mesh& mesh, SmoothOptions& options);
+  /// then: of prescribed nodes at one position the first counts. O(nodes of elements).
+  MergedJob(formats::CoincidentNodes coincident, Mesh& mesh, SmoothOptions& options);
 
   [[nodiscard]] std::int64_t merged_count() const { return coincident_.merged_count(); }
   /// Gives the mesh its own elements and fixed nodes again, with the result in all nodes.

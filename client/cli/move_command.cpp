@@ -40,12 +40,13 @@ std::vector<Vec3d> moved_positions(const MoveCommand& command, const formats::Me
 }
 
 /// The nodes of the named sets, or those on the boundary that are not fixed by name.
-std::vector<NodeId> prescribed_nodes(const MoveCommand& command, const formats::MeshFile& file) {
+std::vector<NodeId> prescribed_nodes(const MoveCommand& command, const formats::MeshFile& file,
+                                     const formats::CoincidentNodes* coincident) {
   std::vector<NodeId> nodes;
   if (command.prescribed_sets.empty()) {
-    if (command.job.merge_coincident) {
+    if (coincident != nullptr) {
       Mesh merged = file.mesh;
-      formats::CoincidentNodes(merged.positions_view()).merge(merged);
+      coincident->merge(merged);
       nodes = find_boundary_nodes(MeshTopology(merged).view());
     } else {
       nodes = find_boundary_nodes(MeshTopology(file.mesh).view());
@@ -75,9 +76,10 @@ ExitCode run(const MoveCommand& command) {
   std::vector<Vec3d> positions;
   const client::SmoothReport report =
       run_job(command.job, to_smooth_options(command.moving),
-              [&](const formats::MeshFile& file, SmoothOptions& options) {
+              [&](const formats::MeshFile& file, const formats::CoincidentNodes* coincident,
+                  SmoothOptions& options) {
                 const std::vector<Vec3d> moved = moved_positions(command, file);
-                nodes = prescribed_nodes(command, file);
+                nodes = prescribed_nodes(command, file, coincident);
                 for (const NodeId node : nodes) {
                   positions.push_back(moved[static_cast<std::size_t>(node)]);
                 }

@@ -206,14 +206,9 @@ MeshFile make_mesh_file(const std::filesystem::path& path, FileContent content) 
       blocks.add(*kind->element, cell, id);
     }
   }
-  if (!content.periodic_nodes.empty()) {
-    auto& nodes = content.periodic_nodes;
-    std::ranges::sort(nodes);
-    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
-    content.fixed_nodes.insert(content.fixed_nodes.end(), nodes.begin(), nodes.end());
-    content.notes.push_back(std::to_string(nodes.size()) +
-                            " nodes that have to match others, periodic or by an equation, stay");
-  }
+  auto& pairs = content.node_pairs;
+  std::ranges::sort(pairs);
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   if (!content.fixed_nodes.empty()) mesh.fixed.resize(static_cast<std::size_t>(node_count), 0);
   for (const NodeId node : content.fixed_nodes) mesh.fixed[static_cast<std::size_t>(node)] = 1;
   mesh.positions = dataset.positions();

@@ -11,6 +11,7 @@
 #include "coordinate_fields.hpp"
 #include "dataset.hpp"
 #include "mesh_file.hpp"
+#include "meshsmooth/options.hpp"
 
 namespace meshsmooth::formats {
 
@@ -84,8 +85,10 @@ class FileContent {
   std::vector<CellGroup> groups;
   std::vector<PhysicalName> physical_names;  // for VTK; empty where the data set has them itself
   std::vector<NodeSet> node_sets;
-  std::vector<NodeId> fixed_nodes;     // that the file says must stay; in any order
-  std::vector<NodeId> periodic_nodes;  // that have to match others; in any order
+  std::vector<NodeId> fixed_nodes;  // that the file says must stay; in any order
+  // That have to match: periodic, by an equation, between zones. Twice the same node has to match
+  // one that is not known. In any order, repeated or not; sorted, each once, in a `MeshFile`.
+  std::vector<NodePair> node_pairs;
   // By cell, which groups it is in: 0 in none, else a number for each set of groups; or empty.
   std::vector<std::int32_t> group_sets;
   std::vector<std::int64_t> element_cells;  // the cells of the mesh's elements

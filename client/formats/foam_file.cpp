@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <map>
 #include <memory>
 #include <system_error>
 #include <utility>
@@ -8,6 +7,7 @@
 #include "cells.hpp"
 #include "content.hpp"
 #include "foam_cells.hpp"
+#include "foam_patches.hpp"
 #include "foam_reader.hpp"
 #include "readers.hpp"
 #include "text.hpp"
@@ -16,14 +16,6 @@ namespace meshsmooth::formats {
 namespace {
 
 using std::filesystem::path;
-
-/// Patches whose nodes tell more than the shape of the domain: a plane of a case in two
-/// dimensions, the partner of another patch. To move them would break the case.
-bool is_bound(const std::string& patch_type) {
-  return patch_type == "empty" || patch_type == "wedge" ||
-         patch_type.find("yclic") != std::string::npos ||  // also processorCyclic
-         patch_type.starts_with("processor");
-}
 
 class FoamMesh {
  public:
@@ -46,29 +38,7 @@ class FoamMesh {
     content.segments.push_back(whole_file(points.take_text(), std::move(fields_)));
   }
 
-  /// Marks the nodes of patches that must not move.
-  void fix_patches(std::vector<std::uint8_t>& fixed, std::size_t node_count) const {
-    for (const FoamEntry& patch : patches_) {
-      if (!is_bound(patch.type)) continue;
-      fixed.resize(node_count, 0);
-      for (const NodeId node : nodes_of_patch(patch)) fixed[static_cast<std::size_t>(node)] = 1;
-    }
-  }
-
  private:
-  [[nodiscard]] std::vector<NodeId> nodes_of_patch(const FoamEntry& patch) const {
-    std::vector<NodeId> nodes;
-    for (std::int64_t face = patch.start_face; face < patch.start_face + patch.face_count; ++face) {
-      append_nodes_of_face(static_cast<std::size_t>(face), nodes);
-    }
-    return nodes;
-  }
-  void append_nodes_of_face(std::size_t face, std::vector<NodeId>& nodes) const {
-    const std::int64_t* first = faces_.nodes_of(face);
-    std::transform(first, first + faces_.node_count(face), std::back_inserter(nodes),
-                   [](std::int64_t node) { return static_cast<NodeId>(node); });
-  }
-
   /// All that is used as an index later.
   void check() {
     const auto node_count = static_cast<std::int64_t>(fields_.positions.size());
@@ -178,7 +148,6 @@ class FoamMesh {
     Column column{kPatchArray, true, std::vector<double>(cell_count_, 0)};
     for (std::size_t index = 0; index < patches_.size(); ++index) {
       const FoamEntry& patch = patches_[index];
-      content.node_sets.push_back({patch.name, nodes_of_patch(patch)});
       for (std::int64_t id = patch.start_face; id < patch.start_face + patch.face_count; ++id) {
         const auto face = static_cast<std::size_t>(id);
         const std::size_t size = faces_.node_count(face);
@@ -189,21 +158,8 @@ class FoamMesh {
     }
     facet_count_ = column.values.size() - cell_count_;
     if (facet_count_ > 0) dataset.add_cell_column(std::move(column));
-    store_groups(content);
-  }
-
-  /// A group of patches is a set of its own, unless a patch has its name.
-  void store_groups(FileContent& content) const {
-    std::map<std::string, NodeSet> groups;
-    for (const FoamEntry& patch : patches_) {
-      for (const std::string& group : patch.groups) {
-        if (std::ranges::find(patches_, group, &FoamEntry::name) != patches_.end()) continue;
-        NodeSet& set = groups.try_emplace(group, NodeSet{group, {}}).first->second;
-        const std::vector<NodeId> nodes = nodes_of_patch(patch);
-        set.nodes.insert(set.nodes.end(), nodes.begin(), nodes.end());
-      }
-    }
-    for (auto& [name, set] : groups) content.node_sets.push_back(std::move(set));
+    add_patch_sets(faces_, patches_, content);
+    bind_patches(faces_, patches_, fields_.positions, content);
   }
 
   void store_zones(FileContent& content, PlainDataset& dataset) const {
@@ -229,7 +185,8 @@ class FoamMesh {
     for (const FoamEntry& zone : zones("faceZones", faces_.size())) {
       NodeSet set{zone.name, {}, true};
       for (const std::int64_t face : zone.labels) {
-        append_nodes_of_face(static_cast<std::size_t>(face), set.nodes);
+        const std::vector<NodeId> nodes = nodes_of_faces(faces_, face, 1);
+        set.nodes.insert(set.nodes.end(), nodes.begin(), nodes.end());
       }
       content.node_sets.push_back(std::move(set));
     }
@@ -288,9 +245,7 @@ MeshFile read_foam(const path& file) {
   content.extension = ".foam";
   FoamMesh mesh(folder);
   mesh.read(content);
-  MeshFile result = make_mesh_file(file, std::move(content));
-  mesh.fix_patches(result.mesh.fixed, result.mesh.node_count());
-  return result;
+  return make_mesh_file(file, std::move(content));
 }
 
 }  // namespace meshsmooth::formats

@@ -265,6 +265,7 @@ FoamEntry FoamReader::entry() {
       expect(";");
     } else {
       if (key == "type") entry.type = value;
+      if (key == "neighbourPatch") entry.neighbour = value;
       if (key == "nFaces") entry.face_count = label(value);
       if (key == "startFace") entry.start_face = label(value);
       skip_value(value);

@@ -31,6 +31,7 @@ struct FoamEntry {
   std::string type;
   std::int64_t face_count = 0;  // of a patch
   std::int64_t start_face = 0;
+  std::string neighbour;             // the patch that a cyclic one has to match
   std::vector<std::string> groups;   // that a patch is in
   std::vector<std::int64_t> labels;  // of a zone
 };

@@ -88,6 +88,11 @@ const std::vector<HeldCells>& MeshFile::held_cells() const {
   return content_ ? content_->held_cells : none;
 }
 
+const std::vector<NodePair>& MeshFile::node_pairs() const {
+  static const std::vector<NodePair> none;
+  return content_ ? content_->node_pairs : none;
+}
+
 const std::vector<std::string>& MeshFile::notes() const {
   static const std::vector<std::string> none;
   return content_ ? content_->notes : none;

@@ -279,8 +279,7 @@ std::vector<NodePair> match_sides(const PositionsView& positions, const Side& a,
   if (!partners) refuse_unmatched(points, finder, a, b, field);
   std::vector<NodePair> pairs;
   for (std::size_t i = 0; i < a.nodes.size(); ++i) {
-    const NodeId partner = b.nodes[(*partners)[i]];
-    if (partner != a.nodes[i]) pairs.push_back({a.nodes[i], partner});
+    pairs.push_back({a.nodes[i], b.nodes[(*partners)[i]]});
   }
   return pairs;
 }

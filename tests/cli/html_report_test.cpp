@@ -94,6 +94,20 @@ std::vector<T> array_of(const std::string& json, const std::string& where,
   return values;
 }
 
+TEST(HtmlReport, ShowsNoInterfaceElements) {
+  const Mesh mesh = cube(2, false);
+  const MeshTopology topology(mesh);
+  DrawnMesh drawn{topology.view(), mesh.positions_view(), std::nullopt,
+                  SurfaceOrientation(topology.view(), mesh.positions_view())};
+  EXPECT_EQ(choose_elements(drawn, 8, {}, {}).size(), 8U);
+  drawn.interfaces = {1, 0, 0, 1, 0, 0, 0, 0};
+  std::set<std::size_t> shown;
+  for (const ShownElement& element : choose_elements(drawn, 8, {}, {})) {
+    shown.insert(element.element);
+  }
+  EXPECT_EQ(shown, (std::set<std::size_t>{1, 2, 4, 5, 6, 7}));
+}
+
 TEST(HtmlReportEncoding, EscapesWhatHtmlMeans) {
   EXPECT_EQ(escape_html("a<b>&\"c'`"), "a&#60;b&#62;&#38;&#34;c&#39;&#96;");
   EXPECT_EQ(escape_html("Gehäuse 网格 🧊.vtu"), "Gehäuse 网格 🧊.vtu");

@@ -68,6 +68,21 @@ TEST(Client, SendsRegions) {
   EXPECT_EQ(server.fake().regions(), mesh.regions);
 }
 
+TEST(Client, SendsPairsOfNodesThatTheServerHolds) {
+  InProcessServer server;
+  const std::vector<NodePair> pairs = {{1, 4}, {2, 2}, {4, 3}};
+  for (Mesh mesh : {test::tet_ball(), test::as_float32(test::tet_ball())}) {
+    connect(server).smooth(mesh, {.node_pairs = pairs});
+    EXPECT_EQ(server.fake().node_pairs(), pairs);
+  }
+  Mesh mesh = test::tet_ball();
+  connect(server).smooth(mesh, {});
+  EXPECT_TRUE(server.fake().node_pairs().empty()) << "they are of one job";
+
+  const std::vector<NodePair> outside = {{1, 7}};
+  EXPECT_THROW(connect(server).smooth(mesh, {.node_pairs = outside}), InvalidMesh);
+}
+
 TEST(Client, SendsTheReferenceInTheMeshsPrecision) {
   InProcessServer server;
   Mesh mesh = test::tet_ball();

@@ -28,10 +28,11 @@ inline Mesh lattice_of(ElementType type, int n) {
   return second_order(linear);
 }
 
-/// Which elements to mirror: single ones, layers, runs, all, none.
-inline std::vector<std::uint8_t> some_elements(std::size_t count, std::mt19937_64& random) {
+/// Which elements to mirror: speckles, a part, layers, a single one, all, a patch around a node.
+inline std::vector<std::uint8_t> some_elements(const Mesh& mesh, std::mt19937_64& random) {
+  const std::size_t count = mesh.element_count();
   std::vector<std::uint8_t> chosen(count);
-  const int kind = std::uniform_int_distribution<int>(0, 4)(random);
+  const int kind = std::uniform_int_distribution<int>(0, 5)(random);
   const double share = std::uniform_real_distribution<double>(0, 1)(random);
   for (std::size_t e = 0; e < count; ++e) {
     const double place = static_cast<double>(e) / static_cast<double>(count);
@@ -40,8 +41,19 @@ inline std::vector<std::uint8_t> some_elements(std::size_t count, std::mt19937_6
                            : kind == 1 ? place < share
                            : kind == 2 ? e / 7 % 3 == 0
                            : kind == 3 ? e == count / 2
-                                       : true;
+                                       : kind == 4;
     chosen[e] = is_chosen ? 1 : 0;
+  }
+  if (kind < 5) return chosen;
+  const std::vector<Vec3d>& at = std::get<std::vector<Vec3d>>(mesh.positions);
+  const Vec3d centre = at[random() % at.size()];
+  const double radius = (0.2 + 0.6 * share) * norm(at.front() - at.back());
+  std::size_t e = 0;
+  for (const ElementBlock& block : mesh.blocks) {
+    for (std::size_t n = 0; n < block.nodes.size(); n += element_width(block.type), ++e) {
+      const Vec3d corner = at[static_cast<std::size_t>(block.nodes[n])];
+      chosen[e] = norm(corner - centre) < radius ? 1 : 0;
+    }
   }
   return chosen;
 }

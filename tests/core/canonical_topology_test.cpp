@@ -78,6 +78,48 @@ TEST(CollapsedElements, AreSmoothedAsWhatTheyAre) {
   }
 }
 
+/// How a type is written as one of more corners: the nodes in its order.
+struct Written {
+  ElementType type, as;
+  std::vector<std::size_t> order;
+};
+
+TEST(CollapsedElements, OfEveryTypeAreSmoothedAsWhatTheyAre) {
+  using enum ElementType;
+  const std::vector<Written> ways = {{triangle, quad, {0, 1, 2, 2}},
+                                     {tetrahedron, pyramid, {0, 1, 2, 2, 3}},
+                                     {tetrahedron, wedge, {0, 1, 2, 3, 3, 3}},
+                                     {tetrahedron, hexahedron, {0, 1, 2, 2, 3, 3, 3, 3}},
+                                     {pyramid, wedge, {4, 0, 1, 4, 3, 2}},
+                                     {pyramid, hexahedron, {0, 1, 2, 3, 4, 4, 4, 4}},
+                                     {wedge, hexahedron, {0, 1, 2, 2, 3, 4, 5, 5}}};
+  for (const Written& way : ways) {
+    Mesh plain = test::noisy(test::lattice(way.type, 4), 0.1, 5), collapsed = plain;
+    const std::size_t width = element_width(way.type);
+    ElementBlock written{way.as, {}}, meant{way.type, {}};
+    const auto& nodes = plain.blocks[0].nodes;
+    for (std::size_t first = 0; first < nodes.size(); first += width) {
+      std::vector<NodeId> own;
+      for (const std::size_t n : way.order) own.push_back(nodes[first + n]);
+      written.nodes.insert(written.nodes.end(), own.begin(), own.end());
+      const auto element = detail::expand(way.as, own);
+      ASSERT_TRUE(element && element->type == way.type);
+      meant.nodes.insert(meant.nodes.end(), element->list().begin(), element->list().end());
+    }
+    plain.blocks = {meant};
+    collapsed.blocks = {written};
+    const auto count = static_cast<std::int64_t>(plain.element_count());
+    for (const Method& method : {Method(Optimize{}), Method(SmartLaplacian{})}) {
+      const test::Job expected = test::smooth(plain, {.method = method, .max_iterations = 4});
+      const test::Job found = test::smooth(collapsed, {.method = method, .max_iterations = 4});
+      EXPECT_TRUE(test::same_bits(expected.mesh, found.mesh)) << element_name(way.as);
+      EXPECT_EQ(found.summary.quality_after.collapsed_count, count);
+      EXPECT_EQ(found.summary.quality_after.inverted_count, 0);
+      EXPECT_GT(found.summary.nodes.moved, 0);
+    }
+  }
+}
+
 TEST(CollapsedElements, KeepTheirTopologyPreparedForManyJobs) {
   const Mesh collapsed = test::split_cube(true);
   const auto smoother = make_smoother("cpu", 2);

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -8,6 +9,7 @@
 #include "core/smoothing.hpp"
 #include "meshsmooth/error.hpp"
 #include "support/meshes.hpp"
+#include "support/second_order.hpp"
 
 namespace meshsmooth {
 namespace {
@@ -21,44 +23,60 @@ const std::vector<Vec3d>& points(const Mesh& mesh) {
 struct Periodic {
   Mesh mesh;
   std::vector<NodePair> pairs;  // of the sides x = 0 and x = its largest
-  std::vector<Vec3d> offsets;   // of each pair, as it comes
 };
 
-/// A lattice with noise that is the same on both sides, curved about the z axis by `angle` from one
-/// side to the other; 0: it is straight.
+/// A lattice with noise inside, curved about the z axis by `angle` from one side to the other; 0:
+/// it is straight.
 Periodic periodic_lattice(ElementType type, double angle) {
-  constexpr int kCells = 4;
-  const Mesh regular = test::lattice(type, kCells);
-  Periodic result{test::noisy(regular, 0.1, 5), {}, {}};
-  auto& noisy = std::get<std::vector<Vec3d>>(result.mesh.positions);
+  const Mesh regular = test::lattice(linear_type(type), 4);
+  Periodic result{test::noisy(regular, 0.1, 5), {}};
   double last = 0;
   for (const Vec3d& p : points(regular)) last = std::max(last, p.x);
-  for (std::size_t a = 0; a < noisy.size(); ++a) {
-    for (std::size_t b = 0; b < noisy.size(); ++b) {
-      const Vec3d from = points(regular)[a], to = points(regular)[b];
+  for (std::size_t n = 0; n < regular.node_count(); ++n) {
+    const Vec3d at = points(regular)[n];
+    if (at.x == 0 || at.x == last) std::get<std::vector<Vec3d>>(result.mesh.positions)[n] = at;
+  }
+  if (is_second_order(type)) {
+    const Mesh plain = test::second_order(result.mesh, false);
+    result.mesh = plain.blocks[0].type == type ? plain : test::second_order(result.mesh, true);
+  }
+  auto& all = std::get<std::vector<Vec3d>>(result.mesh.positions);
+  for (std::size_t a = 0; a < all.size(); ++a) {
+    for (std::size_t b = 0; b < all.size(); ++b) {
+      const Vec3d from = all[a], to = all[b];
       if (from.x != 0 || to.x != last || from.y != to.y || from.z != to.z) continue;
       result.pairs.push_back({static_cast<NodeId>(a), static_cast<NodeId>(b)});
-      noisy[a] = from;
-      noisy[b] = to;
     }
   }
-  for (Vec3d& p : noisy) {
+  for (Vec3d& p : all) {
     const double turn = angle * p.x / last;
     const double radius = last + p.y;
     if (angle != 0) p = {radius * std::sin(turn), radius * std::cos(turn), p.z};
   }
-  for (const auto& [a, b] : result.pairs) {
-    result.offsets.push_back(noisy[static_cast<std::size_t>(b)] -
-                             noisy[static_cast<std::size_t>(a)]);
-  }
   return result;
+}
+
+/// How far the nodes of pairs are from where the turn by `angle`, or the translation, has them.
+double farthest_apart(const Periodic& periodic, double angle) {
+  const double sine = std::sin(angle), cosine = std::cos(angle);
+  const auto partner_of = [&](Vec3d p) {
+    return Vec3d{cosine * p.x + sine * p.y, cosine * p.y - sine * p.x, p.z};
+  };
+  const auto at = [&](NodeId node) {
+    return points(periodic.mesh)[static_cast<std::size_t>(node)];
+  };
+  const auto [first_a, first_b] = periodic.pairs.front();
+  const Vec3d shift = angle == 0 ? at(first_b) - at(first_a) : Vec3d{0, 0, 0};
+  double farthest = 0;
+  for (const auto& [a, b] : periodic.pairs) {
+    farthest = std::max(farthest, norm(at(b) - (partner_of(at(a)) + shift)));
+  }
+  return farthest;
 }
 
 class NodePairs : public ::testing::TestWithParam<ElementType> {};
 
-INSTANTIATE_TEST_SUITE_P(AllTypes, NodePairs,
-                         ::testing::Values(ElementType::triangle, ElementType::quad,
-                                           ElementType::tetrahedron, ElementType::hexahedron),
+INSTANTIATE_TEST_SUITE_P(AllTypes, NodePairs, ::testing::ValuesIn(kElementTypes),
                          [](const auto& type) { return std::string(element_name(type.param)); });
 
 TEST_P(NodePairs, StayMatchedByEveryMethodUnderEveryBoundary) {
@@ -82,39 +100,42 @@ TEST_P(NodePairs, StayMatchedByEveryMethodUnderEveryBoundary) {
           }
         }
         EXPECT_EQ(job.summary.nodes.paired, static_cast<std::int64_t>(2 * periodic.pairs.size()));
-        EXPECT_GT(job.summary.nodes.moved, 0) << way.name;
+        // Of second order, corners of curved edges stay where they would slide; here all are.
+        if (angle == 0 || boundary == BoundaryPolicy::fixed || !is_second_order(GetParam())) {
+          EXPECT_GT(job.summary.nodes.moved, 0) << way.name;
+        }
       }
     }
   }
 }
 
 TEST_P(NodePairs, StayMatchedOverAHundredMotions) {
-  Periodic periodic = periodic_lattice(GetParam(), 0);
-  const auto smoother = make_smoother("cpu", 2);
-  for (int step = 0; step < 100; ++step) {
-    // Half of the pairs travel, the others are held.
-    std::vector<NodeId> nodes;
-    std::vector<Vec3d> to;
-    const Vec3d way{0, 0.002 * std::sin(0.3 * step), 0};
-    for (std::size_t i = 0; i < periodic.pairs.size(); i += 2) {
-      for (const NodeId node : periodic.pairs[i]) {
-        nodes.push_back(node);
-        to.push_back(points(periodic.mesh)[static_cast<std::size_t>(node)] + way);
+  for (const double angle : {0.0, 0.7}) {
+    Periodic periodic = periodic_lattice(GetParam(), angle);
+    const auto smoother = make_smoother("cpu", 2);
+    for (int step = 0; step < 100; ++step) {
+      // Half of the pairs travel, away from the axis, the others are held.
+      std::vector<NodeId> nodes;
+      std::vector<Vec3d> to;
+      const double way = 0.002 * std::sin(0.3 * step);
+      for (std::size_t i = 0; i < periodic.pairs.size(); i += 2) {
+        for (const int side : {0, 1}) {
+          const NodeId node = periodic.pairs[i][static_cast<std::size_t>(side)];
+          const double turn = side * angle;
+          nodes.push_back(node);
+          to.push_back(points(periodic.mesh)[static_cast<std::size_t>(node)] +
+                       way * Vec3d{std::sin(turn), std::cos(turn), 0});
+        }
       }
+      const SmoothOptions options{.method = Move{},
+                                  .prescribed = {nodes, std::span<const Vec3d>(to)},
+                                  .node_pairs = periodic.pairs};
+      const SmoothSummary summary = smoother->smooth(periodic.mesh, options);
+      ASSERT_EQ(summary.motion->reached, 1) << step;
+      ASSERT_EQ(summary.nodes.paired,
+                static_cast<std::int64_t>(2 * periodic.pairs.size() - nodes.size()));
     }
-    const SmoothOptions options{.method = Move{},
-                                .prescribed = {nodes, std::span<const Vec3d>(to)},
-                                .node_pairs = periodic.pairs};
-    const SmoothSummary summary = smoother->smooth(periodic.mesh, options);
-    ASSERT_EQ(summary.motion->reached, 1) << step;
-    ASSERT_EQ(summary.nodes.paired,
-              static_cast<std::int64_t>(2 * periodic.pairs.size() - nodes.size()));
-  }
-  for (std::size_t i = 0; i < periodic.pairs.size(); ++i) {
-    const auto [a, b] = periodic.pairs[i];
-    EXPECT_EQ(points(periodic.mesh)[static_cast<std::size_t>(b)] -
-                  points(periodic.mesh)[static_cast<std::size_t>(a)],
-              periodic.offsets[i]);
+    EXPECT_LE(farthest_apart(periodic, angle), angle == 0 ? 0 : 1e-13);
   }
 }
 

@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <numbers>
 #include <random>
 
 #include "core/canonical_meshes.hpp"
@@ -73,27 +74,67 @@ TEST(FindNumbering, LeavesASurfaceThatIsNumberedAlikeOnItsSide) {
   }
 }
 
-TEST(FindNumbering, CutsAMoebiusStripAndSaysSo) {
-  constexpr int kSides = 12;
+/// A band that comes round with its sides exchanged, of `sides` by `rows` cells; its inner nodes
+/// are off the grid by up to `jitter` of a cell.
+Mesh moebius_strip(ElementType type, int sides, int rows, double jitter = 0) {
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> off(-jitter, jitter);
   std::vector<Vec3d> points;
-  std::vector<NodeId> quads;
-  for (int s = 0; s < kSides; ++s) {
-    const double turn = 2 * 3.14159265358979 * s / kSides;
-    for (const double side : {-0.3, 0.3}) {
+  std::vector<NodeId> nodes;
+  const auto at = [&](int section, int row) {
+    const bool round = section == sides;
+    return static_cast<NodeId>((rows + 1) * (section % sides) + (round ? rows - row : row));
+  };
+  for (int s = 0; s < sides; ++s) {
+    for (int row = 0; row <= rows; ++row) {
+      const bool inside = row > 0 && row < rows;
+      const double turn = 2 * std::numbers::pi * (s + (inside ? off(random) : 0)) / sides;
+      const double side = 0.6 * (row + (inside ? off(random) : 0)) / rows - 0.3;
       const double radius = 1 + side * std::cos(turn / 2);
       points.push_back(
           {radius * std::cos(turn), radius * std::sin(turn), side * std::sin(turn / 2)});
     }
-    const auto at = [](int section, int side) {
-      const bool round = section == kSides;
-      return static_cast<NodeId>(2 * (section % kSides) + (round ? 1 - side : side));
-    };
-    for (const NodeId node : {at(s, 0), at(s + 1, 0), at(s + 1, 1), at(s, 1)})
-      quads.push_back(node);
+    for (int row = 0; row < rows; ++row) {
+      const NodeId a = at(s, row), b = at(s + 1, row), c = at(s + 1, row + 1), d = at(s, row + 1);
+      if (type == ElementType::quad) {
+        nodes.insert(nodes.end(), {a, b, c, d});
+      } else {
+        nodes.insert(nodes.end(), {a, b, c, a, c, d});
+      }
+    }
   }
-  const Mesh strip = test::make_mesh(points, {{ElementType::quad, quads}});
+  return test::make_mesh(std::move(points), {{type, std::move(nodes)}});
+}
 
-  EXPECT_EQ(numbering_of(strip).cut_facet_count, 1);
+TEST(FindNumbering, CutsAMoebiusStripAndSaysSo) {
+  EXPECT_EQ(numbering_of(moebius_strip(ElementType::quad, 12, 1)).cut_facet_count, 1);
+}
+
+/// What is curved smoothly is no crease, also where numbering is cut.
+TEST(MoebiusStrip, IsSmoothedAcrossItsCutAsElsewhere) {
+  constexpr int kSides = 40, kRows = 6;
+  for (const ElementType type : {ElementType::quad, ElementType::triangle}) {
+    const Mesh strip = moebius_strip(type, kSides, kRows, 0.25);
+    ASSERT_EQ(numbering_of(strip).cut_facet_count, kRows);
+    for (const bool mixed : {false, true}) {
+      Mesh mesh = strip;
+      std::vector<std::uint8_t> some(mesh.element_count());
+      for (std::size_t e = 0; e < some.size(); e += 3) some[e] = 1;
+      if (mixed) mirror_elements(mesh.blocks, some);
+      const test::Job job = test::smooth(mesh, {.method = Optimize{}});
+      const NodeCounts& nodes = job.summary.nodes;
+      EXPECT_EQ(nodes.sliding_in_plane + nodes.sliding_on_surface, kSides * (kRows - 1))
+          << element_name(type) << mixed;
+      EXPECT_EQ(nodes.sliding_on_line + nodes.sliding_on_curve + nodes.curved, 0);
+      EXPECT_GT(nodes.moved, kSides * (kRows - 1) * 9 / 10);
+      EXPECT_LE(job.summary.deviation.result_to_input, job.summary.deviation.tolerance);
+      const auto least = [](const QualityStats& stats) {
+        return std::ranges::find(stats.metrics, QualityMetric::mean_ratio, &MetricStats::metric)
+            ->min;
+      };
+      EXPECT_GT(least(job.summary.quality_after), least(job.summary.quality_before));
+    }
+  }
 }
 
 TEST(FindNumbering, TellsATangledMeshFromAMirroredOne) {
@@ -153,9 +194,13 @@ TEST(MirroredMeshes, HaveTheBitsOfTheMeshNumberedAlike) {
                     ? test::wavy_if_surface(test::lattice_of(type, 4))
                     : test::lattice_of(type, 3);
     const test::Way& way = ways[random() % ways.size()];
-    const SmoothOptions options{.method = way.method, .form = way.form, .max_iterations = 4};
+    const SmoothOptions options{
+        .method = way.method,
+        .form = way.form,
+        .max_iterations = 4,
+        .boundary = seed % 3 == 0 ? BoundaryPolicy::slide : BoundaryPolicy::fixed};
     Mesh other = mesh;
-    const auto chosen = test::some_elements(mesh.element_count(), random);
+    const auto chosen = test::some_elements(mesh, random);
     mirror_elements(other.blocks, chosen);
     const bool all = std::ranges::all_of(chosen, [](auto c) { return c != 0; });
     if (all && surface) continue;  // is numbered alike itself
@@ -173,6 +218,39 @@ TEST(MirroredMeshes, HaveTheBitsOfTheMeshNumberedAlike) {
     mirrored_meshes += mirrored > 0 ? 1 : 0;
   }
   EXPECT_GT(mirrored_meshes, count / 3);
+}
+
+/// A square of twelve triangles, the four of one patch numbered clockwise.
+TEST(MirroredMeshes, KeepTheirArea) {
+  const Mesh mesh = test::make_mesh(
+      {{0, 0, 0},
+       {1, 0, 0},
+       {2, 0, 0},
+       {0, 1, 0},
+       {1, 1, 0},
+       {2, 1, 0},
+       {0, 2, 0},
+       {1, 2, 0},
+       {2, 2, 0},
+       {0.4, 0.6, 0},
+       {1.45, 0.55, 0}},
+      {{ElementType::triangle, {0,  1, 9, 1,  4, 9, 4, 3, 9, 3, 0, 9, 10, 2, 1, 10, 5, 2,
+                                10, 4, 5, 10, 1, 4, 3, 4, 6, 4, 7, 6, 4,  5, 7, 5,  8, 7}}});
+  for (const test::Way& way : test::ways(false)) {
+    const test::Job job = test::smooth(mesh, {.method = way.method, .form = way.form});
+    const std::vector<Vec3d>& at = test::points(job.mesh);
+    double area = 0;  // folds would count twice
+    for (std::size_t n = 0; n < 36; n += 3) {
+      const auto corner = [&](std::size_t k) {
+        return at[static_cast<std::size_t>(mesh.blocks[0].nodes[n + k])];
+      };
+      area += std::abs(cross(corner(1) - corner(0), corner(2) - corner(0)).z) / 2;
+    }
+    EXPECT_NEAR(area, 4, 1e-14) << way.name;
+    EXPECT_EQ(job.summary.quality_before.mirrored_count, 4) << way.name;
+    EXPECT_EQ(job.summary.quality_before.inverted_count, 0);
+    EXPECT_GT(job.summary.nodes.moved, 0);
+  }
 }
 
 TEST(MirroredMeshes, MoveAndUntangleLikeTheMeshNumberedAlike) {

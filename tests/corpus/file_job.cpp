@@ -82,7 +82,8 @@ JsonLine measure(const formats::MeshFile& file) {
 /// As `smooth FILE -o RESULT` does it, but for the server between. `said`: whether the summary has
 /// a line on what is worse than before.
 JsonLine smooth(formats::MeshFile& file, const cli::SmoothFlags& flags, JsonLine line = {}) {
-  const SmoothOptions options = cli::to_smooth_options(flags);
+  SmoothOptions options = cli::to_smooth_options(flags);
+  options.node_pairs = file.node_pairs();
   cli::set_up_mesh(file, {}, options);
   const SmoothSummary summary = make_smoother("cpu", 1)->smooth(file.mesh, options);
   line.add("moved", static_cast<long long>(summary.nodes.moved));

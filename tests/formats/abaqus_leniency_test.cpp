@@ -13,6 +13,7 @@ using test::bytes_of;
 using test::changed_lines;
 using test::error_of;
 using test::ids_of_set;
+using test::pairs_of;
 using test::positions_of;
 using test::put_bytes;
 using test::Scratch;
@@ -62,13 +63,23 @@ TEST_F(AbaqusLeniency, LeavesOutOfSetsWhatIsNotThere) {
                           "line 12: there is no set of elements \"other\" for this section"));
 }
 
-TEST_F(AbaqusLeniency, NodesOfEquationsStay) {
+TEST_F(AbaqusLeniency, NodesOfEquationsArePairs) {
   const MeshFile file = read(kTetrahedron +
                              "5, 1, 2, 3, 4\n*NSET, NSET=a\n3\n*EQUATION\n3\n1, 1, 1., 2, 1, -1.\n"
                              "99, 1, 1.\n2\na, 2, 1.,\n1, 2, -1.\n*STEP\n");
 
-  EXPECT_EQ(file.mesh.fixed, (std::vector<std::uint8_t>{1, 1, 1, 0}));
-  EXPECT_THAT(file.notes(), ::testing::Contains(HasSubstr("3 nodes that have to match others")));
+  EXPECT_EQ(pairs_of(file), (std::set<std::set<std::int64_t>>{{1, 2}, {1, 3}}));
+  EXPECT_TRUE(file.mesh.fixed.empty());
+}
+
+TEST_F(AbaqusLeniency, EquationsOfSetsTieTheirNodesInOrder) {
+  const std::string sets = "*NSET, NSET=a\n1, 2\n*NSET, NSET=b\n3, 4\n*NODE\n50, 9, 9, 9\n";
+  // A control node in no element belongs to no mesh; one of the mesh is tied to all.
+  const MeshFile file =
+      read(kTetrahedron + sets + "*EQUATION\n3\na, 1, 1., b, 1, -1., 50, 1, 1.\n");
+  EXPECT_EQ(pairs_of(file), (std::set<std::set<std::int64_t>>{{1, 3}, {2, 4}}));
+  const MeshFile tied = read(kTetrahedron + sets + "*EQUATION\n2\na, 1, 1., 4, 1, -1.\n");
+  EXPECT_EQ(pairs_of(tied), (std::set<std::set<std::int64_t>>{{1, 4}, {2, 4}}));
 }
 
 TEST_F(AbaqusLeniency, IgnoresLinesBeforeTheFirstKeyword) {

@@ -19,6 +19,7 @@ using test::bytes_of;
 using test::changed_lines;
 using test::error_of;
 using test::fixture;
+using test::pairs_of;
 using test::positions_of;
 using test::put_bytes;
 using test::Scratch;
@@ -104,13 +105,47 @@ TEST_F(Foam, HoldsPolyhedraAndCoupledPatches) {
   for (int node = 0; node < 16; ++node) {
     if (file.mesh.fixed[static_cast<std::size_t>(node)] != 0) fixed.push_back(node);
   }
-  EXPECT_THAT(fixed, ElementsAre(0, 3, 4, 5, 6, 7, 8, 11, 12, 13, 14, 15))
-      << "of the polyhedron and of the patch ring, which is cyclic";
-  for (const char* type : {"empty", "wedge", "processor", "cyclicAMI", "processorCyclic"}) {
+  EXPECT_THAT(fixed, ElementsAre(0, 3, 4, 7, 12, 13, 14, 15)) << "of the polyhedron";
+  for (const char* type : {"empty", "wedge", "processor", "processorCyclic"}) {
     replace("boundary", "wall;", std::string(type) + ";");
     EXPECT_THAT(read_mesh_file(case_).mesh.fixed[1], 1) << type;
     replace("boundary", std::string(type) + ";", "wall;");
   }
+}
+
+/// Of one face each.
+std::string two_patches(const std::string& type, int first, int second) {
+  const auto patch = [&](const std::string& name, int face, const std::string& neighbour) {
+    return name + " { type " + type + "; neighbourPatch " + neighbour + "; nFaces 1; startFace " +
+           std::to_string(face) + "; }\n";
+  };
+  return "FoamFile { format ascii; }\n2\n(\n" + patch("front", first, "back") +
+         patch("back", second, "front") + ")\n";
+}
+
+TEST_F(Foam, NodesOfCyclicPatchesArePairs) {
+  using Pairs = std::set<std::set<std::int64_t>>;
+  for (const std::string type : {"cyclic", "cyclicAMI", "cyclicACMI", "cyclicSlip"}) {
+    put_bytes(mesh_file("boundary"), two_patches(type, 9, 10));
+    const MeshFile file = read_mesh_file(case_);
+    EXPECT_EQ(pairs_of(file), (Pairs{{1, 2}, {5, 6}, {9, 10}})) << type;
+    EXPECT_THAT(file.notes(), ::testing::IsEmpty());
+
+    put_bytes(mesh_file("boundary"), two_patches(type, 9, 12));
+    const MeshFile unlike = read_mesh_file(case_);
+    EXPECT_EQ(pairs_of(unlike), (Pairs{{1}, {4}, {5}, {8}, {9}})) << type;
+    ASSERT_EQ(unlike.notes().size(), 1U);
+    EXPECT_THAT(unlike.notes().front(),
+                AllOf(HasSubstr("patch \"front\" (" + type + ")"),
+                      HasSubstr("takes \"front\" to \"back\""), HasSubstr("all of them stay")));
+  }
+}
+
+TEST_F(Foam, HalvesOfAnOldCyclicPatchArePairs) {
+  put_bytes(mesh_file("boundary"),
+            "FoamFile { format ascii; }\n1\n(\nends { type cyclic; nFaces 2; startFace 9; }\n)\n");
+  EXPECT_EQ(pairs_of(read_mesh_file(case_)),
+            (std::set<std::set<std::int64_t>>{{1, 2}, {5, 6}, {9, 10}}));
 }
 
 TEST_F(Foam, NamesPatchesAndZones) {

@@ -59,14 +59,17 @@ INSTANTIATE_TEST_SUITE_P(Containers, CgnsZones, ::testing::Values("zones.cgns", 
                            return std::string(param.index == 0 ? "Hdf5" : "Adf");
                          });
 
-TEST_P(CgnsZones, AreOneMeshWithTheNodesOfTheirInterfaceFixed) {
+TEST_P(CgnsZones, AreOneMeshWithTheNodesOfTheirInterfaceInPairs) {
   const MeshFile file = read_mesh_file(fixture(GetParam()));
 
   EXPECT_EQ(file.mesh.node_count(), 32U);
   EXPECT_EQ(file.mesh.element_count(), 6U);
   EXPECT_EQ(file.lower_dimensional_cell_count(), 2);
   const std::vector<NodeId> interface = {3, 7, 11, 15, 16, 20, 24, 28};
-  EXPECT_EQ(fixed_nodes(file), interface);
+  EXPECT_THAT(fixed_nodes(file), ::testing::IsEmpty());
+  EXPECT_EQ(file.node_pairs(),
+            (std::vector<NodePair>{
+                {3, 16}, {7, 20}, {11, 24}, {15, 28}, {16, 3}, {20, 7}, {24, 11}, {28, 15}}));
   EXPECT_EQ(find_node_set(file, "to_right"), interface);
   EXPECT_EQ(find_node_set(file, "end"), interface);
   EXPECT_EQ(find_node_set(file, "right").front(), 16);

@@ -14,6 +14,7 @@ namespace {
 using test::bytes_of;
 using test::changed_lines;
 using test::ids_of_set;
+using test::pairs_of;
 using test::positions_of;
 using test::put_bytes;
 using test::Scratch;
@@ -274,7 +275,7 @@ TEST_F(Msh, SectionsComeInAnyOrderAndUnknownOnesStay) {
   EXPECT_EQ(changed_lines(shuffled, moved(shuffled)), std::vector<std::string>{"0 0 1.0625"});
 }
 
-TEST_F(Msh, PeriodicNodesStay) {
+TEST_F(Msh, PeriodicNodesArePairs) {
   const std::string affine = " 1 0 0 2 0 1 0 0 0 0 1 0 0 0 0 1\n";
   const std::string old =
       "$Periodic\n2\n0 1 1\n1\n20 10\n2 1 1\nAffine" + affine + "2\n20 10\n50 40\n$EndPeriodic\n";
@@ -283,14 +284,10 @@ TEST_F(Msh, PeriodicNodesStay) {
   for (const std::string& text : {version_2("2.2") + old, version_40() + old,
                                   version_41() + present, binary_2(false) + old}) {
     const MeshFile file = read(text);
-    std::vector<std::int64_t> fixed;
-    for (std::size_t node = 0; node < file.mesh.fixed.size(); ++node) {
-      if (file.mesh.fixed[node] != 0) fixed.push_back(file.file_node_id(static_cast<NodeId>(node)));
-    }
-    EXPECT_EQ(fixed, (std::vector<std::int64_t>{10, 20, 40, 50})) << text.substr(0, 20);
-    EXPECT_EQ(file.notes(),
-              std::vector<std::string>{
-                  "4 nodes that have to match others, periodic or by an equation, stay"});
+    EXPECT_EQ(pairs_of(file), (std::set<std::set<std::int64_t>>{{10, 20}, {40, 50}}))
+        << text.substr(0, 20);
+    EXPECT_EQ(file.node_pairs().size(), 2U);
+    EXPECT_TRUE(file.mesh.fixed.empty());
   }
 }
 

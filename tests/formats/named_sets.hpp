@@ -1,5 +1,6 @@
 #pragma once
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,15 @@ inline std::vector<std::int64_t> ids_of_set(const MeshFile& file, const std::str
   std::vector<std::int64_t> ids;
   for (const NodeId node : find_node_set(file, name)) ids.push_back(file.file_node_id(node));
   return ids;
+}
+
+/// The nodes that belong together, by the file's own numbers; one where the partner is not known.
+inline std::set<std::set<std::int64_t>> pairs_of(const MeshFile& file) {
+  std::set<std::set<std::int64_t>> pairs;
+  for (const auto& [a, b] : file.node_pairs()) {
+    pairs.insert({file.file_node_id(a), file.file_node_id(b)});
+  }
+  return pairs;
 }
 
 inline std::vector<std::string> lines_of(const std::string& text) {

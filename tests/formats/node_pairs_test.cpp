@@ -105,11 +105,11 @@ TEST(MatchSides, FindsTheSidesOfAPlaneSector) {
   Sides(line, [](Vec3d p) { return turned(p, {0, 0, 0}, {0, 0, 1}, 0.9); }).expect_matched();
 }
 
-TEST(MatchSides, LeavesOutNodesOfBothSides) {
+TEST(MatchSides, TakesANodeOfBothSidesForItsOwnPartner) {
   const std::vector<Vec3d> positions = {{0, 0, 0}, {1, 0, 0}, {3, 0, 0}, {0, 1, 0}, {0, 3, 0}};
   const std::vector<NodeId> a = {0, 1, 2}, b = {0, 3, 4};
   EXPECT_EQ(match_sides(std::span<const Vec3d>(positions), {"a", a}, {"b", b}, "--periodic"),
-            (std::vector<NodePair>{{1, 3}, {2, 4}}));
+            (std::vector<NodePair>{{0, 0}, {1, 3}, {2, 4}}));
 }
 
 std::string error_of(const Sides& sides) {

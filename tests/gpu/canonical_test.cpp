@@ -40,7 +40,7 @@ TEST_F(CudaCanonical, MirroredMeshesHaveTheBitsOfTheMeshNumberedAlike) {
     if (way.form == Form::asynchronous) continue;
     const SmoothOptions options{.method = way.method, .form = way.form, .max_iterations = 4};
     Mesh other = mesh;
-    const auto chosen = test::some_elements(mesh.element_count(), random);
+    const auto chosen = test::some_elements(mesh, random);
     mirror_elements(other.blocks, chosen);
     const auto mirrored = std::ranges::count(chosen, 1);
     if (surface && static_cast<std::size_t>(mirrored) == mesh.element_count()) continue;

@@ -85,6 +85,11 @@ class FakeControl {
     const std::lock_guard lock(mutex_);
     return regions_;
   }
+  /// The pairs of nodes that the last job came with.
+  [[nodiscard]] std::vector<NodePair> node_pairs() const {
+    const std::lock_guard lock(mutex_);
+    return node_pairs_;
+  }
   /// The reference that the last job came with, and whether it was in float64.
   [[nodiscard]] std::pair<std::vector<Vec3d>, bool> reference() const {
     const std::lock_guard lock(mutex_);
@@ -112,6 +117,7 @@ class FakeControl {
   std::function<void()> preparation_thrower_;
   int started_ = 0;
   std::vector<std::int32_t> regions_;
+  std::vector<NodePair> node_pairs_;
   std::pair<std::vector<Vec3d>, bool> reference_;
   std::pair<std::vector<NodeId>, std::vector<Vec3d>> motion_;
   std::function<void()> thrower_;
@@ -196,6 +202,7 @@ class FakeSmoother final : public Smoother {
       const std::lock_guard lock(control_->mutex_);
       thrower = control_->thrower_;
       control_->regions_.assign(topology.regions.begin(), topology.regions.end());
+      control_->node_pairs_.assign(options.node_pairs.begin(), options.node_pairs.end());
       control_->reference_ = {{}, options.reference.index() == 1};
       std::visit(
           [&](auto span) {

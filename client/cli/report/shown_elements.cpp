@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <functional>
+#include <limits>
 #include <numeric>
 #include <tuple>
 #include <variant>
@@ -31,7 +32,7 @@ ShownElement find_element(const TopologyView& topology, std::size_t element) {
   return {};
 }
 
-/// Mean ratios by which inverted elements rank below all others.
+/// Mean ratios by which inverted elements rank below all others, interface elements above.
 std::vector<float> rank_elements(const DrawnMesh& mesh, const PositionsView& positions) {
   std::vector<float> ranks =
       measure_elements(mesh.topology, positions, mesh.orientation, {QualityMetric::mean_ratio})
@@ -49,6 +50,9 @@ std::vector<float> rank_elements(const DrawnMesh& mesh, const PositionsView& pos
           .element = element, .type = block.type, .nodes = &block.nodes[e * width]};
       if (measure(mesh, positions, shown).inverted) ranks[element] -= 2;
     }
+  }
+  for (std::size_t e = 0; e < mesh.interfaces.size(); ++e) {
+    if (mesh.interfaces[e] != 0) ranks[e] = std::numeric_limits<float>::infinity();
   }
   return ranks;
 }
@@ -109,6 +113,9 @@ std::vector<ShownElement> choose_elements(const DrawnMesh& mesh, std::size_t cou
   for (const std::int64_t element : blocking) ids.push_back(static_cast<std::size_t>(element));
   std::ranges::sort(ids, {}, [&](std::size_t id) { return std::tuple(ranks[id], id); });
   ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  if (!mesh.interfaces.empty()) {
+    std::erase_if(ids, [&](std::size_t id) { return mesh.interfaces[id] != 0; });
+  }
 
   std::vector<ShownElement> elements;
   for (const std::size_t id : ids) {

@@ -16,6 +16,8 @@ struct DrawnMesh {
   PositionsView positions;              // of the result, or of the only state
   std::optional<PositionsView> before;  // of the input, where there is a result
   SurfaceOrientation orientation;       // of the input
+  // [element count] or empty; non-zero = an interface element, which has no shape to show
+  std::vector<std::uint8_t> interfaces = {};
 };
 
 /// Why an element is as it is, as bits.

@@ -206,19 +206,26 @@ class DeckParser {
   /// or a set, a degree of freedom, a factor. What else stands there is the solver's affair.
   bool read_equations() {
     std::size_t left = 0;  // words of the equation
+    std::vector<AbaqusModel::Entry> terms;
+    const auto end_equation = [&] {
+      if (!terms.empty()) model_.add_equation(std::exchange(terms, {}));
+    };
     while (true) {
-      if (!reader_.next()) return false;
-      if (reader_.at_keyword()) return true;
+      const bool more = reader_.next();
+      if (!more || reader_.at_keyword()) {
+        end_equation();
+        return more;
+      }
       split_data(line(), words_);
       if (left == 0) {
+        end_equation();
         left = 3 * static_cast<std::size_t>(std::max<std::int64_t>(0, term_count()));
         continue;
       }
       for (const std::string_view word : words_) {
         if (left == 0 || trimmed(word).empty()) break;
         if (left-- % 3 == 0) {
-          model_.add_to_set(0, Kind::nodes, std::string(kEquationNodes),
-                            read_member(trimmed(word), Kind::nodes, scope_));
+          terms.push_back(read_member(trimmed(word), Kind::nodes, scope_));
         }
       }
     }

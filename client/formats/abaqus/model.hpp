@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "content.hpp"
@@ -15,9 +16,6 @@
 #include "notes.hpp"
 
 namespace meshsmooth::formats {
-
-/// The set, of no name that a deck can give, of the nodes that equations tie to others.
-inline constexpr std::string_view kEquationNodes = "*EQUATION";
 
 /// The nodes, elements, sets and sections of a deck while it is read. What one line says of others
 /// is looked up when all are known, so their order does not matter.
@@ -63,6 +61,9 @@ class AbaqusModel {
   };
   void add_set(ScopeId scope, Kind kind, const std::string& name);
   void add_to_set(ScopeId scope, Kind kind, const std::string& name, Entry entry);
+  /// The nodes or sets of nodes of an equation's terms, which have to match. Of sets it is one for
+  /// each of their nodes, in their order.
+  void add_equation(std::vector<Entry> terms) { equations_.push_back(std::move(terms)); }
   void add_section(ScopeId scope, const std::string& element_set, const std::string& material,
                    DeckPlace place);
 
@@ -117,6 +118,7 @@ class AbaqusModel {
   void resolve_corners(const DeckReader& reader, Notes& notes);
   void store_cells(FileContent& content, PlainDataset& dataset) const;
   void store_sets(const DeckReader& reader, FileContent& content, Notes& notes);
+  void store_equations(const DeckReader& reader, FileContent& content, Notes& notes);
   void store_materials(const DeckReader& reader, PlainDataset& dataset, Notes& notes);
   [[nodiscard]] std::vector<std::string> names_of(ScopeId scope) const;
 
@@ -128,6 +130,7 @@ class AbaqusModel {
   std::vector<Element> elements_;
   std::vector<std::int64_t> corners_;  // labels, or -1 - node; then nodes, or kMissing
   std::vector<std::string> held_types_;
+  std::vector<std::vector<Entry>> equations_;
   std::map<std::string, std::int32_t> materials_;
   int nested_ = 0;  // sets that are being resolved
 };

@@ -201,14 +201,38 @@ void AbaqusModel::store_sets(const DeckReader& reader, FileContent& content, Not
           members = std::move(nodes);
         }
         NodeSet named{known.name, {members.begin(), members.end()}};
-        if (known.name == kEquationNodes) {
-          content.periodic_nodes = std::move(named.nodes);
-          continue;
-        }
         for (const std::string& alias : aliases) {
           content.node_sets.push_back({alias + "." + known.name, named.nodes});
         }
         content.node_sets.push_back(std::move(named));
+      }
+    }
+  }
+}
+
+void AbaqusModel::store_equations(const DeckReader& reader, FileContent& content, Notes& notes) {
+  std::vector<bool> in_element(node_labels_.size(), false);
+  for (const std::int64_t corner : corners_) {
+    if (corner != kMissing) in_element[static_cast<std::size_t>(corner)] = true;
+  }
+  for (const std::vector<Entry>& terms : equations_) {
+    std::vector<std::vector<std::int64_t>> members(terms.size());
+    std::size_t count = 0;
+    for (std::size_t term = 0; term < terms.size(); ++term) {
+      resolve(reader, Kind::nodes, terms[term], members[term], notes);
+      count = std::max(count, members[term].size());
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      std::vector<NodeId> nodes;
+      for (const auto& of_term : members) {
+        if (of_term.empty() || (i >= of_term.size() && of_term.size() > 1)) continue;
+        const auto node = static_cast<std::size_t>(of_term[of_term.size() == 1 ? 0 : i]);
+        if (!in_element[node]) continue;  // a control node, which belongs to no mesh
+        nodes.push_back(static_cast<NodeId>(node));
+      }
+      if (nodes.size() == 1) nodes.push_back(nodes.front());
+      for (std::size_t n = 1; n < nodes.size(); ++n) {
+        content.node_pairs.push_back({nodes[n - 1], nodes[n]});
       }
     }
   }
@@ -242,6 +266,7 @@ std::shared_ptr<PlainDataset> AbaqusModel::store(const DeckReader& reader, FileC
   resolve_corners(reader, notes);
   store_cells(content, *dataset);
   store_sets(reader, content, notes);
+  store_equations(reader, content, notes);
   store_materials(reader, *dataset, notes);
   return dataset;
 }

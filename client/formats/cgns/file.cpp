@@ -117,12 +117,9 @@ MeshFile read_cgns(const path& path) {
   for (const CgnsZone& zone : zones) {
     read_cgns_conditions(*tree, zone, elements, *dataset, content);
   }
-  const auto interfaces = read_cgns_interfaces(*tree, zones, elements, *dataset, content);
+  read_cgns_interfaces(*tree, zones, elements, *dataset, content);
   content.dataset = dataset;
-  MeshFile file = make_mesh_file(path, std::move(content));
-  if (!interfaces.empty()) file.mesh.fixed.resize(file.mesh.node_count(), 0);
-  for (const NodeId node : interfaces) file.mesh.fixed[static_cast<std::size_t>(node)] = 1;
-  return file;
+  return make_mesh_file(path, std::move(content));
 }
 
 void write_cgns(const path& path, const MeshFile& file) {

@@ -76,20 +76,32 @@ void add_family(const CgnsTree& tree, const std::string& base, const std::string
   }
 }
 
-/// The nodes that the other zone calls so, where a connectivity lists them.
-void add_donors(const CgnsTree& tree, const std::string& node, const std::vector<CgnsZone>& zones,
-                const CgnsZone& zone, const NodeFinder& finder, std::vector<NodeId>& nodes) {
+/// The nodes that the other zone calls so, where a connectivity lists them; else none.
+std::vector<NodeId> find_donors(const CgnsTree& tree, const std::string& node,
+                                const std::vector<CgnsZone>& zones, const CgnsZone& zone,
+                                const NodeFinder& finder) {
   const std::string list = node + "/PointListDonor";
   const bool vertices =
       !tree.has_data(node + "/GridLocation") || tree.text(node + "/GridLocation") == "Vertex";
-  if (!vertices || !tree.has_data(list) || !tree.has_data(node)) return;
+  if (!vertices || !tree.has_data(list) || !tree.has_data(node)) return {};
   const std::string base = zone.node.substr(0, zone.node.rfind('/'));
   const std::string donor = tree.text(node);
   for (const CgnsZone& other : zones) {
     if (other.node != base + "/" + donor && other.node != "/" + donor) continue;
-    const std::vector<NodeId> more = finder.vertices(other, node, tree.integers(list));
-    nodes.insert(nodes.end(), more.begin(), more.end());
+    return finder.vertices(other, node, tree.integers(list));
   }
+  return {};
+}
+
+/// Of lists of different lengths no node has a partner that is known.
+void add_pairs(const std::vector<NodeId>& nodes, const std::vector<NodeId>& donors,
+               std::vector<NodePair>& pairs) {
+  if (nodes.size() == donors.size()) {
+    for (std::size_t i = 0; i < nodes.size(); ++i) pairs.push_back({nodes[i], donors[i]});
+    return;
+  }
+  for (const NodeId node : nodes) pairs.push_back({node, node});
+  for (const NodeId donor : donors) pairs.push_back({donor, donor});
 }
 
 }  // namespace
@@ -112,25 +124,24 @@ void read_cgns_conditions(const CgnsTree& tree, const CgnsZone& zone, const Cgns
   }
 }
 
-std::vector<NodeId> read_cgns_interfaces(const CgnsTree& tree, const std::vector<CgnsZone>& zones,
-                                         const CgnsElements& elements, const PlainDataset& dataset,
-                                         FileContent& content) {
+void read_cgns_interfaces(const CgnsTree& tree, const std::vector<CgnsZone>& zones,
+                          const CgnsElements& elements, const PlainDataset& dataset,
+                          FileContent& content) {
   const NodeFinder finder(tree, elements, dataset, content);
-  std::vector<NodeId> all;
   for (const CgnsZone& zone : zones) {
     for (const std::string& list : tree.children(zone.node, "ZoneGridConnectivity_t")) {
       for (const char* label : {"GridConnectivity_t", "GridConnectivity1to1_t", "OversetHoles_t"}) {
         for (const std::string& node : tree.children(list, label)) {
           if (!has_list(tree, node, "Point")) continue;
           std::vector<NodeId> nodes = finder.nodes_of(zone, node, "Point");
-          add_donors(tree, node, zones, zone, finder, nodes);
-          all.insert(all.end(), nodes.begin(), nodes.end());
+          const std::vector<NodeId> donors = find_donors(tree, node, zones, zone, finder);
+          add_pairs(nodes, donors, content.node_pairs);
+          nodes.insert(nodes.end(), donors.begin(), donors.end());
           content.node_sets.push_back({cgns_name(node), std::move(nodes)});
         }
       }
     }
   }
-  return all;
 }
 
 }  // namespace meshsmooth::formats

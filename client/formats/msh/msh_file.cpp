@@ -126,10 +126,11 @@ MeshFile read_msh(const path& file) {
   content.node_ids = read.nodes.node_ids;
   add_msh_groups(read, *dataset, content);
   add_views(read, nodes, content.cell_ids, *dataset);
-  for (const std::int64_t tag : read.periodic_nodes) {
-    if (const auto node = nodes.find(tag)) {
-      content.periodic_nodes.push_back(static_cast<NodeId>(*node));
-    }
+  for (const auto& [tag, other_tag] : read.periodic_nodes) {
+    const auto node = nodes.find(tag), other = nodes.find(other_tag);
+    if (!node && !other) continue;  // of a part of the mesh that is not in the file
+    content.node_pairs.push_back(
+        {static_cast<NodeId>(node ? *node : *other), static_cast<NodeId>(other ? *other : *node)});
   }
   content.fields = std::move(read.nodes);
   content.dataset = dataset;

@@ -36,8 +36,10 @@ void read_msh_periodic(MshNumbers& numbers, MshContent& content) {
       (void)(text ? scanner.number<int>() : numbers.integer());
     }
     const std::size_t pair_count = skip_transformation(numbers, text);
-    for (std::size_t node = 0; node < 2 * pair_count; ++node) {
-      content.periodic_nodes.push_back(text ? scanner.number<std::int64_t>() : numbers.tag());
+    for (std::size_t pair = 0; pair < pair_count; ++pair) {
+      const auto tag = [&] { return text ? scanner.number<std::int64_t>() : numbers.tag(); };
+      const std::int64_t first = tag();
+      content.periodic_nodes.push_back({first, tag()});
     }
   }
 }

@@ -9,6 +9,7 @@
 #include "mesh/curved_jacobian.hpp"
 #include "mesh/facet_rows.hpp"
 #include "mesh/parallel.hpp"
+#include "mesh/same_direction.hpp"
 #include "meshsmooth/quality.hpp"
 
 namespace meshsmooth {
@@ -16,18 +17,9 @@ namespace {
 
 using detail::FacetUse;
 
-/// Whether both uses run through the facet's corners in the same direction.
 bool same_direction(const FacetUse& a, const FacetUse& b) {
-  const FacetShape& in_a = element_shape(a.type).facets[a.number];
-  const FacetShape& in_b = element_shape(b.type).facets[b.number];
-  if (in_a.node_count == 2) return a.nodes[in_a.nodes[0]] == b.nodes[in_b.nodes[0]];
-  const auto next = [](const FacetUse& use, const FacetShape& facet, NodeId node) {
-    int at = 0;
-    while (use.nodes[facet.nodes[at]] != node) ++at;
-    return use.nodes[facet.nodes[(at + 1) % facet.node_count]];
-  };
-  const NodeId start = a.nodes[in_a.nodes[0]];
-  return next(a, in_a, start) == next(b, in_b, start);
+  return detail::same_direction(element_shape(a.type).facets[a.number], a.nodes,
+                                element_shape(b.type).facets[b.number], b.nodes);
 }
 
 /// A pair of elements that share a facet.

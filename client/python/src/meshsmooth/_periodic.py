@@ -76,7 +76,7 @@ def _two(pair: Any) -> tuple[Any, Any]:
 
 
 def _match(mesh: Mesh, side_a: Any, side_b: Any) -> NDArray[np.int64]:
-    """Returns the pairs of two sides, without nodes that are their own partners."""
+    """Returns the pairs of two sides; a node of both, as on the axis, is its own partner."""
     sides = [np.unique(_nodes_of(mesh, side)) for side in (side_a, side_b)]
     names = [f'"{side}"' if isinstance(side, str) else "a side" for side in (side_a, side_b)]
     if len(sides[0]) != len(sides[1]) or len(sides[0]) == 0:
@@ -103,8 +103,7 @@ def _match(mesh: Mesh, side_a: Any, side_b: Any) -> NDArray[np.int64]:
             f"{mesh.caller_node(int(sides[0][worst]))} is {distance:.4g} away from the nearest "
             f"node there, the tolerance is {tolerance:.4g}; the two sides need the same nodes",
         )
-    pairs = np.stack([sides[0], sides[1][partners]], axis=1).astype(np.int64)
-    return pairs[pairs[:, 0] != pairs[:, 1]]
+    return np.stack([sides[0], sides[1][partners]], axis=1).astype(np.int64)
 
 
 def _nodes_of(mesh: Mesh, side: Any) -> NDArray[np.int64]:

@@ -7,11 +7,23 @@
 
 namespace meshsmooth::detail {
 
-/// Whether two facets turn by less than an angle below 90 degrees.
+/// Whether two facets turn by less than an angle below 90 degrees; by that between their planes
+/// where the surface cannot be oriented.
 MESHSMOOTH_HD inline bool goes_on(const ConstrainedFacet& a, const ConstrainedFacet& b,
-                                  double angle_cos) {
-  const double cosine = dot(a.normal, b.normal);
+                                  double angle_cos, bool oriented = true) {
+  const double signed_cosine = dot(a.normal, b.normal);
+  const double cosine = oriented ? signed_cosine : std::abs(signed_cosine);
   return cosine > 0 && cosine >= angle_cos * (norm(a.normal) * norm(b.normal));
+}
+
+/// Whether two facets have their common edge in opposite directions, as seen from the same side. A
+/// surface that cannot be oriented, as a Moebius strip, is cut where they do not.
+MESHSMOOTH_HD inline bool opposed(const ConstrainedFacet& a, const ConstrainedFacet& b, NodeId from,
+                                  NodeId to) {
+  const auto leads = [&](const ConstrainedFacet& facet) {
+    return facet.nodes[(place_in(facet, from) + 1) % corner_count(facet)] == to;
+  };
+  return leads(a) != leads(b);
 }
 
 /// The facet beyond the k-th edge of a facet; kNoFacet at a crease, where two facets turn by more
@@ -34,11 +46,10 @@ MESHSMOOTH_HD inline ElementId facet_across(const SlidingConstraints& sliding, E
     other = *f;
   }
   if (other == SlidingConstraints::kNoFacet) return other;
-  // Seen from the same side the other one has the edge the other way round.
   const ConstrainedFacet& beyond = sliding.facets[other];
-  const bool opposed = beyond.nodes[(place_in(beyond, b) + 1) % corner_count(beyond)] == a;
-  return opposed && goes_on(own, beyond, rule.feature_angle_cos) ? other
-                                                                 : SlidingConstraints::kNoFacet;
+  return goes_on(own, beyond, rule.feature_angle_cos, opposed(own, beyond, a, b))
+             ? other
+             : SlidingConstraints::kNoFacet;
 }
 
 /// The constraint that the facets around a node leave.
@@ -106,19 +117,24 @@ class FacetsAtNode {
   /// too many, whether each turns from the mean by less than half of it, which implies that.
   [[nodiscard]] MESHSMOOTH_HD bool any_two_go_on() const {
     constexpr std::ptrdiff_t kMostFacets = 256;
+    const bool oriented = is_oriented();
     if (end_ - begin_ <= kMostFacets) {
       for (const ElementId* f = begin_; f != end_; ++f) {
         for (const ElementId* g = begin_; g != f; ++g) {
-          if (!goes_on(sliding_.facets[*f], sliding_.facets[*g], rule_.fan_angle_cos)) return false;
+          if (!goes_on(sliding_.facets[*f], sliding_.facets[*g], rule_.fan_angle_cos, oriented)) {
+            return false;
+          }
         }
       }
       return true;
     }
     ConstrainedFacet mean{};
-    for (const ElementId* f = begin_; f != end_; ++f) mean.normal += sliding_.facets[*f].normal;
+    for (const ElementId* f = begin_; f != end_; ++f) {
+      mean.normal += sign_at(sliding_, *begin_, *f) * sliding_.facets[*f].normal;
+    }
     const double half_angle_cos = std::sqrt((1 + rule_.fan_angle_cos) / 2);
     for (const ElementId* f = begin_; f != end_; ++f) {
-      if (!goes_on(sliding_.facets[*f], mean, half_angle_cos)) return false;
+      if (!goes_on(sliding_.facets[*f], mean, half_angle_cos, oriented)) return false;
     }
     return true;
   }
@@ -127,11 +143,24 @@ class FacetsAtNode {
     if (!any_two_go_on()) return false;
     const auto count = static_cast<int>(end_ - begin_);
     int seen = 0;
-    ElementId facet = *begin_;
+    FanWalk walk(sliding_, *begin_, node_, 0);
     do {
-      facet = sliding_.across[4 * std::size_t{facet} + place_in(sliding_.facets[facet], node_)];
-    } while (++seen < count && facet != *begin_);
-    return seen == count && facet == *begin_;
+      walk.step();
+    } while (++seen < count && walk.facet() != *begin_);
+    return seen == count && walk.facet() == *begin_;
+  }
+
+  /// Whether no two facets beside each other at the node have their edge in the same direction.
+  [[nodiscard]] MESHSMOOTH_HD bool is_oriented() const {
+    for (const ElementId* f = begin_; f != end_; ++f) {
+      const ConstrainedFacet& facet = sliding_.facets[*f];
+      const int own = place_in(facet, node_);
+      const ElementId other = sliding_.across[4 * std::size_t{*f} + own];
+      if (other == SlidingConstraints::kNoFacet) continue;
+      const NodeId to = facet.nodes[(own + 1) % corner_count(facet)];
+      if (!opposed(facet, sliding_.facets[other], node_, to)) return false;
+    }
+    return true;
   }
 
   const SlidingConstraints& sliding_;

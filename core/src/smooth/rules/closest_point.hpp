@@ -73,6 +73,45 @@ struct OnFacets {
   ElementId facet = SlidingConstraints::kNoFacet;
 };
 
+/// Walks over the facets around one of their nodes, across edges that are no creases. On a surface
+/// that cannot be oriented two facets may run round the node in different directions.
+class FanWalk {
+ public:
+  /// @param way  0: first across the edge that starts at the node, 1: that ends there
+  MESHSMOOTH_HD FanWalk(const SlidingConstraints& sliding, ElementId facet, NodeId node, int way)
+      : sliding_(sliding), facet_(facet), node_(node) {
+    const ConstrainedFacet& f = sliding.facets[facet];
+    const int count = corner_count(f);
+    from_ = f.nodes[(place_in(f, node) + (way == 0 ? count - 1 : 1)) % count];
+  }
+
+  [[nodiscard]] MESHSMOOTH_HD ElementId facet() const { return facet_; }
+
+  /// To the next facet, or kNoFacet.
+  MESHSMOOTH_HD void step() {
+    const ConstrainedFacet& f = sliding_.facets[facet_];
+    const int count = corner_count(f);
+    const int own = place_in(f, node_);
+    const int next = (own + 1) % count, last = (own + count - 1) % count;
+    const bool forward = f.nodes[last] == from_;
+    from_ = f.nodes[forward ? next : last];
+    facet_ = sliding_.across[4 * std::size_t{facet_} + (forward ? own : last)];
+  }
+
+ private:
+  const SlidingConstraints& sliding_;
+  ElementId facet_;
+  NodeId node_;
+  NodeId from_;  // the other end of the edge across which the facet was entered
+};
+
+/// The sign by which a facet's normal points to the side of that of the first facet at a node. Of a
+/// smooth fan that is oriented always 1.
+MESHSMOOTH_HD inline double sign_at(const SlidingConstraints& sliding, ElementId first,
+                                    ElementId facet) {
+  return dot(sliding.facets[facet].normal, sliding.facets[first].normal) < 0 ? -1.0 : 1.0;
+}
+
 /// Bound on the steps of a search. It starts at the node's input facets and continues while the
 /// distance falls, so it may end in a local minimum; but always on the facets.
 inline constexpr int kMostSteps = 64;
@@ -96,16 +135,13 @@ MESHSMOOTH_HD OnFacets closest_on_patch(const SlidingConstraints& sliding, std::
   const auto look_around = [&](ElementId first, NodeId corner) {
     bool nearer = false;
     for (int way = 0; way < 2; ++way) {
-      ElementId facet = first;
+      FanWalk walk(sliding, first, corner, way);
       for (int step = 0; step < kMostSteps; ++step) {
-        const ConstrainedFacet& f = sliding.facets[facet];
-        const int count = corner_count(f);
-        const int k = place_in(f, corner);
-        facet = sliding.across[4 * std::size_t{facet} + (way == 0 ? k : (k + count - 1) % count)];
-        if (facet == SlidingConstraints::kNoFacet || facet == first) break;
-        nearer = look_at(facet) || nearer;
+        walk.step();
+        if (walk.facet() == SlidingConstraints::kNoFacet || walk.facet() == first) break;
+        nearer = look_at(walk.facet()) || nearer;
       }
-      if (facet == first) break;
+      if (walk.facet() == first) break;
     }
     return nearer;
   };
@@ -179,7 +215,8 @@ MESHSMOOTH_OUTLINE MESHSMOOTH_HD Vec3d direction_on_facets(const SlidingConstrai
     const auto slot = static_cast<std::size_t>(sliding.slots[node]);
     for (const ElementId* f = sliding.facets_of.begin(slot); f != sliding.facets_of.end(slot);
          ++f) {
-      sum += normal_of(sliding.facets[*f], get);
+      sum +=
+          sign_at(sliding, *sliding.facets_of.begin(slot), *f) * normal_of(sliding.facets[*f], get);
     }
   }
   const double length = norm(sum);

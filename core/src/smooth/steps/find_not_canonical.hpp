@@ -1,6 +1,7 @@
 #pragma once
 
 #include "mesh/canonical/interface_element.hpp"
+#include "mesh/same_direction.hpp"
 #include "meshsmooth/element_geometry.hpp"
 #include "smooth/steps/job_mesh.hpp"
 
@@ -27,23 +28,10 @@ struct NotCanonicalRule {
     return element_volume(*element.shape, get, reference) < 0;
   }
 
-  /// Whether both run through their common facet in the same direction.
-  [[nodiscard]] MESHSMOOTH_HD static bool same_direction(const ElementView& a, int facet_of_a,
-                                                         const ElementView& b, int facet_of_b) {
-    const FacetShape& in_a = a.shape->facets[facet_of_a];
-    const FacetShape& in_b = b.shape->facets[facet_of_b];
-    const NodeId first = a.nodes[in_a.nodes[0]], second = a.nodes[in_a.nodes[1]];
-    const int count = in_b.node_count;
-    if (count == 2) return b.nodes[in_b.nodes[0]] == first;
-    for (int n = 0; n < count; ++n) {
-      if (b.nodes[in_b.nodes[n]] == first) return b.nodes[in_b.nodes[(n + 1) % count]] == second;
-    }
-    return false;
-  }
-
   /// An inverted element is mirrored if its neighbours tell so, and may be if most of them are
   /// inverted like it, as in a component that is mirrored as a whole. On a curved surface nothing
-  /// is inverted, but neighbours tell.
+  /// is inverted, but neighbours tell. A facet of three and more elements tells nothing, as in
+  /// `find_numbering`.
   [[nodiscard]] MESHSMOOTH_HD bool operator()(std::size_t e) const {
     const ElementView element = elements[e];
     const auto get = [&](int n) { return vec3_cast<double>(positions[element.nodes[n]]); };
@@ -59,17 +47,23 @@ struct NotCanonicalRule {
       }
       if (balls.size(node) > kLongBall) return true;
       const FacetKey key = facet_key(element, f);
+      int sharing = 0, inverted_sharing = 0;
+      bool same = false;
       for (const ElementId* b = balls.begin(node); b != balls.end(node); ++b) {
         if (*b == e) continue;
         const ElementView other = elements[*b];
         for (int g = 0; g < other.shape->facet_count; ++g) {
           if (other.shape->facets[g].node_count != facet.node_count) continue;
           if (!(facet_key(other, g) == key)) continue;
-          if (same_direction(element, f, other, g)) return true;
-          ++neighbour_count;
-          if (!curved && inverted(other)) ++inverted_count;
+          same = same_direction(facet, element.nodes, other.shape->facets[g], other.nodes);
+          ++sharing;
+          if (!curved && inverted(other)) ++inverted_sharing;
         }
       }
+      if (sharing != 1) continue;
+      if (same) return true;
+      ++neighbour_count;
+      inverted_count += inverted_sharing;
     }
     return !curved && 2 * inverted_count >= neighbour_count;
   }
