@@ -62,7 +62,7 @@ CLI::App& ShapeCommands::add(const std::string& shape, const std::string& descri
 
 void add_generate_command(CLI::App& app, Action& action) {
   CLI::App* sub = app.add_subcommand(
-      "generate", "Make a test mesh, the same for the same options; SHAPE --help lists them");
+      "generate", "Generate a reproducible test mesh; SHAPE --help lists its options");
   sub->require_subcommand(1);
   ShapeCommands commands(*sub, action);
   add_random_shapes(commands);

@@ -26,7 +26,7 @@
 namespace meshsmooth::cli {
 namespace {
 
-/// Replaces each {{name}}, once: what is put in is not looked through again.
+/// Replaces each {{name}}, once: substituted text is not expanded again.
 std::string fill(std::string_view text, const std::map<std::string_view, std::string>& values) {
   std::string page;
   for (;;) {

@@ -43,11 +43,10 @@ void add_output_flags(CLI::App& command, JobOutput& job) {
                   "Precision of coordinates in transfer, computation and output [the file's]")
       ->check(CLI::IsMember({"f32", "f64"}));
   command.add_option("--report", job.report, "Output file of the whole summary, as JSON");
-  command.add_option("--html", job.html,
-                     "Output file of a report to look at, as one page of HTML with a drawing");
+  command.add_option("--html", job.html, "Output file of an HTML report with an interactive view");
   command
       .add_option("--timeout", job.timeout_seconds,
-                  "Timeout of the whole call, in seconds [by the size of the mesh]")
+                  "Timeout of the whole call, in seconds [derived from the size of the mesh]")
       ->check(CLI::Range(1e-3, 1e9));
   command.add_flag("--quiet", job.quiet, "No output but errors");
 }

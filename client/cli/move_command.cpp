@@ -96,7 +96,7 @@ void add_move_command(CLI::App& app, Action& action) {
   auto command = std::make_shared<MoveCommand>();
   command->moving.method = method_name(Move{});
   CLI::App* sub = app.add_subcommand(
-      "move", "Move the boundary of a mesh file and let the rest follow, always valid");
+      "move", "Deform a mesh file to new boundary positions, keeping every element valid");
   add_job_flags(*sub, command->job, "REFERENCE");
   add_move_flags(*sub, command->moving);
   CLI::Option* to = sub->add_option("--to", command->to,

@@ -150,7 +150,7 @@ void add_quality_command(CLI::App& app, Action& action) {
                 "Output as meshsmooth.v1.QualityStats in proto3 JSON, with --metrics also "
                 "shape_metrics and faces; requirements are reported on the error output");
   sub->add_option("--html", command->html,
-                  "Output file of a report to look at, as one page of HTML with a drawing");
+                  "Output file of an HTML report with an interactive view");
   add_element_table_flags(*sub, command->table);
   sub->callback([&action, command] { action = [command] { return run(*command); }; });
 }

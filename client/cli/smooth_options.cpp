@@ -87,7 +87,7 @@ bool has_form(const Method& method, Form form) {
                                   const std::string& methods) {
   throw InvalidOption(
       "OPTION_MISPLACED",
-      flag + " means nothing to --method " + flags.method + "; it belongs to: " + methods,
+      flag + " is not an option of --method " + flags.method + "; it belongs to: " + methods,
       {{"field", flag}});
 }
 

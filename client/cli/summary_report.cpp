@@ -130,7 +130,7 @@ std::string motion_sentence(const std::optional<MotionStats>& motion,
       fmt::format("reached {:.4g} % of the motion in {}{}\n", 100 * motion->reached,
                   counted(motion->step_count, "step"),
                   motion->rejected_step_count > 0
-                      ? fmt::format(" ({} more tried in vain)", motion->rejected_step_count)
+                      ? fmt::format(" ({} more rejected)", motion->rejected_step_count)
                       : "");
   if (motion->reached == 1) return text;
   text += fmt::format("a step further {} would be inverted",

@@ -69,7 +69,7 @@ struct StoredArray {
 
 using Positions = decltype(Mesh::positions);
 
-/// All nodes and cells of a file in its own order, with what hangs on them, in
+/// All nodes and cells of a file in its own order, with their attributes, in
 /// whatever form its reader has them.
 class Dataset {
  public:
@@ -100,7 +100,7 @@ class Dataset {
   [[nodiscard]] virtual int own_dimension(int) const { return 0; }
 };
 
-/// What the readers fill that stand on no library.
+/// Filled by the readers without third-party libraries.
 class PlainDataset final : public Dataset {
  public:
   PlainDataset() = default;

@@ -55,7 +55,7 @@ std::vector<NodeId> find_node_set(const MeshFile& file, const std::string& name)
     }
   }
   if (!found) {
-    fail_unknown_name("no group, no set and no point array of one number a node is called", name,
+    fail_unknown_name("no group, node set or scalar point array is named", name,
                       node_set_names(file));
   }
   std::vector<NodeId> nodes;

@@ -99,7 +99,8 @@ MeshFile read_obj(const std::filesystem::path& path) {
   FileContent content;
   content.extension = ".obj";
   content.text = read_bytes(path);
-  if (content.text.find('\0') != std::string::npos) fail("FORMAT_ERROR", path, "this is no text");
+  if (content.text.find('\0') != std::string::npos)
+    fail("FORMAT_ERROR", path, "not a text file: it contains NUL bytes");
 
   const auto dataset = std::make_shared<PlainDataset>();
   Scanner scanner(path, content.text, '#');

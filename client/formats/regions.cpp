@@ -38,8 +38,9 @@ void check_values(const MeshFile& file, const Column& column) {
   if (odd == column.values.end()) return;
   const std::string element = std::to_string(file.file_element_id(odd - column.values.begin()));
   throw InvalidOption("ARRAY_NOT_WHOLE",
-                      "the cell array \"" + column.name + "\" tells no regions: element " +
-                          element + " has " + std::to_string(*odd) + ", which is no whole number",
+                      "the cell array \"" + column.name +
+                          "\" cannot be used as element regions: element " + element + " has " +
+                          std::to_string(*odd) + ", which is no whole number",
                       {{"name", column.name}, {"element", element}});
 }
 

@@ -108,7 +108,7 @@ struct Client::Impl {
       } catch (const ServiceError& error) {
         last_was_accepted = false;
         if (used) {
-          in_region = false;  // whatever it was, chunks may do
+          in_region = false;  // retry with chunks, whatever failed
           if (is_about_region(error)) continue;
         }
         // Sent along with the same job, not as another one.

@@ -8,8 +8,9 @@
 
 namespace meshsmooth::client {
 
-/// The positions lie in the mesh until the first job, then in memory, or in a region once there is
-/// one: with the next job's result elsewhere in it, they need not be copied.
+/// The current positions are in one of three places: in the mesh until the first job, then in
+/// memory, or in a region once there is one, where results alternate between two places so that
+/// they need not be copied.
 struct Session::Impl {
   Impl(Client::Impl& its_client, const Mesh& its_mesh)
       : client(its_client),

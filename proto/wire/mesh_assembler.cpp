@@ -164,7 +164,8 @@ void MeshAssembler::add(const ChunkView& chunk) {
                       where(chunk));
   }
   if (!chunk.has_right_checksum()) {
-    throw InvalidMesh("CHECKSUM_MISMATCH", describe(chunk) + ": its bytes changed on the way",
+    throw InvalidMesh("CHECKSUM_MISMATCH",
+                      describe(chunk) + ": checksum mismatch: its bytes were corrupted in transit",
                       where(chunk));
   }
   chunk.copy_to(array.data + array.received_bytes);

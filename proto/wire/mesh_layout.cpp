@@ -188,7 +188,7 @@ MeshLayout decode_layout(const v1::TopologySpec& topology, v1::ScalarType coordi
       refuse_mix("MIXED_DIMENSIONS", "surface and volume elements; send them as separate meshes");
     }
     if (is_second_order(*first) != is_second_order(type)) {
-      refuse_mix("MIXED_ORDERS", "linear elements and such of second order");
+      refuse_mix("MIXED_ORDERS", "linear and second-order elements");
     }
     element_count = saturating_add(element_count, block.element_count());
     layout.elements_bytes = saturating_add(

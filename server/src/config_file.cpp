@@ -82,7 +82,7 @@ std::vector<GivenSetting> parse_config_file(std::istream& file, const std::strin
                                       right, source));
     }
     if (std::ranges::count(given, setting.key, &GivenSetting::key) > 0) {
-      throw_wrong_setting(setting.key, "it is said twice (" + source + ")");
+      throw_wrong_setting(setting.key, "duplicate setting (" + source + ")");
     }
     given.push_back(std::move(setting));
   }

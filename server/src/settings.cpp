@@ -76,10 +76,10 @@ void add_limit_settings(Table& table) {
       .add("max-element-count", &C::max_element_count, "Maximum number of elements of a mesh",
            counts)
       .add("max-queued-jobs", &C::max_queued_jobs,
-           "Number of complete jobs waiting for a lane from which on new jobs are refused",
+           "Maximum number of complete jobs waiting for a lane; further jobs are refused",
            CLI::Range(1, 1'000'000))
       .add("max-queued-bytes", &C::max_queued_bytes,
-           "Mesh size of the waiting jobs from which on new jobs are refused, in bytes; 0: the "
+           "Maximum mesh size of the waiting jobs, in bytes; further jobs are refused; 0: the "
            "host memory limit",
            bytes)
       .add("max-kept-jobs", &C::max_kept_jobs, "Number of ended jobs that ListJobs still returns",

@@ -157,8 +157,9 @@ TEST(SmoothOptions, NameTheFlagThatDoesNotBelong) {
     parse({"--form", "asynchronous"});
     FAIL();
   } catch (const Error& error) {
-    EXPECT_THAT(error.what(), ::testing::HasSubstr("--form asynchronous means nothing to --method "
-                                                   "optimize"));
+    EXPECT_THAT(error.what(),
+                ::testing::HasSubstr("--form asynchronous is not an option of --method "
+                                     "optimize"));
   }
 }
 

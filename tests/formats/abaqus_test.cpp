@@ -293,7 +293,7 @@ TEST_F(Abaqus, SaysWhatIsWrongWithADeckAndWhere) {
            "*ELEMENT, TYPE=SPRINGA\n1, I.1, I.5\n",
        "FORMAT_ERROR", "line 13: expected a node of the instance, found \"I.5\""},
       {"*NODE,\n", "FILE_TRUNCATED", "line 1: the file ends inside of this keyword"},
-      {std::string("*NODE\n1, 0\n\0", 12), "FORMAT_ERROR", "this is no text"},
+      {std::string("*NODE\n1, 0\n\0", 12), "FORMAT_ERROR", "not a text file"},
   };
   for (const auto& [text, reason, what] : decks) {
     const auto [found, message] = error(text);

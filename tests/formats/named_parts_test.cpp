@@ -75,7 +75,7 @@ TEST_F(NamedParts, AnArrayThatTellsNoRegionsIsRefused) {
 
   const auto [reason, text] = error_of([&] { (void)find_regions(file, "stress"); });
   EXPECT_EQ(reason, "ARRAY_NOT_WHOLE");
-  EXPECT_THAT(text, HasSubstr("\"stress\" tells no regions: element 2 has 2.5"));
+  EXPECT_THAT(text, HasSubstr("\"stress\" cannot be used as element regions: element 2 has 2.5"));
   for (const char* name : {"flow", "nothing"}) {
     const auto [unknown, list] = error_of([&] { (void)find_regions(file, name); });
     EXPECT_EQ(unknown, "NAME_UNKNOWN");

@@ -1,4 +1,4 @@
-// What Optimize makes of the paper's cube: the figures of docs/methods.md as floors.
+// What Optimize makes of the paper's cube: the figures of docs/results as floors.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// The formats that stand on no library, in builds with VTK and without.
+// The formats without third-party libraries, in builds with VTK and without.
 
 #include <gmock/gmock.h>
 

@@ -166,7 +166,7 @@ TEST_F(Config, SaysWhatIsWrongWithAFile) {
               AllOf(HasSubstr("lane: there is no such setting"), HasSubstr("line 1")));
   EXPECT_THAT(error_of_file("config = \"x\""), HasSubstr("there is no such setting"));
   EXPECT_THAT(error_of_file("help = true"), HasSubstr("there is no such setting"));
-  EXPECT_THAT(error_of_file("lanes = 4\nlanes = 4"), HasSubstr("said twice"));
+  EXPECT_THAT(error_of_file("lanes = 4\nlanes = 4"), HasSubstr("duplicate setting"));
   EXPECT_THAT(error_of_file("[server]"), HasSubstr("no value"));
   EXPECT_THAT(error_of_file("lanes = [4]"), HasSubstr("neither a number"));
   EXPECT_THAT(error_of_file("lanes ="), HasSubstr("neither a number"));

@@ -80,7 +80,8 @@ void DeckReader::open(const path& path) {
   if (texts_.back().find('\0') != std::string::npos) {
     const bool wide =
         texts_.back().starts_with("\xFF\xFE") || texts_.back().starts_with("\xFE\xFF");
-    fail("FORMAT_ERROR", path, wide ? "this is UTF-16; save it as UTF-8" : "this is no text");
+    fail("FORMAT_ERROR", path,
+         wide ? "this is UTF-16; save it as UTF-8" : "not a text file: it contains NUL bytes");
   }
   const auto known = std::ranges::find_if(
       files_, [&](const auto& file) { return std::filesystem::equivalent(file, path, error); });

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-/// Along a spiral that spaces them evenly, thrown about along the unit sphere.
+/// Along a spiral that spaces them evenly, perturbed along the unit sphere.
 std::vector<Vec3d> sphere_nodes(std::size_t count, double jitter, Random& random) {
   std::vector<Vec3d> nodes;
   const double turn = kPi * (3 - std::sqrt(5.0));

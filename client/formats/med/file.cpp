@@ -13,8 +13,8 @@ namespace {
 
 using std::filesystem::path;
 
-// The library of MED stands on the HDF5 for MPI, whose file format this is: groups by fixed names,
-// and all arrays axis by axis, or corner by corner.
+// The library of MED is linked against the HDF5 for MPI; this reads the file format itself: groups
+// by fixed names, and all arrays axis by axis, or corner by corner.
 
 std::string list_of(const std::vector<std::string>& names) {
   std::string list;

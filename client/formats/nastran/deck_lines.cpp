@@ -38,7 +38,7 @@ void NastranLines::open(const path& path) {
   std::error_code error;
   texts_.push_back(read_bytes(path));
   if (texts_.back().find('\0') != std::string::npos) {
-    fail("FORMAT_ERROR", path, "this is no text");
+    fail("FORMAT_ERROR", path, "not a text file: it contains NUL bytes");
   }
   const auto known = std::ranges::find_if(
       files_, [&](const auto& file) { return std::filesystem::equivalent(file, path, error); });

@@ -13,7 +13,8 @@ MeshFile read_su2(const path& file) {
   FileContent content;
   content.extension = ".su2";
   std::string text = read_bytes(file);
-  if (text.find('\0') != std::string::npos) fail("FORMAT_ERROR", file, "this is no text");
+  if (text.find('\0') != std::string::npos)
+    fail("FORMAT_ERROR", file, "not a text file: it contains NUL bytes");
   Su2Parser parser(file, text);
   parser.parse();
   parser.store(content);

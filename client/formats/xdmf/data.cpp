@@ -21,7 +21,7 @@ std::string take(xmlChar* text) {
 
 xmlDoc* parse(const std::filesystem::path& path, const std::string& text) {
   if (text.size() > static_cast<std::size_t>(std::numeric_limits<int>::max())) {
-    fail("FORMAT_ERROR", path, "the XML is larger than 2 GiB; numbers belong into an HDF5 file");
+    fail("FORMAT_ERROR", path, "the XML is larger than 2 GiB; store large arrays in HDF5");
   }
   // Entities are not needed, and would let a small file become a large one.
   if (text.find("<!ENTITY") != std::string::npos) {

@@ -78,8 +78,8 @@ struct RequestOptions {
   /// Set: the job outlives this call, and its result is kept this long for `attach`.
   std::optional<std::chrono::nanoseconds> result_ttl;
   /// Whether the mesh may travel through memory shared with the server, where the target is a Unix
-  /// socket and the server can. A first job goes without, while the memory is made; needless for a
-  /// single job.
+  /// socket and the server can. The first job uses chunks while the memory is being created, so
+  /// this does not help a single job.
   bool shared_memory = true;
   std::stop_token stop;  ///< Cancels the call.
 };

@@ -99,8 +99,8 @@ enum class Target {
 };
 
 /// Moves each node down the energy of its ball: the sum over the element corners around it of f^p,
-/// with f the inverse mean ratio against the corner of the element's target; the corners of an
-/// element weigh one together. A visit is one exact Newton step on the p-norm, colour by colour.
+/// with f the inverse mean ratio against the corner of the element's target; the corner weights
+/// of an element sum to one. A visit is one exact Newton step on the p-norm, colour by colour.
 ///
 /// A valid element stays valid and the energy never rises; tangled balls are untangled first, by
 /// the regularized energy. A target has a shape, no size.

@@ -85,10 +85,10 @@ struct SmoothOptions {
   QualityDetail quality_detail = QualityDetail::full;
   std::optional<OnlyBelow> only_below = {};  ///< Unset: all nodes may move.
   /// Of `Optimize`: a mean ratio against the target, (0, 1]; elements of the result below it are
-  /// counted by what holds them there, which takes a sweep: SmoothSummary::poor. Unset: they are
-  /// not.
+  /// classified by the constraint that prevents improvement, which costs one sweep:
+  /// SmoothSummary::poor. Unset: they are not.
   std::optional<double> report_below = {};
-  /// Of `Optimize`: positions of the mesh in which each element has the shape it shall have,
+  /// Of `Optimize`: positions of the mesh in which each element has its target shape,
   /// [node_count] in the mesh's unit, not owned; or empty. What slides where is read from it too.
   /// Of `Move`: where the nodes lie at first, or empty: in the positions of the job.
   PositionsView reference = {};

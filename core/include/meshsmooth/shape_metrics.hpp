@@ -49,7 +49,7 @@ using ElementMetric = std::variant<QualityMetric, ShapeMetric>;
 [[nodiscard]] bool has_element_metric(ElementType type, ElementMetric metric);
 
 /// One of the metrics that an element has by itself: all but `non_orthogonality` and `skewness`.
-/// Formulas: docs/methods.md. Sources: Stimpson et al., "The Verdict geometric quality library",
+/// Formulas: docs/quality.md. Sources: Stimpson et al., "The Verdict geometric quality library",
 /// SAND2007-1751; equiangle skew by the Verdict of VTK 9.2.
 ///
 /// @param corners  positions of its nodes in VTK order

@@ -146,7 +146,7 @@ class Smoother {
   /// newest set of fixed nodes. The first of them builds it, in the time of about 40 of its
   /// iterations.
   ///
-  /// @param topology   what it views must outlive the result
+  /// @param topology   the viewed arrays must outlive the result
   /// @param reference  [topology.node_count] or empty; must outlive the result, unchanged
   /// @throws what `smooth` throws for a topology
   [[nodiscard]] virtual std::shared_ptr<const PreparedTopology> prepare(

@@ -103,11 +103,11 @@ struct MotionStats {
   /// reference + reached * (prescribed - reference), with 1 exactly where it was prescribed.
   double reached = 1;
   int step_count = 0;              ///< Steps that led to a valid mesh; one unless it is hard.
-  int rejected_step_count = 0;     ///< Steps that were tried in vain.
+  int rejected_step_count = 0;     ///< Steps that did not lead to a valid mesh.
   int linear_iteration_count = 0;  ///< Of the conjugate gradients.
   double linear_residual = 0;      ///< Relative, at their end.
   double linear_seconds = 0;       ///< To assemble and to solve.
-  /// Elements still inverted in the shortest step tried in vain, and the first of them, at most
+  /// Elements still inverted in the shortest rejected step, and the first of them, at most
   /// `kMostBlockingElements`.
   std::int64_t blocking_element_count = 0;
   std::vector<std::int64_t> blocking_elements;

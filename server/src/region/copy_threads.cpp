@@ -5,7 +5,7 @@
 namespace meshsmooth::server {
 namespace {
 
-// Two, so that a large mesh does not hold up a small one; more would only share the memory's rate.
+// Two, so that a large mesh does not hold up a small one; they saturate the memory's bandwidth.
 constexpr int kThreadCount = 2;
 
 }  // namespace

@@ -46,7 +46,7 @@ class Region {
   /// that exist stay writable. Throws Error.
   void seal();
   [[nodiscard]] bool sealed() const { return sealed_; }
-  /// Has the pages of a part here already when they are first used.
+  /// Prefaults the pages of a part.
   void populate(std::span<std::byte> part) const;
   /// Lets devices read and write it by themselves, where its pages can be locked; `pages` has no
   /// functions where they need not be.

@@ -47,7 +47,7 @@ class RegionLeases {
   [[nodiscard]] std::shared_ptr<Region> find(const std::string& caller,
                                              const std::string& name) const;
 
-  /// Wants those back that no job uses.
+  /// Recalls idle leases.
   void want_back_idle();
   /// Wants all back.
   void want_back();

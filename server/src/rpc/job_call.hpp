@@ -77,7 +77,7 @@ class JobCall : public CallLoop<Reactor> {
     return now;
   }
 
-  /// A client that does not read would hold memory for as long as it likes.
+  /// A client that stops reading would pin memory indefinitely.
   void notice_stalled_client(Clock::time_point now) {
     const ServerConfig& config = engine_.config();
     if (client_ != Client::present) return;

@@ -312,7 +312,7 @@ SmoothReactor::Action SmoothReactor::next_read() {
   return [this] { StartRead(&request_); };
 }
 
-// An upload that pauses or trickles would hold memory for as long as it likes.
+// An upload that pauses or trickles would pin memory indefinitely.
 void SmoothReactor::notice_slow_upload(Clock::time_point now) {
   if (error_ || !uploading()) return;
   const auto idle_at = last_read_ + engine_.config().stream_idle_timeout;

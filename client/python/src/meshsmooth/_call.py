@@ -255,7 +255,7 @@ class Attempts:
             self._server_ended = True
             return 0.0
         if call.region is not None:
-            self._in_region = False  # whatever it was, chunks may do
+            self._in_region = False  # retry with chunks, whatever failed
             if _is_about_region(error):
                 return 0.0
         if error.reason == "TOPOLOGY_NOT_FOUND" and self._use.named:

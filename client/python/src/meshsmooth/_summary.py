@@ -229,7 +229,7 @@ class Motion:
         reached: share of the motion that the result has, [0, 1]. Below 1 a prescribed node lies at
             reference + reached * (prescribed - reference).
         step_count: steps that led to a valid mesh; one unless the motion is hard.
-        blocking_element_count: elements that were inverted in the shortest step tried in vain.
+        blocking_element_count: elements that were inverted in the shortest rejected step.
         blocking_elements: the first of them.
     """
 

@@ -225,7 +225,7 @@ class Motion {
 
   /// How much more than at the end a sweep must gain to go on, where the motion goes on.
   static constexpr double kCoarse = 100;
-  /// What takes longer to untangle is faster in two steps.
+  /// If untangling needs more sweeps, halving the step is faster.
   static constexpr int kRepairs = 100;
   /// Times the tolerance: how much worse than in the reference an element may be without a sweep.
   static constexpr double kNear = 200;
@@ -275,8 +275,8 @@ class Motion {
     return displacement;
   }
 
-  /// The displacement of the prescribed nodes, continued into a mesh on the way: the further it has
-  /// come, the less what the reference has suits it.
+  /// Extends the displacement of the prescribed nodes to the interior of an intermediate mesh: the
+  /// reference's coefficients fit worse the larger the displacement.
   void continue_displacement(const Prescribed<E, Real>& prescribed, const Vec3<Real>* valid,
                              Vec3f* displacement, MotionStats& stats) {
     const typename E::Timer timer(executor_, stats.linear_seconds);

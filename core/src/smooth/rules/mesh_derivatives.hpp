@@ -48,7 +48,7 @@ struct MeshDerivatives {
 /// The gradient of the mesh's energy at a node, and the node's row of a matrix like Laplace's that
 /// comes near its Hessian. The energy of a corner, f^p with log f = log S - 2/d log D, bends with
 /// |dT|^2 / S, by the gradients of shape functions in the target, and with (2/d) (d log D)^2 / 2,
-/// by those in the mesh as it lies, here shared evenly among the directions; the factor p covers
+/// by those in the current mesh, here shared evenly among the directions; the factor p covers
 /// what p u u' adds (see `BallDerivatives`). Both times F = p w f^p.
 template <int kDimension, class Real>
 MESHSMOOTH_HD Vec3d differentiate_row(const Surroundings& around, const Vec3<Real>* positions,

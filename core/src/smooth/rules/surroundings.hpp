@@ -54,8 +54,8 @@ struct SingleThread {
   [[nodiscard]] MESHSMOOTH_HD bool all(bool value) const { return value; }
 };
 
-/// Asks for what visits of nodes will read. Nodes of a colour lie far apart in memory, where
-/// processors do not look ahead by themselves. On a GPU, whose other threads work meanwhile,
+/// Prefetches the data of upcoming node visits. Nodes of a colour lie far apart in memory, where
+/// processors do not prefetch by themselves. On a GPU, whose other threads work meanwhile, it does
 /// nothing.
 template <class Real>
 struct Lookahead {

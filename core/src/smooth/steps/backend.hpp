@@ -79,11 +79,11 @@ concept BackendOf = requires(
 ///                         sweeps of the optimizer until the phase's monitor reports the end
 ///   orient(job)           the Orientation, before anything moves
 ///   evaluate(job, orientation)
-///                         the quality of the mesh as it lies
+///                         the quality of the current mesh
 ///   evaluate_result(job, orientation)
 ///                         the same, and the elements that could not change
 ///   evaluate_elements(job, orientation, metrics)
-///                         the metrics of every element of the mesh as it lies, in the caller's
+///                         the metrics of every element of the current mesh, in the caller's
 ///                         order; equals `measure_elements`
 ///   write_back(job, positions)
 ///                         free nodes to the caller's array, after the last chance to end without

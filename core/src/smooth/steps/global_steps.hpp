@@ -70,7 +70,7 @@ class GlobalSteps {
 
   /// After a sweep. Returns by how much further than by the sweep alone the energy fell, >= 1.
   double extrapolate() {
-    constexpr int kStepsOfSweep = 3;  // more conjugate directions than one, for few nodes' sake
+    constexpr int kStepsOfSweep = 3;  // more conjugate directions than one, for small meshes
     const MeshEnergy before = energy_;
     const MeshEnergy plain = energy_ = sweeper_.measure(rule_.power);
     if (plain.invalid > 0) return 1;

@@ -17,8 +17,8 @@ namespace meshsmooth::detail {
 /// The method Optimize: untangles where a ball is not valid, then descends the goal's energy,
 /// then refines poor balls by high powers for Goal::worst.
 ///
-/// Errors that are short or few are gone after some sweeps of each phase. What is left then is
-/// long: its way out leads through nodes that hold each other. Tangled meshes are then softened
+/// Errors that are short or few are gone after some sweeps of each phase. Untangling
+/// what is left then needs many nodes to move at once. Tangled meshes are then softened
 /// (see `soften`), also those that are valid but nearly flat somewhere, and the descent is
 /// accelerated.
 template <Backend B, class Real>
