@@ -43,10 +43,10 @@ struct MshContent {
   MshFormat format;
   CoordinateFields nodes;
   std::vector<MshElement> elements;
-  std::vector<std::int64_t> node_tags;                      // of the elements
-  std::map<MshEntity, std::vector<int>> physicals;          // of an entity, since version 3, no signs
-  std::map<MshEntity, std::string> physical_names;          // by group; dimension -1: of any
-  std::vector<MshView> views;                               // the first step of each
+  std::vector<std::int64_t> node_tags;              // of the elements
+  std::map<MshEntity, std::vector<int>> physicals;  // of an entity, since version 3, no signs
+  std::map<MshEntity, std::string> physical_names;  // by group; dimension -1: of any
+  std::vector<MshView> views;                       // the first step of each
   std::vector<std::array<std::int64_t, 2>> periodic_nodes;  // tags
 };
 
