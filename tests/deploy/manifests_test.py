@@ -2,6 +2,7 @@
 is what Kubernetes takes, and every port, flag, environment name, metric and version in there is
 one that the built programs have."""
 
+import base64
 import json
 import os
 import re
@@ -12,6 +13,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
+from programs import ServerProgram
 from test_main import main
 
 ROOT = Path(__file__).parents[2]
@@ -19,7 +21,7 @@ DEPLOY = ROOT / "deploy"
 KUBERNETES = DEPLOY / "kubernetes"
 SERVER = os.environ["MESHSMOOTH_SERVER"]
 CLI = os.environ["MESHSMOOTH_CLI"]
-OVERLAYS = ("cpu", "cuda", "mtls")
+OVERLAYS = ("cpu", "cuda", "mtls", "anonymous")
 KUBERNETES_VERSIONS = ("1.27", "1.31", "1.37")
 EXPECTED_KINDS = {"Namespace", "Deployment", "Service", "PodDisruptionBudget", "NetworkPolicy",
                   "ConfigMap", "ScaledObject", "ServiceMonitor", "PrometheusRule"}
@@ -195,8 +197,11 @@ class Manifests(unittest.TestCase):
                 self.assertIn(str(file), arguments)
                 taken = settings(*arguments, **{variable["name"]: variable["value"]
                                                 for variable in container.get("env", [])})
-                self.assertEqual(taken["insecure"], "false" if overlay == "mtls" else "true")
+                anonymous = overlay == "anonymous"
+                self.assertEqual(taken["insecure"], "true" if anonymous else "false")
+                self.assertEqual(taken["tls-cert"] == '""', anonymous)
                 self.assertEqual(taken["tls-client-ca"] != '""', overlay == "mtls")
+                self.assertEqual(taken["token-file"] != '""', overlay in ("cpu", "cuda"))
                 if overlay == "cuda":
                     self.assertEqual(taken["backend"], '"cuda"')
 
@@ -224,6 +229,55 @@ class Manifests(unittest.TestCase):
             self.assertEqual(image, f"meshsmooth-server:{tag}")
         image = load("docker/compose.yaml")["services"]["meshsmooth-server"]["image"]
         self.assertEqual(image, "${MESHSMOOTH_IMAGE:-meshsmooth-server:" + version + "}")
+
+
+@needs_yaml
+@needs(shutil.which("openssl"), "openssl")
+class Credentials(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name) / "new"
+        run(KUBERNETES / "make-credentials", self.folder, "mesher", "solver")
+        self.secrets = {secret["metadata"]["name"]: {
+            file: base64.b64decode(data) for file, data in secret["data"].items()}
+            for secret in yaml.safe_load_all((self.folder / "secrets.yaml").read_text())}
+
+    @needs_kubectl
+    def test_they_are_what_the_pods_mount(self):
+        for overlay in "cpu", "cuda":
+            pod = of_kind(render(overlay), "Deployment")["spec"]["template"]["spec"]
+            container, = pod["containers"]
+            secrets = {volume["name"]: volume["secret"]["secretName"]
+                       for volume in pod["volumes"] if "secret" in volume}
+            files = {f'{mount["mountPath"]}/{file}' for mount in container["volumeMounts"]
+                     if mount["name"] in secrets for file in self.secrets[secrets[mount["name"]]]}
+            self.assertEqual(files, {variable["value"] for variable in container["env"]
+                                     if variable["value"].startswith("/etc/")})
+
+    def test_a_server_takes_them_and_asks_for_a_token(self):
+        for name, data in {**self.secrets["meshsmooth-tls"],
+                           **self.secrets["meshsmooth-tokens"]}.items():
+            (self.folder / name).write_bytes(data)
+        server = ServerProgram("--backend", "cpu", "--tls-cert", self.folder / "tls.crt",
+                               "--tls-key", self.folder / "tls.key",
+                               "--token-file", self.folder / "tokens")
+        self.addCleanup(server.kill)
+        call = (CLI, "info", "--server", server.address, "--tls-ca", self.folder / "ca.crt",
+                "--tls-server-name", "meshsmooth.meshsmooth.svc.cluster.local")
+        for caller in "mesher", "solver":
+            run(*call, "--token-file", self.folder / f"{caller}.token")
+        with self.assertRaisesRegex(AssertionError, "TOKEN_MISSING"):
+            run(*call)
+
+    def test_nothing_is_overwritten_and_no_secret_is_for_others(self):
+        with self.assertRaisesRegex(AssertionError, "exists"):
+            run(KUBERNETES / "make-credentials", self.folder)
+        for file in self.folder.iterdir():
+            self.assertEqual(file.stat().st_mode & 0o077, 0, file)
+        secrets = (self.folder / "secrets.yaml").read_bytes() + b"".join(
+            self.secrets["meshsmooth-tokens"].values())
+        self.assertNotIn((self.folder / "mesher.token").read_bytes().strip(), secrets)
 
 
 class Rules(unittest.TestCase):
