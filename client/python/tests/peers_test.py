@@ -390,3 +390,37 @@ def test_meshio_containers_are_the_results_own(client: ms.Client) -> None:
     assert (list(mesh.point_data), list(mesh.point_sets)) == (["t"], ["a"])
     assert not mesh.field_data
     assert len(mesh.cells) == 1
+
+
+def test_periodic_nodes_of_gmsh_and_meshio_stay_matched(
+    client: ms.Client, gmsh: Any, tmp_path: pathlib.Path
+) -> None:
+    gmsh.model.occ.addBox(0, 0, 0, 1, 1, 1)
+    gmsh.model.occ.synchronize()
+    ends = {
+        x: [
+            tag
+            for _, tag in gmsh.model.getEntitiesInBoundingBox(x - e, -e, -e, x + e, 1 + e, 1 + e, 2)
+        ]
+        for e in [1e-3]
+        for x in (0, 1)
+    }
+    shift = [1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]
+    gmsh.model.mesh.setPeriodic(2, ends[1], ends[0], shift)
+    gmsh.option.setNumber("Mesh.MeshSizeMax", 0.3)
+    gmsh.model.mesh.generate(3)
+    gmsh.write(str(tmp_path / "box.msh"))
+    mesh = peer("meshio").read(tmp_path / "box.msh")
+    slave, master = mesh.gmsh_periodic[-1][-1].T
+    assert len(slave) > 9
+
+    better = client.smooth(mesh, boundary="slide", full=True)
+    count = len({*np.concatenate([slave, master]).tolist()})
+    assert better.summary.nodes.paired == count
+    moved = better.mesh.points
+    assert np.array_equal(moved[slave] - moved[master], mesh.points[slave] - mesh.points[master])
+    with client.session(mesh, boundary="slide") as session:
+        assert session.smooth(full=True).summary.nodes.paired == count
+
+    summary = ms.gmsh.smooth(boundary="slide")
+    assert summary.nodes.paired == count

@@ -114,6 +114,7 @@ def _read_meshio(mesh: Any) -> MeshData:
         point_data=getattr(mesh, "point_data", None) or {},
         cell_data=_meshio_cell_data(mesh),
         node_sets=_meshio_sets(mesh),
+        node_pairs=_meshio_pairs(mesh),
     )
 
 
@@ -129,6 +130,12 @@ def _meshio_cells(mesh: Any) -> Any:
 
     cells = mesh.cells
     return [in_order_of_vtk(block) for block in cells] if isinstance(cells, Sequence) else cells
+
+
+def _meshio_pairs(mesh: Any) -> NDArray[np.int64] | None:
+    """`$Periodic` of gmsh, by points, curves and surfaces."""
+    links = getattr(mesh, "gmsh_periodic", None)
+    return np.concatenate([link[-1] for link in links]).astype(np.int64) if links else None
 
 
 def _meshio_cell_data(mesh: Any) -> LazyArrays:

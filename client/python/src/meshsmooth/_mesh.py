@@ -49,6 +49,7 @@ class MeshData:
         node_sets: indices of nodes by name, for `fixed`.
         cell_ids: the caller's number of each cell, for errors and the summary; None: its index.
         node_ids: the caller's number of each node, likewise.
+        node_pairs: nodes that belong together by the mesh itself, [pairs, 2]; None: none.
     """
 
     points: ArrayLike
@@ -58,6 +59,7 @@ class MeshData:
     node_sets: Mapping[str, ArrayLike] = field(default_factory=dict)
     cell_ids: NDArray[np.int64] | None = None
     node_ids: NDArray[np.int64] | None = None
+    node_pairs: NDArray[np.int64] | None = None
 
 
 class Mesh:

@@ -23,7 +23,7 @@ def node_pairs(mesh: Mesh, periodic: Any) -> NDArray[np.int32] | None:
     """Returns pairs of nodes, [pairs, 2], or None without any.
 
     Args:
-        mesh: the mesh.
+        mesh: the mesh; pairs of its own are among them.
         periodic: integers [pairs, 2]; or two sides, or a list of two sides each, each side as
             `chosen_nodes` takes it.
 
@@ -31,13 +31,10 @@ def node_pairs(mesh: Mesh, periodic: Any) -> NDArray[np.int32] | None:
         InvalidOption: OPTION_OUT_OF_RANGE for a node that is not in the mesh; PERIODIC_MISMATCH
             where no translation or rotation takes one side to the other; NAME_UNKNOWN.
     """
-    if periodic is None:
-        return None
-    given = _as_pairs(periodic)
-    if given is None:
-        sides = [periodic] if len(periodic) == 2 and isinstance(periodic[0], str) else periodic
-        found = [_match(mesh, *_two(pair)) for pair in sides]
-        given = np.concatenate(found) if found else np.zeros((0, 2), np.int64)
+    own = mesh.data.node_pairs
+    given = np.zeros((0, 2), np.int64) if periodic is None else _given_pairs(mesh, periodic)
+    if own is not None:
+        given = np.unique(np.concatenate([given, own]), axis=0)
     outside = (given < 0) | (given >= mesh.node_count)
     if outside.any():
         pair = int(np.flatnonzero(outside.any(axis=1))[0])
@@ -47,6 +44,15 @@ def node_pairs(mesh: Mesh, periodic: Any) -> NDArray[np.int32] | None:
             f"{mesh.node_count} nodes",
         )
     return np.ascontiguousarray(given, np.dtype("<i4")) if len(given) else None
+
+
+def _given_pairs(mesh: Mesh, periodic: Any) -> NDArray[Any]:
+    pairs = _as_pairs(periodic)
+    if pairs is not None:
+        return pairs
+    sides = [periodic] if len(periodic) == 2 and isinstance(periodic[0], str) else periodic
+    found = [_match(mesh, *_two(pair)) for pair in sides]
+    return np.concatenate(found) if found else np.zeros((0, 2), np.int64)
 
 
 def _as_pairs(periodic: Any) -> NDArray[Any] | None:

@@ -95,7 +95,19 @@ def read() -> MeshData:
         node_sets=_groups(gmsh, index),
         cell_ids=np.concatenate(cell_ids),
         node_ids=node_ids,
+        node_pairs=_pairs(gmsh, index),
     )
+
+
+def _pairs(gmsh: Any, index: NDArray[np.int64]) -> NDArray[np.int64] | None:
+    """The nodes of periodic entities and those of their masters."""
+    links = [
+        gmsh.model.mesh.getPeriodicNodes(dimension, tag, includeHighOrderNodes=True)[1:3]
+        for dimension, tag in gmsh.model.getEntities()
+        if dimension < 3
+    ]
+    pairs = [np.stack(link, axis=1).astype(np.int64) for link in links if len(link[0]) > 0]
+    return index[np.concatenate(pairs)] if pairs else None
 
 
 def _type_of(gmsh: Any, kind: int, elements: Any) -> tuple[str, list[int] | None]:
