@@ -26,8 +26,8 @@ struct HttpAnswer {
 
 /// Serves a few fixed pages in plain HTTP, for probes and Prometheus. One thread reads and writes
 /// for all clients, so slow ones delay nobody; each page has a thread of its own, which answers all
-/// that wait for it by the same text, so neither a slow page nor a crowd delays the others. Libraries
-/// with a thread a client (civetweb) let 200 slow clients delay a probe by 4 s.
+/// that wait for it by the same text, so neither a slow page nor a crowd delays the others.
+/// Libraries with a thread a client (civetweb) let 200 slow clients delay a probe by 4 s.
 class AdminServer {
  public:
   using Pages = std::map<std::string, std::function<HttpAnswer()>, std::less<>>;
