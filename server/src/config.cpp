@@ -73,9 +73,9 @@ std::vector<GivenSetting> given_by_environment() {
 /// Our clients' variables, and those that Kubernetes sets for Services named meshsmooth…
 bool is_of_others(std::string_view name) {
   return name == "MESHSMOOTH_SERVER" || name == "MESHSMOOTH_SERVER_BINARY" ||
-         name == "MESHSMOOTH_INSECURE" || name.starts_with("MESHSMOOTH_CLIENT_") ||
-         name.find("_SERVICE_") != name.npos || name.ends_with("_PORT") ||
-         name.find("_PORT_") != name.npos;
+         name == "MESHSMOOTH_CLI" || name == "MESHSMOOTH_INSECURE" ||
+         name.starts_with("MESHSMOOTH_CLIENT_") || name.find("_SERVICE_") != name.npos ||
+         name.ends_with("_PORT") || name.find("_PORT_") != name.npos;
 }
 
 }  // namespace

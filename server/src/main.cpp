@@ -175,10 +175,10 @@ int main(int argc, char** argv) {
     check_address_space();
     if (config.listen == "unix:") exit.create_socket_folder(config);
     if (config.exit_with_stdin) watch_stdin(stdin_ended, exit);
-    server::set_log(config.log_level, config.log_format);
-    if (!unknown.empty()) server::log_warning("unknown_environment", unknown);
     server::Server server(config);
     server.start([] { kill(getpid(), SIGTERM); });
+    // After the line that tells callers where the server listens.
+    if (!unknown.empty()) server::log_warning("unknown_environment", unknown);
     serve(server, config, signals, stdin_ended, exit);
   } catch (const Error& error) {
     exit.leave(fail(error));
