@@ -40,6 +40,29 @@ function(keep_below folder pattern law)
   set(failures "${failures}" PARENT_SCOPE)
 endfunction()
 
+# law(FOLDER ALLOWED…): files of that folder of core/src/smooth include of the others only the
+# ALLOWED.
+function(law folder)
+  set(allowed "")
+  foreach(other IN LISTS folder ARGN)
+    string(APPEND allowed "|${other}/[^/]*")
+  endforeach()
+  foreach(file IN LISTS sources)
+    get_filename_component(own ${file} DIRECTORY)
+    if(NOT own STREQUAL "core/src/smooth/${folder}")
+      continue()
+    endif()
+    file(STRINGS ${ROOT}/${file} lines REGEX "^[ \t]*#[ \t]*include[ \t]*\"smooth/")
+    foreach(line IN LISTS lines)
+      if(NOT line MATCHES "\"smooth/(-${allowed})\"")
+        string(APPEND failures "${file}: ${line}\n    ${folder}/ may not know that folder\n")
+      endif()
+    endforeach()
+  endforeach()
+  set(laws ${laws} core/src/smooth/${folder} PARENT_SCOPE)
+  set(failures "${failures}" PARENT_SCOPE)
+endfunction()
+
 # find_circles(FILES): names the files that include each other in a circle.
 function(find_circles)
   foreach(file IN LISTS ARGN)
@@ -129,15 +152,35 @@ forbid("meshsmooth/client[./]" "the server and the wire do not know the client"
 forbid("meshsmooth/server[./]" "only the command line embeds a server"
   server/ client/cli/ tests/)
 
-# Inside core: rules <- constraints <- steps <- cpu | cuda <- the factory and page locking.
-set(core core/src/smooth)
 keep_below(core/src/mesh/ "smooth/" "a mesh knows no job")
-keep_below(${core}/rules/ "smooth/(constraints|steps|cpu|cuda)/"
-  "rules are for one node or element, on host and device")
-keep_below(${core}/constraints/ "smooth/(steps|cpu|cuda)/" "constraints are rules, too")
-keep_below(${core}/steps/ "smooth/(cpu|cuda)/" "steps that backends share know none of them")
-keep_below(${core}/cpu/ "smooth/cuda/" "a backend does not know another one")
-keep_below(${core}/cuda/ "smooth/cpu/" "a backend does not know another one")
+
+# Which folders of core/src/smooth the files of each may include, besides their own.
+set(above_base guard energy constraints linear)
+set(methods averaging optimize move)
+law(base)
+law(guard base)
+law(energy base guard)
+law(constraints base)
+law(linear base)
+law(averaging base guard energy constraints)
+law(optimize base guard energy linear)
+law(move base guard energy linear optimize)
+law(plan base ${above_base} ${methods})
+law(second_order base ${above_base} ${methods} plan)
+law(cpu base ${above_base} ${methods} plan)
+law(cuda/base base)
+law(cuda/primitives base cuda/base)
+law(cuda/topology base ${above_base} ${methods} plan cuda/base cuda/primitives)
+law(cuda/quality base guard cuda/base cuda/primitives cuda/topology)
+law(cuda/sweeps base ${above_base} ${methods} plan cuda/base cuda/primitives cuda/topology)
+law(cuda base ${above_base} ${methods} plan
+  cuda/base cuda/primitives cuda/topology cuda/quality cuda/sweeps)
+foreach(file IN LISTS sources)
+  get_filename_component(folder ${file} DIRECTORY)
+  if(folder MATCHES "^core/src/smooth/" AND NOT folder IN_LIST laws)
+    string(APPEND failures "${file}: its folder has no law\n")
+  endif()
+endforeach()
 find_circles(${sources})
 
 if(failures)

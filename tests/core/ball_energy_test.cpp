@@ -1,11 +1,11 @@
 // Energy, gradient and Hessian of a ball, against the textbook and finite differences.
 
-#include "smooth/rules/ball_energy.hpp"
+#include "smooth/energy/ball_energy.hpp"
 
 #include <gmock/gmock.h>
 
 #include "core/smoothing.hpp"
-#include "smooth/rules/optimize_rule.hpp"
+#include "smooth/optimize/optimize_rule.hpp"
 #include "support/descent.hpp"
 
 namespace meshsmooth {

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
+#include "smooth/base/rows.hpp"
+#include "smooth/base/topology.hpp"
 #include "smooth/cpu/cpu_executor.hpp"
-#include "smooth/rules/topology.hpp"
-#include "smooth/steps/rows.hpp"
 
 namespace meshsmooth::detail {
 

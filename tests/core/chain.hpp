@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "meshsmooth/mesh.hpp"
-#include "smooth/rules/colouring_rule.hpp"
+#include "smooth/base/colouring_rule.hpp"
 
 namespace meshsmooth::test {
 

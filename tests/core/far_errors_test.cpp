@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/smoothing.hpp"
-#include "smooth/steps/anderson.hpp"
+#include "smooth/optimize/anderson.hpp"
 #include "support/descent.hpp"
 #include "support/far_errors.hpp"
 

@@ -185,6 +185,25 @@ TEST(Optimize, KeepsValidElementsValidWhereNotAllCanBeRepaired) {
   }
 }
 
+TEST(Optimize, SpendsNoSweepsOnElementsThatStayFlat) {
+  // A triangle on an edge of the square: wherever its third node slides, it has no area.
+  Mesh mesh = test::noisy(test::lattice(ElementType::triangle, 8), 0.1, 3);
+  const SmoothOptions options{.method = Optimize{}, .boundary = BoundaryPolicy::slide};
+  const Job without = test::smooth(mesh, options);
+  const auto third = static_cast<NodeId>(mesh.node_count());
+  std::vector<Vec3d>& at = points(mesh);
+  at.push_back(0.5 * (at[0] + at[1]));
+  std::vector<NodeId>& nodes = mesh.blocks.front().nodes;
+  nodes.insert(nodes.end(), {0, third, 1});
+  const Job with = test::smooth(mesh, options);
+
+  EXPECT_EQ(with.summary.stop_reason, StopReason::stagnated);
+  EXPECT_EQ(with.summary.quality_after.degenerate_count, 1);
+  EXPECT_EQ(with.summary.quality_after.inverted_count, 0);
+  // Ten that try to repair it and ten in which nothing improves, but not the hundred that soften.
+  EXPECT_LE(with.summary.convergence.iterations, without.summary.convergence.iterations + 30);
+}
+
 TEST(Optimize, KeepsAGradedMeshGraded) {
   // Similar cells that grow by a fifth from each to the next.
   const double growth = 0.2;

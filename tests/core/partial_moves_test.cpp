@@ -1,7 +1,7 @@
 // Which tetrahedra stay positive whichever part of their nodes' moves is taken, or wherever in
 // balls their nodes are.
 
-#include "smooth/rules/partial_moves.hpp"
+#include "smooth/guard/partial_moves.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include <limits>
 #include <random>
 
-#include "smooth/rules/element_quality.hpp"
+#include "smooth/base/element_quality.hpp"
 
 namespace meshsmooth {
 namespace {

@@ -5,7 +5,7 @@
 #include <atomic>
 
 #include "core/smoothing.hpp"
-#include "smooth/rules/colouring_rule.hpp"
+#include "smooth/base/colouring_rule.hpp"
 
 namespace meshsmooth {
 namespace {

@@ -1,4 +1,4 @@
-#include "smooth/cuda/device/suballocator.hpp"
+#include "smooth/cuda/base/suballocator.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,8 +5,8 @@
 
 #include "meshsmooth/canonical_topology.hpp"
 #include "meshsmooth/error.hpp"
-#include "smooth/steps/find_not_canonical.hpp"
-#include "smooth/steps/interrupt.hpp"
+#include "smooth/base/find_not_canonical.hpp"
+#include "smooth/base/interrupt.hpp"
 
 namespace meshsmooth::detail {
 namespace {

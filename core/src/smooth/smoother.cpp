@@ -4,7 +4,7 @@
 #include "meshsmooth/error.hpp"
 #include "smooth/canonical_smoother.hpp"
 #include "smooth/cpu/cpu_smoother.hpp"
-#include "smooth/cuda/device/smoother.hpp"
+#include "smooth/cuda/smoother.hpp"
 #include "smooth/paired_smoother.hpp"
 #include "smooth/second_order/second_order_smoother.hpp"
 

@@ -5,8 +5,8 @@
 #include <functional>
 #include <iterator>
 
-#include "smooth/cuda/device/smoother.hpp"
-#include "smooth/cuda/device/suballocator.hpp"
+#include "smooth/cuda/base/suballocator.hpp"
+#include "smooth/cuda/smoother.hpp"
 
 namespace meshsmooth {
 namespace {

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "gpu/report.hpp"
-#include "smooth/cuda/device/backend.cuh"
-#include "smooth/motion/laplace_matrix.hpp"
+#include "smooth/cuda/backend.cuh"
+#include "smooth/linear/laplace_matrix.hpp"
 
 namespace meshsmooth::bench {
 

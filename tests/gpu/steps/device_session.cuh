@@ -1,7 +1,7 @@
 #pragma once
 
 #include "gpu/steps/on_executor.hpp"
-#include "smooth/cuda/device/executor.cuh"
+#include "smooth/cuda/primitives/executor.cuh"
 
 namespace meshsmooth::test {
 

@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "gpu/steps/flat_mesh.hpp"
-#include "smooth/rules/colouring_rule.hpp"
+#include "smooth/base/colouring_rule.hpp"
 #include "support/oracle.hpp"
 
 namespace meshsmooth::test {

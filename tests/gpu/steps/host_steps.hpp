@@ -7,7 +7,7 @@
 #include "gpu/steps/on_executor.hpp"
 #include "gpu/steps/optimize_phase.hpp"
 #include "smooth/cpu/cpu_backend.hpp"
-#include "smooth/steps/sweep_context.hpp"
+#include "smooth/guard/sweep_context.hpp"
 
 namespace meshsmooth::test {
 

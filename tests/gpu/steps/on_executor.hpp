@@ -3,7 +3,7 @@
 // A `FlatMesh` in the memory of a backend.
 
 #include "gpu/steps/flat_mesh.hpp"
-#include "smooth/steps/sweep_context.hpp"
+#include "smooth/guard/sweep_context.hpp"
 
 namespace meshsmooth::test {
 

@@ -2,7 +2,7 @@
 
 #include "gpu/steps/cuda_steps.hpp"
 #include "gpu/steps/on_executor.hpp"
-#include "smooth/steps/backend.hpp"
+#include "smooth/plan/backend.hpp"
 
 namespace meshsmooth::test {
 

@@ -1,6 +1,6 @@
 #include "gpu/steps/device_session.cuh"
 #include "gpu/steps/optimize_phase.hpp"
-#include "smooth/cuda/device/backend.cuh"
+#include "smooth/cuda/backend.cuh"
 
 namespace meshsmooth::test {
 

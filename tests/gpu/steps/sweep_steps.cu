@@ -1,8 +1,8 @@
 #include "gpu/steps/cuda_steps.hpp"
 #include "gpu/steps/device_session.cuh"
 #include "smooth/cuda/sweeps/sweeps.cuh"
-#include "smooth/steps/iterate.hpp"
-#include "smooth/steps/sweep_context.hpp"
+#include "smooth/guard/sweep_context.hpp"
+#include "smooth/plan/iterate.hpp"
 
 namespace meshsmooth::test {
 namespace {

@@ -1,6 +1,6 @@
 #include "gpu/steps/cuda_steps.hpp"
 #include "gpu/steps/device_session.cuh"
-#include "smooth/cuda/device/backend.cuh"
+#include "smooth/cuda/backend.cuh"
 #include "smooth/cuda/topology/landmarks.cuh"
 
 namespace meshsmooth::test {

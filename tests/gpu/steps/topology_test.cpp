@@ -10,7 +10,7 @@
 #include "gpu/steps/flatten.hpp"
 #include "gpu/steps/step_meshes.hpp"
 #include "meshsmooth/error.hpp"
-#include "smooth/rules/space_curve.hpp"
+#include "smooth/base/space_curve.hpp"
 #include "support/cuda_device.hpp"
 
 namespace meshsmooth {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "smooth/rules/sliding_constraints.hpp"
+#include "smooth/base/sliding_constraints.hpp"
 
 namespace meshsmooth::detail {
 

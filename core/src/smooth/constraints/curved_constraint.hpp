@@ -2,8 +2,8 @@
 
 #include <cmath>
 
+#include "smooth/base/closest_point.hpp"
 #include "smooth/constraints/node_constraint.hpp"
-#include "smooth/rules/closest_point.hpp"
 
 namespace meshsmooth::detail {
 

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "smooth/rules/sliding_constraints.hpp"
+#include "smooth/base/sliding_constraints.hpp"
 
 namespace meshsmooth::detail {
 

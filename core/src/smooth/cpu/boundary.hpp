@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <atomic>
 
+#include "smooth/base/fixed_nodes.hpp"
+#include "smooth/base/topology.hpp"
 #include "smooth/cpu/cpu_executor.hpp"
 #include "smooth/cpu/row_counter.hpp"
-#include "smooth/rules/fixed_nodes.hpp"
-#include "smooth/rules/topology.hpp"
 
 namespace meshsmooth::detail {
 

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
+#include "smooth/base/colouring_rule.hpp"
 #include "smooth/cpu/cpu_executor.hpp"
-#include "smooth/rules/colouring_rule.hpp"
-#include "smooth/steps/sweep_context.hpp"
+#include "smooth/guard/sweep_context.hpp"
 
 namespace meshsmooth::detail {
 

@@ -7,7 +7,7 @@
 #include "smooth/cpu/colouring.hpp"
 #include "smooth/cpu/optimize_phase.hpp"
 #include "smooth/cpu/prepare.hpp"
-#include "smooth/steps/backend.hpp"
+#include "smooth/plan/backend.hpp"
 
 namespace meshsmooth::detail {
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "meshsmooth/error.hpp"
-#include "smooth/steps/byte_count.hpp"
+#include "smooth/base/byte_count.hpp"
 
 namespace meshsmooth::detail {
 

@@ -14,12 +14,12 @@
 
 #include "mesh/parallel.hpp"
 #include "meshsmooth/vec3.hpp"
+#include "smooth/base/executor.hpp"
+#include "smooth/base/interrupt.hpp"
+#include "smooth/base/surroundings.hpp"
 #include "smooth/cpu/cpu_buffer.hpp"
 #include "smooth/cpu/held_ball.hpp"
 #include "smooth/cpu/suspects.hpp"
-#include "smooth/rules/surroundings.hpp"
-#include "smooth/steps/executor.hpp"
-#include "smooth/steps/interrupt.hpp"
 
 namespace meshsmooth::detail {
 

@@ -9,7 +9,7 @@
 
 #include "smooth/cpu/cpu_backend.hpp"
 #include "smooth/cpu/memory_model.hpp"
-#include "smooth/steps/pipeline.hpp"
+#include "smooth/plan/pipeline.hpp"
 
 namespace meshsmooth::detail {
 namespace {

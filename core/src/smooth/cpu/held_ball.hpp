@@ -4,7 +4,7 @@
 #include <array>
 
 #include "mesh/tetrahedron_batch.hpp"
-#include "smooth/rules/acceptance.hpp"
+#include "smooth/guard/acceptance.hpp"
 
 namespace meshsmooth::detail {
 

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <vector>
 
+#include "smooth/base/mesh_counts.hpp"
+#include "smooth/base/rows.hpp"
 #include "smooth/cpu/cpu_executor.hpp"
 #include "smooth/cpu/row_counter.hpp"
-#include "smooth/steps/mesh_counts.hpp"
-#include "smooth/steps/rows.hpp"
 
 namespace meshsmooth::detail {
 

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "meshsmooth/mesh.hpp"
+#include "smooth/base/job_mesh.hpp"
+#include "smooth/base/mesh_counts.hpp"
 #include "smooth/cpu/cpu_executor.hpp"
-#include "smooth/steps/job_mesh.hpp"
-#include "smooth/steps/mesh_counts.hpp"
 
 namespace meshsmooth::detail {
 

@@ -2,15 +2,16 @@
 
 #include <algorithm>
 
+#include "smooth/averaging/only_below.hpp"
+#include "smooth/constraints/constrain.hpp"
+#include "smooth/constraints/find_coincident.hpp"
 #include "smooth/cpu/colouring.hpp"
 #include "smooth/cpu/incidence.hpp"
 #include "smooth/cpu/job_elements.hpp"
-#include "smooth/steps/constrain.hpp"
-#include "smooth/steps/find_coincident.hpp"
-#include "smooth/steps/find_targets.hpp"
-#include "smooth/steps/iterate.hpp"
-#include "smooth/steps/keep_quality.hpp"
-#include "smooth/steps/only_below.hpp"
+#include "smooth/energy/find_targets.hpp"
+#include "smooth/guard/keep_quality.hpp"
+#include "smooth/plan/iterate.hpp"
+#include "smooth/plan/needs_balls.hpp"
 
 namespace meshsmooth::detail {
 

@@ -1,8 +1,8 @@
 #pragma once
 
+#include "smooth/base/space_curve.hpp"
+#include "smooth/base/topology.hpp"
 #include "smooth/cpu/cpu_executor.hpp"
-#include "smooth/rules/space_curve.hpp"
-#include "smooth/rules/topology.hpp"
 
 namespace meshsmooth::detail {
 

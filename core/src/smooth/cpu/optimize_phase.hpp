@@ -1,10 +1,10 @@
 #pragma once
 
+#include "smooth/base/colouring_rule.hpp"
 #include "smooth/cpu/cpu_executor.hpp"
 #include "smooth/cpu/tetrahedron_terms.hpp"
-#include "smooth/rules/colouring_rule.hpp"
-#include "smooth/steps/optimize_sweeper.hpp"
-#include "smooth/steps/phase_monitor.hpp"
+#include "smooth/optimize/optimize_sweeper.hpp"
+#include "smooth/optimize/phase_monitor.hpp"
 
 namespace meshsmooth::detail {
 

@@ -4,14 +4,14 @@
 #include <utility>
 
 #include "meshsmooth/smoother.hpp"
+#include "smooth/base/fixed_nodes.hpp"
+#include "smooth/base/positions.hpp"
+#include "smooth/base/refusals.hpp"
 #include "smooth/cpu/boundary.hpp"
 #include "smooth/cpu/incidence.hpp"
 #include "smooth/cpu/job_elements.hpp"
 #include "smooth/cpu/node_order.hpp"
-#include "smooth/motion/kept_reference.hpp"
-#include "smooth/rules/fixed_nodes.hpp"
-#include "smooth/steps/positions.hpp"
-#include "smooth/steps/refusals.hpp"
+#include "smooth/linear/kept_reference.hpp"
 
 namespace meshsmooth::detail {
 

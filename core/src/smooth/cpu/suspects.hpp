@@ -6,10 +6,10 @@
 
 #include "mesh/tetrahedron_batch.hpp"
 #include "mesh/wide.hpp"
+#include "smooth/base/topology.hpp"
 #include "smooth/cpu/cpu_buffer.hpp"
-#include "smooth/rules/partial_moves.hpp"
-#include "smooth/rules/topology.hpp"
-#include "smooth/steps/positive_tetrahedra.hpp"
+#include "smooth/guard/partial_moves.hpp"
+#include "smooth/guard/positive_tetrahedra.hpp"
 
 namespace meshsmooth::detail {
 

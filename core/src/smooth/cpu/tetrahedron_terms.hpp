@@ -3,7 +3,7 @@
 #include <array>
 
 #include "mesh/tetrahedron_batch.hpp"
-#include "smooth/rules/ball_energy.hpp"
+#include "smooth/energy/ball_energy.hpp"
 
 namespace meshsmooth::detail {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <span>
 
-#include "smooth/rules/newton_step.hpp"
+#include "smooth/energy/newton_step.hpp"
 
 namespace meshsmooth::detail {
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "meshsmooth/error.hpp"
-#include "smooth/steps/mesh_counts.hpp"
+#include "smooth/base/mesh_counts.hpp"
 
 namespace meshsmooth::detail {
 namespace {

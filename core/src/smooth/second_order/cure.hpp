@@ -8,7 +8,7 @@
 #include "meshsmooth/mesh.hpp"
 #include "meshsmooth/quality.hpp"
 #include "meshsmooth/smoother.hpp"
-#include "smooth/rules/displacement.hpp"
+#include "smooth/base/displacement.hpp"
 
 namespace meshsmooth::detail {
 

@@ -3,7 +3,7 @@
 #include <span>
 
 #include "meshsmooth/mesh.hpp"
-#include "smooth/steps/kept_quality.hpp"
+#include "smooth/guard/kept_quality.hpp"
 
 namespace meshsmooth::detail {
 

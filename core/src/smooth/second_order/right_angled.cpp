@@ -1,7 +1,7 @@
 #include "smooth/second_order/right_angled.hpp"
 
 #include "mesh/curved_jacobian.hpp"
-#include "smooth/rules/topology.hpp"
+#include "smooth/base/topology.hpp"
 #include "smooth/second_order/cured_part.hpp"
 #include "smooth/second_order/shares.hpp"
 

@@ -7,16 +7,16 @@
 
 #include "mesh/parallel.hpp"
 #include "meshsmooth/canonical_topology.hpp"
-#include "smooth/motion/prescribed.hpp"
+#include "smooth/base/find_not_canonical.hpp"
+#include "smooth/base/interrupt.hpp"
+#include "smooth/base/refusals.hpp"
+#include "smooth/move/prescribed.hpp"
 #include "smooth/second_order/carry.hpp"
 #include "smooth/second_order/cure.hpp"
 #include "smooth/second_order/keep_curved_quality.hpp"
 #include "smooth/second_order/prescribed_parts.hpp"
 #include "smooth/second_order/right_angled.hpp"
 #include "smooth/second_order/stopwatch.hpp"
-#include "smooth/steps/find_not_canonical.hpp"
-#include "smooth/steps/interrupt.hpp"
-#include "smooth/steps/refusals.hpp"
 
 namespace meshsmooth::detail {
 namespace {

@@ -6,12 +6,12 @@
 
 #include "mesh/parallel.hpp"
 #include "meshsmooth/error.hpp"
-#include "smooth/motion/prescribed.hpp"
+#include "smooth/base/mesh_counts.hpp"
+#include "smooth/base/refusals.hpp"
+#include "smooth/move/prescribed.hpp"
 #include "smooth/second_order/cure.hpp"
 #include "smooth/second_order/keep_curved_quality.hpp"
 #include "smooth/second_order/second_order_job.hpp"
-#include "smooth/steps/mesh_counts.hpp"
-#include "smooth/steps/refusals.hpp"
 
 namespace meshsmooth::detail {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "smooth/cuda/primitives/warp.cuh"
+#include "smooth/cuda/base/warp.cuh"
 
 namespace meshsmooth::detail {
 

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "smooth/cuda/primitives/warp.cuh"
+#include "smooth/cuda/base/warp.cuh"
 
 namespace meshsmooth::detail {
 

@@ -4,7 +4,7 @@
 #include <cstddef>
 
 #include "meshsmooth/annotations.hpp"
-#include "smooth/cuda/device/launch.cuh"
+#include "smooth/cuda/base/launch.cuh"
 
 namespace meshsmooth::detail {
 

@@ -2,8 +2,8 @@
 
 #include <cooperative_groups.h>
 
-#include "smooth/cuda/device/launch.cuh"
-#include "smooth/steps/executor.hpp"
+#include "smooth/base/executor.hpp"
+#include "smooth/cuda/base/launch.cuh"
 
 namespace meshsmooth::detail {
 

@@ -6,7 +6,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "smooth/cuda/primitives/warp.cuh"
+#include "smooth/cuda/base/warp.cuh"
 
 namespace meshsmooth::detail {
 

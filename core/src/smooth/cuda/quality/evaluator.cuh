@@ -4,10 +4,10 @@
 #include <memory>
 #include <vector>
 
+#include "smooth/base/mesh_counts.hpp"
 #include "smooth/cuda/quality/find_worst.cuh"
 #include "smooth/cuda/quality/kernels.cuh"
 #include "smooth/cuda/topology/element_runs.cuh"
-#include "smooth/steps/mesh_counts.hpp"
 
 namespace meshsmooth::detail {
 

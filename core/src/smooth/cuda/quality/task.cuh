@@ -3,8 +3,8 @@
 #include "mesh/accumulator.hpp"
 #include "mesh/measure.hpp"
 #include "mesh/metric_columns.hpp"
-#include "smooth/cuda/device/executor.cuh"
-#include "smooth/rules/topology.hpp"
+#include "smooth/base/topology.hpp"
+#include "smooth/cuda/primitives/executor.cuh"
 
 namespace meshsmooth::detail {
 

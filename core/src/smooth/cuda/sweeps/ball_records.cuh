@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "smooth/cuda/device/executor.cuh"
-#include "smooth/steps/sweep_context.hpp"
+#include "smooth/cuda/primitives/executor.cuh"
+#include "smooth/guard/sweep_context.hpp"
 
 namespace meshsmooth::detail {
 

@@ -1,9 +1,9 @@
 #pragma once
 
-#include "smooth/cuda/device/launch.cuh"
+#include "smooth/cuda/base/launch.cuh"
 #include "smooth/cuda/primitives/vector_access.cuh"
-#include "smooth/rules/acceptance.hpp"
-#include "smooth/rules/partial_moves.hpp"
+#include "smooth/guard/acceptance.hpp"
+#include "smooth/guard/partial_moves.hpp"
 
 namespace meshsmooth::detail {
 

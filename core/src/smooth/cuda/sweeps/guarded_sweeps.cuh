@@ -4,10 +4,10 @@
 #include <array>
 #include <type_traits>
 
+#include "smooth/base/mesh_counts.hpp"
 #include "smooth/cuda/primitives/flagged_barrier.cuh"
 #include "smooth/cuda/sweeps/cut_moves.cuh"
 #include "smooth/cuda/sweeps/sweep_batch.cuh"
-#include "smooth/steps/mesh_counts.hpp"
 
 namespace meshsmooth::detail {
 

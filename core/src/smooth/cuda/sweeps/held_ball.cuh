@@ -2,7 +2,7 @@
 
 #include "smooth/cuda/primitives/vector_access.cuh"
 #include "smooth/cuda/sweeps/ball_records.cuh"
-#include "smooth/rules/acceptance.hpp"
+#include "smooth/guard/acceptance.hpp"
 
 namespace meshsmooth::detail {
 

@@ -2,9 +2,9 @@
 
 #include <functional>
 
-#include "smooth/cuda/device/executor.cuh"
-#include "smooth/steps/optimize_sweeper.hpp"
-#include "smooth/steps/phase_monitor.hpp"
+#include "smooth/cuda/primitives/executor.cuh"
+#include "smooth/optimize/optimize_sweeper.hpp"
+#include "smooth/optimize/phase_monitor.hpp"
 
 namespace meshsmooth::detail {
 

@@ -1,10 +1,10 @@
 #pragma once
 
+#include "smooth/base/colouring_rule.hpp"
 #include "smooth/cuda/primitives/warp_team.cuh"
 #include "smooth/cuda/sweeps/coloured_loop.cuh"
 #include "smooth/cuda/sweeps/team_terms.cuh"
-#include "smooth/rules/colouring_rule.hpp"
-#include "smooth/rules/optimize_visit.hpp"
+#include "smooth/optimize/optimize_visit.hpp"
 
 namespace meshsmooth::detail {
 

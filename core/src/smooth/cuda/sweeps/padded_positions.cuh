@@ -1,8 +1,8 @@
 #pragma once
 
-#include "smooth/cuda/device/executor.cuh"
+#include "smooth/base/mesh_counts.hpp"
+#include "smooth/cuda/primitives/executor.cuh"
 #include "smooth/cuda/primitives/vector_access.cuh"
-#include "smooth/steps/mesh_counts.hpp"
 
 namespace meshsmooth::detail {
 

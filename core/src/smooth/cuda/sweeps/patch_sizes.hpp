@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "meshsmooth/annotations.hpp"
-#include "smooth/cuda/device/lane.hpp"
+#include "smooth/cuda/base/lane.hpp"
 
 namespace meshsmooth::detail {
 

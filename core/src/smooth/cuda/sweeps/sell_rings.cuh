@@ -2,10 +2,10 @@
 
 #include <optional>
 
-#include "smooth/cuda/device/executor.cuh"
+#include "smooth/averaging/means.hpp"
+#include "smooth/base/mesh_counts.hpp"
+#include "smooth/cuda/primitives/executor.cuh"
 #include "smooth/cuda/primitives/vector_access.cuh"
-#include "smooth/rules/means.hpp"
-#include "smooth/steps/mesh_counts.hpp"
 
 namespace meshsmooth::detail {
 

@@ -4,9 +4,9 @@
 
 #include <utility>
 
-#include "smooth/cuda/device/executor.cuh"
+#include "smooth/averaging/sweeper.hpp"
+#include "smooth/cuda/primitives/executor.cuh"
 #include "smooth/cuda/sweeps/batch_loop.cuh"
-#include "smooth/steps/sweeper.hpp"
 
 namespace meshsmooth::detail {
 

@@ -2,7 +2,7 @@
 
 #include "smooth/cuda/sweeps/ball_records.cuh"
 #include "smooth/cuda/sweeps/padded_positions.cuh"
-#include "smooth/rules/optimize_rule.hpp"
+#include "smooth/optimize/optimize_rule.hpp"
 
 namespace meshsmooth::detail {
 

@@ -5,9 +5,9 @@
 #include <bit>
 #include <vector>
 
-#include "smooth/cuda/device/executor.cuh"
-#include "smooth/rules/colouring_rule.hpp"
-#include "smooth/steps/sweep_context.hpp"
+#include "smooth/base/colouring_rule.hpp"
+#include "smooth/cuda/primitives/executor.cuh"
+#include "smooth/guard/sweep_context.hpp"
 
 namespace meshsmooth::detail {
 

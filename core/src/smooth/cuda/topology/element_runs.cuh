@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "smooth/cuda/device/executor.cuh"
-#include "smooth/steps/job_mesh.hpp"
+#include "smooth/base/job_mesh.hpp"
+#include "smooth/cuda/primitives/executor.cuh"
 
 namespace meshsmooth::detail {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "smooth/cuda/device/executor.cuh"
-#include "smooth/rules/topology.hpp"
+#include "smooth/base/topology.hpp"
+#include "smooth/cuda/primitives/executor.cuh"
 
 namespace meshsmooth::detail {
 

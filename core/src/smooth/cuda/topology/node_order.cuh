@@ -5,9 +5,9 @@
 
 #include <type_traits>
 
-#include "smooth/cuda/device/executor.cuh"
+#include "smooth/base/space_curve.hpp"
+#include "smooth/cuda/primitives/executor.cuh"
 #include "smooth/cuda/topology/prepare_state.hpp"
-#include "smooth/rules/space_curve.hpp"
 
 namespace meshsmooth::detail {
 

@@ -2,10 +2,10 @@
 
 #include <span>
 
+#include "smooth/base/job_mesh.hpp"
+#include "smooth/base/refusals.hpp"
 #include "smooth/cuda/topology/node_order.cuh"
 #include "smooth/cuda/topology/ring_kernel.cuh"
-#include "smooth/steps/job_mesh.hpp"
-#include "smooth/steps/refusals.hpp"
 
 namespace meshsmooth::detail {
 

@@ -8,8 +8,8 @@
 
 #include "smooth/cuda/topology/landmarks.cuh"
 #include "smooth/cuda/topology/prepare.cuh"
-#include "smooth/motion/kept_reference.hpp"
-#include "smooth/motion/prescribed.hpp"
+#include "smooth/linear/kept_reference.hpp"
+#include "smooth/move/prescribed.hpp"
 
 namespace meshsmooth::detail {
 

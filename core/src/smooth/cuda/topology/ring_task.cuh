@@ -1,12 +1,13 @@
 #pragma once
 
+#include "smooth/base/fixed_nodes.hpp"
+#include "smooth/base/mesh_counts.hpp"
+#include "smooth/base/topology.hpp"
+#include "smooth/cuda/base/warp.cuh"
 #include "smooth/cuda/primitives/vector_access.cuh"
-#include "smooth/cuda/primitives/warp.cuh"
 #include "smooth/cuda/topology/prepare_state.hpp"
-#include "smooth/rules/fixed_nodes.hpp"
-#include "smooth/rules/topology.hpp"
-#include "smooth/steps/mesh_counts.hpp"
-#include "smooth/steps/sweep_context.hpp"
+#include "smooth/guard/sweep_context.hpp"
+#include "smooth/plan/needs_balls.hpp"
 
 namespace meshsmooth::detail {
 

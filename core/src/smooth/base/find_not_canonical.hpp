@@ -1,0 +1,88 @@
+#pragma once
+
+#include "mesh/canonical/interface_element.hpp"
+#include "mesh/same_direction.hpp"
+#include "meshsmooth/element_geometry.hpp"
+#include "smooth/base/job_mesh.hpp"
+
+namespace meshsmooth::detail {
+
+/// Ends a job on a mesh that may not be canonical (see canonical_topology.hpp): it starts anew on a
+/// topology that is. Not an error, so not one of the caller's exceptions.
+struct NotCanonical {};
+
+/// Whether an element may be mirrored, or is an interface.
+template <class Real>
+struct NotCanonicalRule {
+  // Balls longer than this are left to the host, which sorts: a search there is quadratic.
+  static constexpr std::size_t kLongBall = 512;
+
+  Elements elements;
+  Rows<ElementId> balls;
+  const Vec3<Real>* positions;
+  Vec3d reference;  // of plane elements; zero otherwise
+  bool curved;      // a curved surface
+
+  [[nodiscard]] MESHSMOOTH_HD bool inverted(const ElementView& element) const {
+    const auto get = [&](int n) { return vec3_cast<double>(positions[element.nodes[n]]); };
+    return element_volume(*element.shape, get, reference) < 0;
+  }
+
+  /// An inverted element is mirrored if its neighbours tell so, and may be if most of them are
+  /// inverted like it, as in a component that is mirrored as a whole. On a curved surface nothing
+  /// is inverted, but neighbours tell. A facet of three and more elements tells nothing, as in
+  /// `find_numbering`.
+  [[nodiscard]] MESHSMOOTH_HD bool operator()(std::size_t e) const {
+    const ElementView element = elements[e];
+    const auto get = [&](int n) { return vec3_cast<double>(positions[element.nodes[n]]); };
+    if (is_interface(*element.shape, get)) return true;
+    if (!curved && !inverted(element)) return false;
+    int neighbour_count = 0, inverted_count = 0;
+    for (int f = 0; f < element.shape->facet_count; ++f) {
+      const FacetShape& facet = element.shape->facets[f];
+      NodeId node = element.nodes[facet.nodes[0]];
+      for (int n = 1; n < facet.node_count; ++n) {
+        const NodeId other = element.nodes[facet.nodes[n]];
+        if (balls.size(other) < balls.size(node)) node = other;
+      }
+      if (balls.size(node) > kLongBall) return true;
+      const FacetKey key = facet_key(element, f);
+      int sharing = 0, inverted_sharing = 0;
+      bool same = false;
+      for (const ElementId* b = balls.begin(node); b != balls.end(node); ++b) {
+        if (*b == e) continue;
+        const ElementView other = elements[*b];
+        for (int g = 0; g < other.shape->facet_count; ++g) {
+          if (other.shape->facets[g].node_count != facet.node_count) continue;
+          if (!(facet_key(other, g) == key)) continue;
+          same = same_direction(facet, element.nodes, other.shape->facets[g], other.nodes);
+          ++sharing;
+          if (!curved && inverted(other)) ++inverted_sharing;
+        }
+      }
+      if (sharing != 1) continue;
+      if (same) return true;
+      ++neighbour_count;
+      inverted_count += inverted_sharing;
+    }
+    return !curved && 2 * inverted_count >= neighbour_count;
+  }
+};
+
+/// Whether the mesh may not be canonical. What is not canonical has inverted or degenerate
+/// elements, or is a curved surface: other meshes are not examined.
+///
+/// cost   O(ball entries) around the inverted elements
+template <Executor E, class Real, class Orientation>
+[[nodiscard]] bool may_not_be_canonical(E& executor, const JobMesh<E, Real>& job,
+                                        const Orientation& orientation) {
+  if (job.balls.offsets.data() == nullptr) return true;  // the backend has no use for them
+  const NotCanonicalRule<Real> rule{job.elements.view, job.balls.view(), job.positions.data(),
+                                    orientation.common(), orientation.references() != nullptr};
+  return executor.reduce(
+             job.elements.view.count, std::int64_t{0},
+             [=] MESHSMOOTH_HD(std::size_t e) -> std::int64_t { return rule(e) ? 1 : 0; },
+             Plus{}) > 0;
+}
+
+}  // namespace meshsmooth::detail

@@ -1,0 +1,170 @@
+#pragma once
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "meshsmooth/error.hpp"
+#include "meshsmooth/options.hpp"
+#include "meshsmooth/smoother.hpp"
+#include "smooth/base/job_mesh.hpp"
+#include "smooth/base/mesh_counts.hpp"
+#include "smooth/base/positions.hpp"
+
+namespace meshsmooth::detail {
+
+/// The options of the sweeps of a job: `Move` sweeps as `Optimize` does, and its input is the
+/// reference.
+[[nodiscard]] inline SmoothOptions sweeping_options(const SmoothOptions& options) {
+  SmoothOptions sweeps = options;
+  if (const auto* method = std::get_if<Move>(&options.method)) {
+    const bool ideal = method->target == Target::ideal;
+    sweeps.method = Optimize{.target = ideal ? Target::ideal : Target::input};
+    sweeps.tangled = TangledPolicy::repair;
+    sweeps.never_worse = false;
+    sweeps.reference = {};
+    sweeps.max_iterations = iteration_limit(options);
+  }
+  return sweeps;
+}
+
+/// Whether the nodes lie in `SmoothOptions::reference` at first.
+[[nodiscard]] inline bool begins_at_reference(const SmoothOptions& options) {
+  return std::holds_alternative<Move>(options.method) && position_count(options.reference) > 0;
+}
+
+/// Where the nodes of a job lie at first. A reference of the other type is copied to `result`.
+template <class Real>
+[[nodiscard]] std::span<const Vec3<Real>> given_positions(const SmoothOptions& options,
+                                                          const JobPositions& positions,
+                                                          std::span<Vec3<Real>> result) {
+  using Same = std::span<const Vec3<Real>>;
+  if (!begins_at_reference(options)) return std::get<Same>(positions.given);
+  if (const auto* same = std::get_if<Same>(&options.reference)) return *same;
+  std::visit(
+      [&](const auto& reference) {
+        std::ranges::transform(reference, result.begin(),
+                               [](const auto& p) { return vec3_cast<Real>(p); });
+      },
+      options.reference);
+  return result;
+}
+
+template <class Real>
+[[nodiscard]] bool is_same_array(const PositionsView& known, std::span<const Vec3<Real>> given) {
+  const auto* same = std::get_if<std::span<const Vec3<Real>>>(&known);
+  return same != nullptr && same->data() == given.data() && same->size() == given.size();
+}
+[[nodiscard]] inline bool is_same_array(const PositionsView& known, const PositionsView& given) {
+  return std::visit([&](const auto& positions) { return is_same_array(known, positions); }, given);
+}
+
+/// Checks the sizes of the caller's arrays. With a reference only that of the result counts.
+inline void validate_sizes(const TopologyView& topology, const JobPositions& positions,
+                           const SmoothOptions& options) {
+  validate_sizes(topology, as_view(positions.result));
+  if (begins_at_reference(options)) return;
+  if (positions.given.index() != positions.result.index()) {
+    throw InvalidOption("OPTION_OUT_OF_RANGE",
+                        "positions: the result is of another type than what is given",
+                        {{"field", "positions"}});
+  }
+  validate_sizes(topology, positions.given);
+}
+
+/// The same, and what the positions are.
+inline void validate_given(const TopologyView& topology, const JobPositions& positions,
+                           const SmoothOptions& options) {
+  validate_sizes(topology, positions, options);
+  if (!begins_at_reference(options)) validate_positions(topology, positions.given);
+}
+
+/// Checks the arrays that come with the options. `known`: a reference that has been checked.
+inline void validate_arrays(const TopologyView& topology, const SmoothOptions& options,
+                            const PositionsView& known = {}) {
+  if (aims_at_reference(options) ||
+      (begins_at_reference(options) && !is_same_array(known, options.reference))) {
+    validate_reference(topology, options.reference);
+  }
+  if (std::holds_alternative<Move>(options.method)) {
+    validate_prescribed(topology, options.prescribed);
+  }
+}
+
+/// The topology of a job. The nodes that `Move` prescribes are fixed in it, like those of the
+/// caller; what lies between regions follows like all else. What it views must outlive it.
+class JobTopology {
+ public:
+  JobTopology(const TopologyView& topology, const SmoothOptions& options) : view_(topology) {
+    if (!std::holds_alternative<Move>(options.method)) return;
+    if (topology.fixed.empty()) {
+      fixed_.resize(topology.node_count);
+    } else {
+      fixed_.assign(topology.fixed.begin(), topology.fixed.end());
+    }
+    for (const NodeId node : options.prescribed.nodes) fixed_[static_cast<std::size_t>(node)] = 1;
+    view_.fixed = fixed_;
+    view_.regions = {};
+  }
+  JobTopology(const JobTopology&) = delete;
+  JobTopology& operator=(const JobTopology&) = delete;
+
+  [[nodiscard]] const TopologyView& view() const { return view_; }
+
+ private:
+  std::vector<std::uint8_t> fixed_;
+  TopologyView view_;
+};
+
+/// The prescribed nodes in internal numbers, with the positions where the motion begins and ends.
+template <Executor E, class Real>
+struct Prescribed {
+  std::size_t count = 0;
+  typename E::template Buffer<NodeId> nodes;
+  typename E::template Buffer<Vec3<Real>> from, to;
+};
+
+/// Fills `result` from the caller's arrays, for `find_prescribed`.
+template <Executor E, class Real, class Given>
+void number_prescribed(E& executor, std::span<const NodeId> ids,
+                       std::span<const Vec3<Given>> positions, const NodeId* internal_of,
+                       const Vec3<Real>* reference, Prescribed<E, Real>& result) {
+  const auto id_array = executor.in_executor_memory(ids);
+  const auto position_array = executor.in_executor_memory(positions);
+  const NodeId* const callers = id_array.data();
+  const Vec3<Given>* const given = position_array.data();
+  NodeId* const nodes = result.nodes.data();
+  Vec3<Real>* const from = result.from.data();
+  Vec3<Real>* const to = result.to.data();
+  executor.for_each(ids.size(), [=] MESHSMOOTH_HD(std::size_t n) {
+    nodes[n] = internal_of[callers[n]];
+    from[n] = reference[nodes[n]];
+    to[n] = vec3_cast<Real>(given[n]);
+  });
+}
+
+/// cost   O(nodes); 4 B a node while it runs
+template <Executor E, class Real>
+Prescribed<E, Real> find_prescribed(E& executor, const JobMesh<E, Real>& job,
+                                    const PrescribedNodes& prescribed) {
+  Prescribed<E, Real> result;
+  const std::size_t count = result.count = prescribed.nodes.size();
+  result.nodes = executor.template allocate<NodeId>(count);
+  result.from = executor.template allocate<Vec3<Real>>(count);
+  result.to = executor.template allocate<Vec3<Real>>(count);
+  auto internal = executor.template allocate<NodeId>(job.node_count);
+  NodeId* const internal_of = internal.data();
+  const NodeId* const caller_ids = job.caller_ids.data();
+  executor.for_each(job.node_count, [=] MESHSMOOTH_HD(std::size_t node) {
+    internal_of[caller_ids[node]] = static_cast<NodeId>(node);
+  });
+  std::visit(
+      [&](const auto& given) {
+        number_prescribed(executor, prescribed.nodes, given, internal_of,
+                          static_cast<const Vec3<Real>*>(job.positions.data()), result);
+      },
+      prescribed.positions);
+  return result;
+}
+
+}  // namespace meshsmooth::detail
