@@ -201,7 +201,8 @@ TEST(Optimize, SpendsNoSweepsOnElementsThatStayFlat) {
   EXPECT_EQ(with.summary.quality_after.degenerate_count, 1);
   EXPECT_EQ(with.summary.quality_after.inverted_count, 0);
   // Ten that try to repair it and ten in which nothing improves, but not the hundred that soften.
-  EXPECT_LE(with.summary.convergence.iterations, without.summary.convergence.iterations + 30);
+  EXPECT_LE(with.summary.convergence.iteration_count,
+            without.summary.convergence.iteration_count + 30);
 }
 
 TEST(Optimize, KeepsAGradedMeshGraded) {
