@@ -10,25 +10,6 @@ namespace meshsmooth::cli {
 namespace {
 
 using client::ServiceError;
-using client::StatusCode;
-
-ExitCode exit_code_of_status(StatusCode code) {
-  switch (code) {
-    case StatusCode::cancelled:
-    case StatusCode::deadline_exceeded:
-      return ExitCode::stopped;
-    case StatusCode::permission_denied:
-    case StatusCode::unauthenticated:
-    case StatusCode::resource_exhausted:
-    case StatusCode::failed_precondition:
-    case StatusCode::already_exists:
-    case StatusCode::unimplemented:
-    case StatusCode::unavailable:
-      return ExitCode::refused;
-    default:
-      return ExitCode::failed;
-  }
-}
 
 /// The library names its own fields; the flag of a field differs in its dashes alone.
 std::string with_flags(std::string text) {
@@ -51,7 +32,7 @@ ExitCode exit_code_of(const std::exception& error) {
   if (ours == nullptr) return ExitCode::failed;
   if (const ErrorReason* reason = find_error_reason(ours->reason())) return reason->exit_code;
   if (const auto* service = dynamic_cast<const ServiceError*>(ours)) {
-    return exit_code_of_status(service->code());
+    return meshsmooth::exit_code_of(service->code());
   }
   if (dynamic_cast<const InvalidMesh*>(ours) != nullptr) return ExitCode::bad_mesh;
   if (dynamic_cast<const InvalidOption*>(ours) != nullptr) return ExitCode::usage;

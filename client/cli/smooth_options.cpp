@@ -3,8 +3,12 @@
 #include <CLI/Option.hpp>
 #include <CLI/Validators.hpp>
 #include <algorithm>
+#include <array>
 #include <charconv>
+#include <iterator>
 #include <map>
+#include <ranges>
+#include <span>
 #include <sstream>
 #include <string_view>
 #include <system_error>
@@ -16,29 +20,41 @@
 namespace meshsmooth::cli {
 namespace {
 
-const std::map<std::string, Form> kForms = {{"jacobi", Form::jacobi},
-                                            {"gauss-seidel", Form::gauss_seidel},
-                                            {"asynchronous", Form::asynchronous}};
+/// "smart-laplacian" of "smart_laplacian".
+std::string to_word(std::string_view name) {
+  std::string word(name);
+  std::ranges::replace(word, '_', '-');
+  return word;
+}
 
-const std::map<std::string, BoundaryPolicy> kBoundaries = {{"fixed", BoundaryPolicy::fixed},
-                                                           {"slide", BoundaryPolicy::slide},
-                                                           {"free", BoundaryPolicy::free}};
+std::vector<std::string> words_of(std::span<const std::string_view> names) {
+  std::vector<std::string> words;
+  std::ranges::transform(names, std::back_inserter(words), to_word);
+  return words;
+}
 
-const std::map<std::string, QualityMetric> kMetrics = {
-    {"mean-ratio", QualityMetric::mean_ratio}, {"scaled-jacobian", QualityMetric::scaled_jacobian}};
+/// Enumerators by their words on the command line.
+template <class Enum, class Values>
+std::map<std::string, Enum> words_of(const Values& values) {
+  std::map<std::string, Enum> words;
+  for (const Enum value : values) words.emplace(to_word(enum_name(value)), value);
+  return words;
+}
+
+const std::map<std::string, Form> kForms =
+    words_of<Form>(enum_values<Form>() | std::views::drop(1));  // without `automatic`
+const std::map<std::string, BoundaryPolicy> kBoundaries =
+    words_of<BoundaryPolicy>(enum_values<BoundaryPolicy>());
+const std::map<std::string, QualityMetric> kMetrics =
+    words_of<QualityMetric>(std::array{QualityMetric::mean_ratio, QualityMetric::scaled_jacobian});
+const std::map<std::string, TangledPolicy> kTangled =
+    words_of<TangledPolicy>(enum_values<TangledPolicy>());
 
 template <class Value>
 std::vector<std::string> names(const std::map<std::string, Value>& values) {
   std::vector<std::string> result;
   for (const auto& [name, value] : values) result.push_back(name);
   return result;
-}
-
-/// "smart-laplacian" of "smart_laplacian".
-std::string to_word(std::string_view name) {
-  std::string word(name);
-  std::ranges::replace(word, '_', '-');
-  return word;
 }
 
 /// A name of the command line for a method: its own, or one that presets some fields.
@@ -52,7 +68,8 @@ std::vector<MethodWord> method_words() {
   for_each_method([&](const auto& method) {
     words.push_back({to_word(method_name(method)), method});
   });
-  words.push_back({"weighted-laplacian", Laplacian{.weighting = Weighting::inverse_edge_length}});
+  for (const MethodPreset& preset : kMethodPresets)
+    words.push_back({std::string(preset.name), preset.method});
   // The default first.
   std::ranges::stable_partition(
       words, [](const MethodWord& w) { return w.word == default_method_word(); });
@@ -122,7 +139,7 @@ Method to_method(const SmoothFlags& flags) {
               m.*field.member = given->second;
             }
           } else if (const auto given = flags.choices.find(flag); given != flags.choices.end()) {
-            const auto place = std::ranges::find(field.choices, given->second);
+            const auto place = std::ranges::find(field.choices, given->second, to_word);
             using Enum = std::remove_reference_t<decltype(m.*field.member)>;
             m.*field.member = static_cast<Enum>(place - field.choices.begin());
           }
@@ -164,9 +181,8 @@ void add_method_flags(CLI::App& command, SmoothFlags& flags, bool moves) {
         command
             .add_option_function<std::string>(
                 flag, [&flags, flag](const std::string& value) { flags.choices[flag] = value; },
-                help + " [" + std::string(field.choices[chosen]) + "]")
-            ->check(CLI::IsMember(
-                std::vector<std::string>(field.choices.begin(), field.choices.end())));
+                help + " [" + to_word(field.choices[chosen]) + "]")
+            ->check(CLI::IsMember(words_of(field.choices)));
       }
     });
   });
@@ -282,7 +298,7 @@ void add_smooth_flags(CLI::App& command, SmoothFlags& flags) {
                   "triangles and tetrahedra, of scaled-jacobian else]")
       ->check(CLI::IsMember(names(kMetrics)));
   command.add_option("--tangled", flags.tangled, "Treatment of a mesh with inverted elements")
-      ->check(CLI::IsMember({"repair", "refuse"}))
+      ->check(CLI::IsMember(words_of(kEnumNames<TangledPolicy>)))
       ->capture_default_str();
   command.add_option("--iterations", flags.iterations,
                      "Iteration limit; 0 only evaluates the mesh [" + iterations_text() + "]");
@@ -331,7 +347,7 @@ SmoothOptions to_smooth_options(const SmoothFlags& flags) {
   options.guard = flags.guard == "on";
   options.never_worse = flags.never_worse == "on";
   if (flags.metric) options.metric = kMetrics.at(*flags.metric);
-  options.tangled = flags.tangled == "refuse" ? TangledPolicy::refuse : TangledPolicy::repair;
+  options.tangled = kTangled.at(flags.tangled);
   if (flags.only_below) options.only_below = {.quality = *flags.only_below};
   if (flags.only_below_rings) options.only_below->rings = *flags.only_below_rings;
   options.report_below = flags.report_below;

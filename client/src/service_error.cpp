@@ -1,7 +1,9 @@
 #include "service_error.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cstdio>
-#include <initializer_list>
+#include <iterator>
 #include <string_view>
 
 #include "wire/status_details.hpp"
@@ -9,13 +11,23 @@
 namespace meshsmooth::client {
 namespace {
 
-constexpr std::string_view kUnchanged = "; the mesh here is unchanged";
+/// What must be true of a call besides its status and text.
+enum class Condition { none, never_connected, unanswered, cancelled };
 
-bool contains_any(std::string_view text, std::initializer_list<std::string_view> words) {
-  for (const std::string_view word : words) {
-    if (text.find(word) != std::string_view::npos) return true;
-  }
-  return false;
+/// Calls that fail without a reason, by what is seen of them: not a meshsmooth server ended them,
+/// but gRPC or a proxy.
+struct Failure {
+  std::array<StatusCode, 2> statuses;
+  Condition condition;
+  int reset;  // error code of an RST_STREAM; -1: any text
+  std::array<std::string_view, 3> texts;
+  std::string_view hint;
+};
+
+#include "failures.inc"
+
+bool contains(std::string_view text, std::string_view word) {
+  return !word.empty() && text.find(word) != std::string_view::npos;
 }
 
 std::string seconds_text(double seconds) {
@@ -24,14 +36,53 @@ std::string seconds_text(double seconds) {
   return text;
 }
 
-bool was_reset(std::string_view message, int code) {
-  return contains_any(message, {"RST_STREAM"}) &&
-         message.ends_with("error code " + std::to_string(code));
+bool was_reset(std::string_view text, int code) {
+  return contains(text, "RST_STREAM") && text.ends_with("error code " + std::to_string(code));
 }
 
-bool never_connected(std::string_view message) {
-  return contains_any(message, {"failed to connect", "onnection refused", "resolution failed",
-                                "empty address list"});
+bool never_connected(std::string_view text) {
+  return std::ranges::any_of(kNeverConnected,
+                             [&](std::string_view word) { return contains(text, word); });
+}
+
+bool holds(Condition condition, std::string_view text, const CallFacts& facts) {
+  switch (condition) {
+    case Condition::none:
+      return true;
+    case Condition::never_connected:
+      return never_connected(text);
+    case Condition::unanswered:
+      return !facts.answered;
+    case Condition::cancelled:
+      return facts.cancelled_by_caller;
+  }
+  return false;
+}
+
+/// Whether a failed call is one of these.
+bool matches(const Failure& failure, StatusCode code, std::string_view text,
+             const CallFacts& facts) {
+  const bool any_text = failure.reset < 0 && failure.texts.front().empty();
+  return std::ranges::find(failure.statuses, code) != failure.statuses.end() &&
+         holds(failure.condition, text, facts) &&
+         (any_text || (failure.reset >= 0 && was_reset(text, failure.reset)) ||
+          std::ranges::any_of(failure.texts,
+                              [&](std::string_view word) { return contains(text, word); }));
+}
+
+/// What an error that no meshsmooth server sent usually means.
+std::string foreign_hint(const grpc::Status& status, const CallFacts& facts) {
+  const auto code = static_cast<StatusCode>(status.error_code());
+  const auto* const found = std::ranges::find_if(kFailures, [&](const Failure& failure) {
+    return matches(failure, code, status.error_message(), facts);
+  });
+  if (found == std::end(kFailures)) return {};
+  constexpr std::string_view kServer = "{server}";
+  std::string hint(found->hint);
+  if (const std::size_t at = hint.find(kServer); at != std::string::npos) {
+    hint.replace(at, kServer.size(), facts.server);
+  }
+  return hint;
 }
 
 /// What a proxy makes of a server that died under a call (HAProxy 2.6 ends the stream without a
@@ -51,107 +102,6 @@ std::optional<std::chrono::nanoseconds> foreign_retry_delay(const grpc::Status& 
                      !never_connected(status.error_message());
   if (!broke && (facts.cancelled_by_caller || !broken_off(status))) return std::nullopt;
   return std::chrono::milliseconds(100);
-}
-
-/// Why no secure connection came about; empty when TLS is not to blame. The texts
-/// are those of gRPC 1.51 with OpenSSL 3.
-std::string tls_hint(std::string_view message, const std::string& server) {
-  if (contains_any(message, {"certificate verify failed"})) {
-    return "the certificate of " + server +
-           " is expired or not signed by an authority that this client trusts; set "
-           "Credentials::tls_ca";
-  }
-  if (contains_any(message, {"is not in peer certificate"})) {
-    return "the certificate is for another name; if that is the intended server, set "
-           "Credentials::tls_server_name";
-  }
-  if (contains_any(message, {"wrong version number"})) {
-    return "the server at " + server +
-           " runs without TLS; leave Credentials::tls and the other TLS fields unset";
-  }
-  if (never_connected(message) && contains_any(message, {"Socket closed", "onnection reset"})) {
-    return "the server closed the connection before the call: it may require TLS "
-           "(Credentials::tls, "
-           "Credentials::tls_ca) or a valid client certificate that it trusts "
-           "(Credentials::tls_cert, Credentials::tls_key)";
-  }
-  if (contains_any(message, {"empty address list"})) {
-    return "the files of Credentials::tls_cert and Credentials::tls_key cannot be used: check that "
-           "they are PEM and belong together";
-  }
-  return {};
-}
-
-std::string unavailable_hint(std::string_view message, const std::string& server) {
-  // HAProxy 2.6 answers 502 or, while the request still comes in, REFUSED_STREAM (RFC 9113, §7).
-  if (was_reset(message, 7) ||
-      contains_any(message, {"http2 header with status: 50", "no server behind this proxy"})) {
-    return "a proxy answers at " + server +
-           ", but no server behind it does, or the two do not speak HTTP/2 to each other";
-  }
-  if (contains_any(message, {"http1.x server"})) {
-    return "the peer at " + server +
-           " does not speak HTTP/2; if it is a proxy, enable HTTP/2 (nginx: listen … http2; "
-           "HAProxy: proto h2, or alpn h2 with TLS)";
-  }
-  if (std::string hint = tls_hint(message, server); !hint.empty()) return hint;
-  if (never_connected(message)) {
-    return "no server answers there; check the address, or start one with: "
-           "meshsmooth-server --listen " +
-           server;
-  }
-  return "the connection to " + server +
-         " broke while the job was under way: the server ended or the network failed" +
-         std::string(kUnchanged) + ", send it again";
-}
-
-std::string proxy_ended_hint() {
-  return "neither side cancelled: a proxy or the server ended the call (HAProxy: timeout "
-         "client, timeout server, or the server behind it is gone)" +
-         std::string(kUnchanged);
-}
-
-/// What an error that no meshsmooth server sent usually means. The texts that
-/// proxies cause were seen with HAProxy 2.6 and nginx 1.22.
-std::string foreign_hint(const grpc::Status& status, const CallFacts& facts) {
-  const std::string& message = status.error_message();
-  switch (status.error_code()) {
-    case grpc::StatusCode::UNAVAILABLE:
-      return unavailable_hint(message, facts.server);
-    case grpc::StatusCode::DEADLINE_EXCEEDED:
-      if (!facts.answered) {
-        return "no response received; a proxy may be buffering the request "
-               "(nginx: grpc_pass, not proxy_pass)" +
-               std::string(kUnchanged);
-      }
-      return "allow more time, or set a compute budget to get the best result reached in it" +
-             std::string(kUnchanged);
-    case grpc::StatusCode::CANCELLED:
-      if (facts.cancelled_by_caller) return {};
-      return proxy_ended_hint();
-    case grpc::StatusCode::UNKNOWN:
-      return contains_any(message, {"Stream removed"}) ? proxy_ended_hint() : std::string();
-    case grpc::StatusCode::INTERNAL:
-      if (was_reset(message, 0)) {
-        return "a proxy cut the upload: lift its body limit (nginx: client_max_body_size 0)";
-      }
-      if (was_reset(message, 1)) {
-        return "a proxy gave up waiting: raise its timeouts (nginx: grpc_read_timeout, "
-               "client_body_timeout)";
-      }
-      if (was_reset(message, 2)) {
-        return "a proxy ended the call: lift its body limit (nginx: client_max_body_size 0) and "
-               "raise its timeouts (nginx: grpc_read_timeout, client_body_timeout), unless the "
-               "server behind it is gone" +
-               std::string(kUnchanged);
-      }
-      return "something between here and the server failed" + std::string(kUnchanged);
-    case grpc::StatusCode::UNIMPLEMENTED:
-      return "what answers at " + facts.server +
-             " is not a meshsmooth server, or is too old for this call";
-    default:
-      return {};
-  }
 }
 
 std::string foreign_message(const grpc::Status& status, const CallFacts& facts) {
@@ -180,11 +130,9 @@ ServiceError to_service_error(const grpc::Status& status, const CallFacts& facts
   std::string hint;
   if (details->retry_delay) {
     const double delay = std::chrono::duration<double>(*details->retry_delay).count();
-    hint = delay > 0 ? "try again in " + seconds_text(delay) : "try again at once, or elsewhere";
+    hint = delay > 0 ? "try again in " + seconds_text(delay) : std::string(kAtOnceHint);
   }
-  if (code == StatusCode::unauthenticated) {
-    hint = "set Credentials::token_file";
-  }
+  if (code == StatusCode::unauthenticated) hint = kTokenHint;
   return {code,
           details->reason,
           status.error_message(),
@@ -194,12 +142,7 @@ ServiceError to_service_error(const grpc::Status& status, const CallFacts& facts
 }
 
 ServiceError broken_answer(const std::string& what) {
-  return {StatusCode::data_loss,
-          {},
-          what,
-          {},
-          "server and client are incompatible, or a proxy between them truncates responses" +
-              std::string(kUnchanged)};
+  return {StatusCode::data_loss, {}, what, {}, std::string(kBrokenAnswerHint)};
 }
 
 }  // namespace meshsmooth::client

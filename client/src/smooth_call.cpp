@@ -35,7 +35,7 @@ std::size_t size_bytes(const Mesh& mesh) {
 
 v1::BackendKind encode_backend(const std::string& backend) {
   const auto name = parse_backend_name(backend);
-  if (name && !name->device) return wire::encode_backend_kind(name->kind);
+  if (name && !name->device) return wire::encode_enum(name->kind);
   throw ServiceError(StatusCode::invalid_argument, "OPTION_OUT_OF_RANGE",
                      "backend \"" + backend + "\" is not one of " + backend_name_list(false),
                      {{"field", "backend_kind"}}, {});
@@ -154,7 +154,7 @@ v1::JobSpec SmoothCall::make_spec() const {
   if (options_.quality_detail == QualityDetail::brief)
     spec.set_quality_detail(v1::QUALITY_DETAIL_BRIEF);
   for (const QualityMetric metric : options_.element_quality_metrics) {
-    spec.add_element_quality_metrics(wire::encode_metric(metric));
+    spec.add_element_quality_metrics(wire::encode_enum(metric));
   }
   return spec;
 }

@@ -20,6 +20,12 @@ using google::protobuf::Message;
   throw NotSupported("OPTION_NOT_SUPPORTED", field + ": " + what, {{"field", field}});
 }
 
+template <class Enum>
+Enum decode_choice(int number, const std::string& field, std::string_view what) {
+  if (const auto value = decode_enum<Enum>(number)) return *value;
+  throw_not_supported(field, "unknown " + std::string(what) + " " + std::to_string(number));
+}
+
 const FieldDescriptor& field_of(const Message& message, std::string_view name) {
   return *message.GetDescriptor()->FindFieldByName(std::string(name));
 }
@@ -51,8 +57,7 @@ void encode_method(const M& method, v1::SmoothingOptions& options) {
     if constexpr (std::is_same_v<Field, NumberField<M>>) {
       target.GetReflection()->SetDouble(&target, &wire_field, method.*field.member);
     } else {
-      target.GetReflection()->SetEnumValue(&target, &wire_field,
-                                           static_cast<int>(method.*field.member) + 1);
+      target.GetReflection()->SetEnumValue(&target, &wire_field, encode_enum(method.*field.member));
     }
   });
 }
@@ -68,11 +73,7 @@ template <class M, class Enum>
 void decode_field(const ChoiceField<M, Enum>& field, const Message& message, M& method) {
   const int value = message.GetReflection()->GetEnumValue(message, &field_of(message, field.name));
   if (value == 0) return;
-  if (value < 0 || value > static_cast<int>(field.choices.size())) {
-    throw_not_supported(path_of<M>(field),
-                        "unknown " + std::string(field.name) + " " + std::to_string(value));
-  }
-  method.*field.member = static_cast<Enum>(value - 1);
+  method.*field.member = decode_choice<Enum>(value, path_of<M>(field), field.name);
 }
 
 template <class M>
@@ -109,78 +110,8 @@ Method decode_method(const v1::SmoothingOptions& options) {
   return method;
 }
 
-Form decode_form(v1::Form form) {
-  switch (form) {
-    case v1::FORM_UNSPECIFIED:
-      return Form::automatic;
-    case v1::FORM_JACOBI:
-      return Form::jacobi;
-    case v1::FORM_GAUSS_SEIDEL:
-      return Form::gauss_seidel;
-    case v1::FORM_ASYNCHRONOUS:
-      return Form::asynchronous;
-    default:
-      throw_not_supported("form", "unknown form " + std::to_string(form));
-  }
-}
-
-v1::Form encode_form(Form form) {
-  switch (form) {
-    case Form::automatic:
-      return v1::FORM_UNSPECIFIED;
-    case Form::jacobi:
-      return v1::FORM_JACOBI;
-    case Form::gauss_seidel:
-      return v1::FORM_GAUSS_SEIDEL;
-    case Form::asynchronous:
-      return v1::FORM_ASYNCHRONOUS;
-  }
-  __builtin_unreachable();
-}
-
-BoundaryPolicy decode_boundary(v1::BoundaryPolicy policy) {
-  switch (policy) {
-    case v1::BOUNDARY_POLICY_UNSPECIFIED:
-    case v1::BOUNDARY_POLICY_FIXED:
-      return BoundaryPolicy::fixed;
-    case v1::BOUNDARY_POLICY_FREE:
-      return BoundaryPolicy::free;
-    case v1::BOUNDARY_POLICY_SLIDE:
-      return BoundaryPolicy::slide;
-    default:
-      throw_not_supported("boundary_policy", "unknown policy " + std::to_string(policy));
-  }
-}
-
-v1::BoundaryPolicy encode_boundary(BoundaryPolicy policy) {
-  switch (policy) {
-    case BoundaryPolicy::fixed:
-      return v1::BOUNDARY_POLICY_FIXED;
-    case BoundaryPolicy::free:
-      return v1::BOUNDARY_POLICY_FREE;
-    case BoundaryPolicy::slide:
-      return v1::BOUNDARY_POLICY_SLIDE;
-  }
-  __builtin_unreachable();
-}
-
-TangledPolicy decode_tangled(v1::TangledPolicy policy) {
-  switch (policy) {
-    case v1::TANGLED_POLICY_UNSPECIFIED:
-    case v1::TANGLED_POLICY_REPAIR:
-      return TangledPolicy::repair;
-    case v1::TANGLED_POLICY_REFUSE:
-      return TangledPolicy::refuse;
-    default:
-      throw_not_supported("tangled_policy", "unknown policy " + std::to_string(policy));
-  }
-}
-
 QualityMetric decode_metric(int metric, const std::string& field) {
-  if (metric == v1::QUALITY_METRIC_UNSPECIFIED || !v1::QualityMetric_IsValid(metric)) {
-    throw_not_supported(field, "unknown metric " + std::to_string(metric));
-  }
-  return static_cast<QualityMetric>(metric - 1);
+  return decode_choice<QualityMetric>(metric, field, "metric");
 }
 
 std::string path_to(const std::string& where, const FieldDescriptor& field) {
@@ -213,20 +144,19 @@ v1::SmoothingOptions encode_options(const SmoothOptions& options) {
   v1::SmoothingOptions message;
   std::visit([&](const auto& method) { encode_method(method, message); }, options.method);
   if (aims_at_reference(options)) message.mutable_optimize()->set_target(v1::TARGET_REFERENCE);
-  message.set_form(encode_form(options.form));
+  message.set_form(encode_enum(options.form));
   message.set_max_iteration_count(iteration_limit(options));
   if (options.tolerance.relative) {
     message.set_convergence_tolerance(options.tolerance.value);
   } else {
     message.set_absolute_tolerance(options.tolerance.value);
   }
-  message.set_boundary_policy(encode_boundary(options.boundary));
+  message.set_boundary_policy(encode_enum(options.boundary));
   if (options.boundary == BoundaryPolicy::slide || sweeps_as_optimize(options.method)) {
     message.set_feature_angle_degrees(options.feature_angle);
   }
   message.set_guard(options.guard);
-  message.set_tangled_policy(options.tangled == TangledPolicy::repair ? v1::TANGLED_POLICY_REPAIR
-                                                                      : v1::TANGLED_POLICY_REFUSE);
+  message.set_tangled_policy(encode_enum(options.tangled));
   if (options.movement_limit) {
     if (options.movement_limit->relative) {
       message.set_movement_limit(options.movement_limit->value);
@@ -240,7 +170,7 @@ v1::SmoothingOptions encode_options(const SmoothOptions& options) {
   }
   if (options.report_below) message.set_report_below(*options.report_below);
   message.set_never_worse(options.never_worse);
-  if (options.metric) message.set_metric(encode_metric(*options.metric));
+  if (options.metric) message.set_metric(encode_enum(*options.metric));
   if (options.compute_budget) {
     *message.mutable_compute_budget() = encode_duration(*options.compute_budget);
   }
@@ -256,17 +186,23 @@ SmoothOptions decode_options(const v1::SmoothingOptions& message) {
       !sweeps_as_optimize(options.method)) {
     throw_not_supported("feature_angle_degrees", "only a sliding boundary and optimize have it");
   }
-  options.form = decode_form(message.form());
+  options.form = decode_choice<Form>(message.form(), "form", "form");
   if (message.has_max_iteration_count()) options.max_iterations = message.max_iteration_count();
   if (message.has_absolute_tolerance()) {
     options.tolerance = {.value = message.absolute_tolerance(), .relative = false};
   } else if (message.has_convergence_tolerance()) {
     options.tolerance = {.value = message.convergence_tolerance(), .relative = true};
   }
-  options.boundary = decode_boundary(message.boundary_policy());
+  if (message.boundary_policy() != v1::BOUNDARY_POLICY_UNSPECIFIED) {
+    options.boundary =
+        decode_choice<BoundaryPolicy>(message.boundary_policy(), "boundary_policy", "policy");
+  }
   if (message.has_feature_angle_degrees()) options.feature_angle = message.feature_angle_degrees();
   if (message.has_guard()) options.guard = message.guard();
-  options.tangled = decode_tangled(message.tangled_policy());
+  if (message.tangled_policy() != v1::TANGLED_POLICY_UNSPECIFIED) {
+    options.tangled =
+        decode_choice<TangledPolicy>(message.tangled_policy(), "tangled_policy", "policy");
+  }
   if (message.has_absolute_movement_limit()) {
     options.movement_limit = {.value = message.absolute_movement_limit(), .relative = false};
   } else if (message.has_movement_limit()) {
@@ -289,13 +225,6 @@ SmoothOptions decode_options(const v1::SmoothingOptions& message) {
   validate(options);
   return options;
 }
-
-// Both enumerations list the same metrics in the same order.
-v1::QualityMetric encode_metric(QualityMetric metric) {
-  return static_cast<v1::QualityMetric>(static_cast<int>(metric) + 1);
-}
-static_assert(static_cast<int>(QualityMetric::mean_ratio) + 1 == v1::QUALITY_METRIC_MEAN_RATIO &&
-              static_cast<int>(QualityMetric::max_angle) + 1 == v1::QUALITY_METRIC_MAX_ANGLE);
 
 std::vector<QualityMetric> decode_metrics(const google::protobuf::RepeatedField<int>& metrics) {
   std::vector<QualityMetric> result;
@@ -323,42 +252,8 @@ static_assert(static_cast<int>(ElementType::triangle) + 1 == v1::ELEMENT_TYPE_TR
               static_cast<int>(ElementType::hexahedron27) + 1 == v1::ELEMENT_TYPE_HEXAHEDRON27 &&
               kElementTypeCount + 1 == v1::ElementType_ARRAYSIZE);
 
-v1::Stage encode_stage(Stage stage) {
-  switch (stage) {
-    case Stage::find_neighbours:
-      return v1::STAGE_FIND_NEIGHBOURS;
-    case Stage::find_boundary:
-      return v1::STAGE_FIND_BOUNDARY;
-    case Stage::iterate:
-      return v1::STAGE_ITERATE;
-    case Stage::evaluate:
-      return v1::STAGE_EVALUATE;
-  }
-  __builtin_unreachable();
-}
-
-v1::State encode_state(JobState state) { return static_cast<v1::State>(state); }
-
 JobState decode_state(v1::State state) {
-  return v1::State_IsValid(state) ? static_cast<JobState>(state) : JobState::unspecified;
+  return decode_enum<JobState>(state).value_or(JobState::unspecified);
 }
-
-static_assert(static_cast<int>(JobState::unspecified) == v1::STATE_UNSPECIFIED &&
-              static_cast<int>(JobState::receiving) == v1::STATE_RECEIVING &&
-              static_cast<int>(JobState::queued) == v1::STATE_QUEUED &&
-              static_cast<int>(JobState::running) == v1::STATE_RUNNING &&
-              static_cast<int>(JobState::sending) == v1::STATE_SENDING &&
-              static_cast<int>(JobState::succeeded) == v1::STATE_SUCCEEDED &&
-              static_cast<int>(JobState::failed) == v1::STATE_FAILED &&
-              static_cast<int>(JobState::cancelled) == v1::STATE_CANCELLED &&
-              static_cast<int>(JobState::expired) == v1::STATE_EXPIRED &&
-              kJobStateNames.size() == v1::State_ARRAYSIZE);
-
-v1::BackendKind encode_backend_kind(BackendKind kind) { return static_cast<v1::BackendKind>(kind); }
-
-static_assert(static_cast<int>(BackendKind::automatic) == v1::BACKEND_KIND_UNSPECIFIED &&
-              static_cast<int>(BackendKind::cpu) == v1::BACKEND_KIND_CPU &&
-              static_cast<int>(BackendKind::cuda) == v1::BACKEND_KIND_CUDA &&
-              kBackendKindNames.size() == v1::BackendKind_ARRAYSIZE);
 
 }  // namespace meshsmooth::wire

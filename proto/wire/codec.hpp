@@ -12,6 +12,7 @@
 #include "meshsmooth/summary.hpp"
 #include "meshsmooth/v1/mesh.pb.h"
 #include "meshsmooth/v1/smoothing.pb.h"
+#include "wire/wire_enum.hpp"
 
 /// Between the messages of meshsmooth.v1 and the types of core. Nothing else
 /// converts them. `encode_` makes messages, `decode_` reads them. Values that
@@ -19,6 +20,22 @@
 /// `InvalidOption` (OPTION_OUT_OF_RANGE) or `NotSupported`
 /// (OPTION_NOT_SUPPORTED) with the detail "field".
 namespace meshsmooth::wire {
+
+/// An enumerator on the wire.
+template <class Enum>
+[[nodiscard]] constexpr typename WireEnum<Enum>::Type encode_enum(Enum value) {
+  return static_cast<typename WireEnum<Enum>::Type>(static_cast<int>(value) +
+                                                    WireEnum<Enum>::first);
+}
+
+/// Nothing for a number that this build does not know. 0 is the first enumerator or, where they
+/// count from 1, left to the caller and nothing.
+template <class Enum>
+[[nodiscard]] constexpr std::optional<Enum> decode_enum(int number) {
+  const int index = number - WireEnum<Enum>::first;
+  if (index < 0 || index >= static_cast<int>(kEnumNames<Enum>.size())) return std::nullopt;
+  return static_cast<Enum>(index);
+}
 
 /// Throws `NotSupported` when the message, or one in it, has a field that this build does not
 /// know: `where`, a path of field names, tells in which; empty for the outermost. O(size).
@@ -41,7 +58,6 @@ void refuse_unknown_fields(const google::protobuf::Message& message, const std::
 /// throws `NotSupported` (RESPONSE_NOT_UNDERSTOOD).
 [[nodiscard]] SmoothSummary decode_summary(const v1::Summary& message);
 
-[[nodiscard]] v1::QualityMetric encode_metric(QualityMetric metric);
 /// Of a field `element_quality_metrics`: metrics that this build knows, each once.
 [[nodiscard]] std::vector<QualityMetric> decode_metrics(
     const google::protobuf::RepeatedField<int>& metrics);
@@ -49,14 +65,8 @@ void refuse_unknown_fields(const google::protobuf::Message& message, const std::
 [[nodiscard]] v1::ElementType encode_element_type(ElementType type);
 [[nodiscard]] ElementType decode_element_type(v1::ElementType type, const std::string& field);
 
-[[nodiscard]] v1::Stage encode_stage(Stage stage);
-
-[[nodiscard]] v1::State encode_state(JobState state);
 /// `unspecified` for a state that this build does not know.
 [[nodiscard]] JobState decode_state(v1::State state);
-
-/// `BackendKind::automatic` is BACKEND_KIND_UNSPECIFIED.
-[[nodiscard]] v1::BackendKind encode_backend_kind(BackendKind kind);
 
 /// A negative or malformed duration throws; more than 292 years are cut.
 [[nodiscard]] std::chrono::nanoseconds decode_duration(const google::protobuf::Duration& message,

@@ -13,50 +13,15 @@ void copy_all(const Values& values, Repeated* repeated) {
   repeated->Assign(values.begin(), values.end());
 }
 
-v1::StopReason encode_stop_reason(StopReason reason) {
-  switch (reason) {
-    case StopReason::converged:
-      return v1::STOP_REASON_CONVERGED;
-    case StopReason::target_reached:
-      return v1::STOP_REASON_TARGET_REACHED;
-    case StopReason::iteration_limit:
-      return v1::STOP_REASON_ITERATION_LIMIT;
-    case StopReason::compute_budget:
-      return v1::STOP_REASON_COMPUTE_BUDGET;
-    case StopReason::stagnated:
-      return v1::STOP_REASON_STAGNATED;
-    case StopReason::cancelled_with_result:
-      return v1::STOP_REASON_CANCELLED_WITH_RESULT;
-  }
-  __builtin_unreachable();
-}
-
 StopReason decode_stop_reason(v1::StopReason reason) {
-  switch (reason) {
-    case v1::STOP_REASON_CONVERGED:
-      return StopReason::converged;
-    case v1::STOP_REASON_TARGET_REACHED:
-      return StopReason::target_reached;
-    case v1::STOP_REASON_ITERATION_LIMIT:
-      return StopReason::iteration_limit;
-    case v1::STOP_REASON_COMPUTE_BUDGET:
-      return StopReason::compute_budget;
-    case v1::STOP_REASON_STAGNATED:
-      return StopReason::stagnated;
-    case v1::STOP_REASON_CANCELLED_WITH_RESULT:
-      return StopReason::cancelled_with_result;
-    default:
-      throw NotSupported("RESPONSE_NOT_UNDERSTOOD",
-                         "the server named a stop reason that this client does not know: " +
-                             std::to_string(reason));
-  }
+  if (const auto known = decode_enum<StopReason>(reason)) return *known;
+  throw NotSupported(
+      "RESPONSE_NOT_UNDERSTOOD",
+      "the server named a stop reason that this client does not know: " + std::to_string(reason));
 }
-
-static_assert(static_cast<int>(EndRule::at_rest) == v1::END_RULE_AT_REST &&
-              static_cast<int>(EndRule::all_held) == v1::END_RULE_ALL_HELD);
 
 EndRule decode_end_rule(v1::EndRule rule) {
-  return v1::EndRule_IsValid(rule) ? static_cast<EndRule>(rule) : EndRule::none;
+  return decode_enum<EndRule>(rule).value_or(EndRule::none);
 }
 
 void encode_element_quality(const ElementQuality& quality, v1::ElementQuality* message) {
@@ -74,7 +39,7 @@ ElementQuality decode_element_quality(const v1::ElementQuality& message) {
 }
 
 void encode_metric_stats(const MetricStats& stats, v1::MetricStats* message) {
-  message->set_metric(encode_metric(stats.metric));
+  message->set_metric(encode_enum(stats.metric));
   message->set_element_count(stats.element_count);
   message->set_min(stats.min);
   message->set_percentile_1(stats.percentile_1);
@@ -86,7 +51,7 @@ void encode_metric_stats(const MetricStats& stats, v1::MetricStats* message) {
 }
 
 MetricStats decode_metric_stats(const v1::MetricStats& message) {
-  return {.metric = static_cast<QualityMetric>(message.metric() - 1),
+  return {.metric = *decode_enum<QualityMetric>(message.metric()),
           .element_count = message.element_count(),
           .min = message.min(),
           .percentile_1 = message.percentile_1(),
@@ -127,8 +92,7 @@ QualityStats decode_quality(const v1::QualityStats& message) {
   stats.collapsed_count = message.collapsed_element_count();
   stats.interface_count = message.interface_element_count();
   for (const v1::MetricStats& metric : message.metrics()) {
-    if (metric.metric() < v1::QUALITY_METRIC_MEAN_RATIO ||
-        metric.metric() > v1::QUALITY_METRIC_MAX_ANGLE) {
+    if (!decode_enum<QualityMetric>(metric.metric())) {
       continue;
     }
     stats.metrics.push_back(decode_metric_stats(metric));
@@ -141,7 +105,7 @@ QualityStats decode_quality(const v1::QualityStats& message) {
 
 void encode_convergence(const Convergence& convergence, v1::ConvergenceStats* message) {
   message->set_iteration_count(convergence.iteration_count);
-  message->set_end_rule(static_cast<v1::EndRule>(convergence.end_rule));
+  message->set_end_rule(encode_enum(convergence.end_rule));
   if (convergence.remaining_gain) message->set_remaining_gain(*convergence.remaining_gain);
   message->set_last_max_displacement(convergence.last_max_displacement);
   message->set_last_rms_displacement(convergence.last_rms_displacement);
@@ -195,7 +159,7 @@ StageTimes decode_times(const v1::Timings& message) {
 void encode_backend(const std::string& backend, v1::Execution* message) {
   const auto name = parse_backend_name(backend);
   if (!name) return;
-  message->set_backend_kind(encode_backend_kind(name->kind));
+  message->set_backend_kind(encode_enum(name->kind));
   if (name->device) message->set_device_index(*name->device);
 }
 
@@ -234,7 +198,7 @@ MotionStats decode_motion(const v1::MotionStats& message) {
 }
 
 void encode_kept_quality(const KeptQuality& kept, v1::KeptQuality* message) {
-  message->set_metric(encode_metric(kept.metric));
+  message->set_metric(encode_enum(kept.metric));
   message->set_for_mean_ratio(kept.for_mean_ratio);
   message->set_for_scaled_jacobian(kept.for_scaled_jacobian);
   message->set_for_mean(kept.for_mean);
@@ -252,7 +216,7 @@ KeptQuality decode_kept_quality(const v1::KeptQuality& message) {
 
 v1::Summary encode_summary(const SmoothSummary& summary) {
   v1::Summary message;
-  message.set_stop_reason(encode_stop_reason(summary.stop_reason));
+  message.set_stop_reason(encode_enum(summary.stop_reason));
   encode_convergence(summary.convergence, message.mutable_convergence());
   encode_quality(summary.quality_before, message.mutable_quality_before());
   encode_quality(summary.quality_after, message.mutable_quality_after());

@@ -12,14 +12,12 @@
 #include <utility>
 
 #include "drain_rate.hpp"
+#include "meshsmooth/enums.hpp"
 
 namespace meshsmooth::server {
 
 class Job;
 class JobQueue;
-
-/// Higher runs first.
-enum class Priority { batch, normal, interactive };
 
 /// What the queue has to know of a job.
 struct QueueKey {

@@ -69,7 +69,7 @@ void read_process(std::vector<MetricFamily>& families) {
 }
 
 void read_jobs(const Engine& engine, std::vector<MetricFamily>& families) {
-  std::array<int, kJobStateNames.size()> in_state{};
+  std::array<int, kEnumNames<JobState>.size()> in_state{};
   std::array<int, 3> waiting{};
   double oldest = 0;
   for (const auto& job : engine.store().living()) {
@@ -88,10 +88,9 @@ void read_jobs(const Engine& engine, std::vector<MetricFamily>& families) {
                {{"state", std::string(job_state_name(state))}});
   }
   families.push_back(living.take());
-  constexpr std::array kPriorities = {"batch", "normal", "interactive"};
   Reading depth("meshsmooth_queue_depth", "Jobs waiting for a lane, by priority");
   for (std::size_t i = 0; i < waiting.size(); ++i) {
-    depth.add(waiting[i], {{"priority", kPriorities[i]}});
+    depth.add(waiting[i], {{"priority", std::string(kEnumNames<Priority>[i])}});
   }
   families.push_back(depth.take());
   families.push_back(

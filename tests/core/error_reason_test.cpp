@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -115,8 +116,8 @@ std::string code_list(std::string_view keys) {
   return text + "`";
 }
 
-/// The two tables of docs/protocol.md.
-std::string tables() {
+/// The tables of docs/protocol.md, of what the server and of what the clients give.
+std::array<std::string, 2> tables() {
   std::string server =
       "| Reason | Code | With | Try again? | Meaning |\n| --- | --- | --- | --- | --- |\n";
   std::string client = "| Reason | Meaning |\n| --- | --- |\n";
@@ -130,16 +131,25 @@ std::string tables() {
                 " | " + std::string(r.retry) + " | " + meaning;
     }
   }
-  return server +
-         "\nThe client library, its file formats and the command line have reasons of their "
-         "own:\n\n" +
-         client;
+  return {server, client};
 }
 
 TEST(ErrorReasons, StandInTheDocumentationAsTheyAreHere) {
-  EXPECT_NE(read(kRoot / "docs/protocol.md").find(tables()), std::string::npos)
-      << "docs/protocol.md differs; replace its tables of reasons by:\n"
-      << tables();
+  const std::string protocol = read(kRoot / "docs/protocol.md");
+  for (const std::string& table : tables()) {
+    EXPECT_NE(protocol.find(table), std::string::npos) << "docs/protocol.md lacks\n" << table;
+  }
+}
+
+// As grpc/status.h numbers them; what it does not know is a failure.
+TEST(ErrorReasons, HaveTheStatusesOfGrpc) {
+  EXPECT_EQ(status_code_name(StatusCode::cancelled), "CANCELLED");
+  EXPECT_EQ(status_code_name(StatusCode::out_of_range), "OUT_OF_RANGE");
+  EXPECT_EQ(status_code_name(StatusCode::unauthenticated), "UNAUTHENTICATED");
+  EXPECT_EQ(exit_code_of(StatusCode::deadline_exceeded), ExitCode::stopped);
+  EXPECT_EQ(exit_code_of(StatusCode::unavailable), ExitCode::refused);
+  EXPECT_EQ(exit_code_of(StatusCode::internal), ExitCode::failed);
+  EXPECT_EQ(exit_code_of(static_cast<StatusCode>(99)), ExitCode::failed);
 }
 
 }  // namespace

@@ -521,7 +521,7 @@ google::protobuf::RepeatedField<int> metric_list(std::initializer_list<int> metr
 
 TEST(DecodeMetrics, DecodesEveryMetric) {
   google::protobuf::RepeatedField<int> list;
-  for (const QualityMetric metric : kQualityMetrics) list.Add(encode_metric(metric));
+  for (const QualityMetric metric : kQualityMetrics) list.Add(encode_enum(metric));
 
   EXPECT_EQ(decode_metrics(list),
             std::vector<QualityMetric>(kQualityMetrics.begin(), kQualityMetrics.end()));

@@ -12,6 +12,7 @@ from paraview.util.vtkAlgorithm import VTKPythonAlgorithmBase, smhint, smpropert
 from vtkmodules.vtkCommonCore import vtkOutputWindow, vtkStringArray
 from vtkmodules.vtkCommonDataModel import vtkDataObject
 
+# <!-- table: choices -->
 METHODS = (
     "optimize",
     "smart-laplacian",
@@ -23,6 +24,7 @@ METHODS = (
 )
 GOALS = ("average", "balanced", "worst")
 BOUNDARIES = ("fixed", "slide", "free")
+# <!-- end of table -->
 NO_ARRAY = "(none)"
 
 # --- the properties, in ParaView's XML: its decorators for methods sort them by name --------------

@@ -94,7 +94,7 @@ def test_methods_are_those_of_the_server(client: ms.Client) -> None:
     info = client.info().raw
     for name, defaults in zip(info["methods"], info["method_defaults"], strict=True):
         method = _methods.NAMED_METHODS[name.replace("_", "-")]
-        names = {_options._WIRE_NAMES.get(f.name, f.name) for f in dataclasses.fields(method)}
+        names = {_methods.WIRE_NAMES.get(f.name, f.name) for f in dataclasses.fields(method)}
         assert names == set(defaults[name])
         assert method._iterations == defaults["max_iteration_count"]
 

@@ -1,19 +1,14 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <optional>
 #include <string>
 #include <string_view>
 
+#include "meshsmooth/enums.hpp"
+
 namespace meshsmooth {
-
-/// The kind of a backend. The numbers are those of meshsmooth.v1.BackendKind.
-enum class BackendKind { automatic = 0, cpu = 1, cuda = 2 };
-
-/// The names of the kinds, in their order.
-inline constexpr std::array<std::string_view, 3> kBackendKindNames = {"auto", "cpu", "cuda"};
 
 /// The name of a backend: "auto", "cpu", "cuda" (any device) or "cuda:N".
 struct BackendName {
@@ -30,10 +25,10 @@ struct BackendName {
 /// cuda:N".
 [[nodiscard]] inline std::string backend_name_list(bool with_devices) {
   std::string text;
-  for (std::size_t kind = 0; kind < kBackendKindNames.size(); ++kind) {
-    const std::string name(kBackendKindNames[kind]);
+  for (const BackendKind kind : enum_values<BackendKind>()) {
+    const std::string name(enum_name(kind));
     text += (text.empty() ? "" : ", ") + name;
-    if (with_devices && has_devices(static_cast<BackendKind>(kind))) text += ", " + name + ":N";
+    if (with_devices && has_devices(kind)) text += ", " + name + ":N";
   }
   return text;
 }
@@ -41,9 +36,11 @@ struct BackendName {
 /// Nothing when the text is no name of a backend.
 [[nodiscard]] inline std::optional<BackendName> parse_backend_name(std::string_view text) {
   const std::size_t colon = text.find(':');
-  const auto found = std::ranges::find(kBackendKindNames, text.substr(0, colon));
-  if (found == kBackendKindNames.end()) return std::nullopt;
-  BackendName name{static_cast<BackendKind>(found - kBackendKindNames.begin())};
+  constexpr auto kKinds = enum_values<BackendKind>();
+  const auto* const found =
+      std::ranges::find(kKinds, text.substr(0, colon), enum_name<BackendKind>);
+  if (found == kKinds.end()) return std::nullopt;
+  BackendName name{*found};
   if (colon == std::string_view::npos) return name;
   const char* const end = text.data() + text.size();
   int device = -1;
@@ -57,7 +54,7 @@ struct BackendName {
 
 /// "auto", "cpu", "cuda", "cuda:1".
 [[nodiscard]] inline std::string to_string(const BackendName& name) {
-  std::string text(kBackendKindNames[static_cast<std::size_t>(name.kind)]);
+  std::string text(enum_name(name.kind));
   if (name.device) text += ":" + std::to_string(*name.device);
   return text;
 }

@@ -5,8 +5,8 @@
 #include <span>
 #include <string_view>
 
-/// What an error's reason means to a caller, declared once: the server's status, retries, exit
-/// codes and the table of docs/protocol.md come from here.
+/// What an error's reason means to a caller. `proto/declaration/reasons.toml` declares it: the
+/// server's status, retries, exit codes, Python's exceptions and docs/protocol.md come from there.
 namespace meshsmooth {
 
 /// The status of a failed call. The numbers are those of gRPC.
@@ -66,5 +66,8 @@ struct ErrorReason {
 
 /// "INVALID_ARGUMENT".
 [[nodiscard]] std::string_view status_code_name(StatusCode code);
+
+/// The exit code of a failed call without a known reason; `failed` for unknown codes.
+[[nodiscard]] ExitCode exit_code_of(StatusCode code);
 
 }  // namespace meshsmooth

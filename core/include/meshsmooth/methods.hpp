@@ -1,31 +1,20 @@
 #pragma once
 
+// Made by scripts/tables from proto/declaration; do not edit.
+// clang-format off
+
 #include <variant>
 
+#include "meshsmooth/enums.hpp"
+
 namespace meshsmooth {
-
-/// The order in which the nodes of one sweep see each other's moves.
-enum class Form {
-  automatic,     ///< The method's own: `MethodTraits::forms`, the first.
-  jacobi,        ///< Reads the old positions, writes new ones.
-  gauss_seidel,  ///< In place, colour by colour; deterministic.
-  asynchronous,  ///< In place, unordered; not deterministic.
-};
-
-/// The weights of a node's neighbours.
-enum class Weighting {
-  uniform,              ///< The mean of the 1-ring.
-  inverse_edge_length,  ///< Ring node j by 1 / |x_j - x_i|.
-  edge_length,          ///< Ring node j by |x_j - x_i|.
-  ball_volume,          ///< Centroids of the ball's elements by their volume (area).
-};
 
 /// Moves each node towards the weighted mean of its neighbours:
 /// x' = x + relaxation * (weighted mean - x). Inverts elements unless guarded.
 ///
 /// Source: Xiao et al. 2019, eq. 1, for the uniform weights. O(edges) per sweep.
 struct Laplacian {
-  Weighting weighting = Weighting::uniform;
+  Weighting weighting = Weighting::uniform;  ///< Weights of the neighbours.
   double relaxation = 1.0;  ///< Share of the step that is taken, (0, 1].
 };
 
@@ -35,7 +24,7 @@ struct Laplacian {
 /// Source: Freitag 1997, "On combining Laplacian and optimization-based mesh smoothing techniques".
 /// O(elements) per sweep.
 struct SmartLaplacian {
-  Weighting weighting = Weighting::uniform;
+  Weighting weighting = Weighting::uniform;  ///< Weights of the neighbours.
   double relaxation = 1.0;  ///< Share of the step that is taken, (0, 1].
 };
 
@@ -46,7 +35,7 @@ struct SmartLaplacian {
 /// iteration.
 struct Taubin {
   double lambda = 0.6307;  ///< Factor of the first step, (0, 1].
-  double mu = -0.6732;     ///< Factor of the second step, finite and below -lambda.
+  double mu = -0.6732;  ///< Factor of the second step, below minus lambda.
 };
 
 /// Averages, then pushes the nodes back towards their original and previous positions.
@@ -55,47 +44,7 @@ struct Taubin {
 /// section 4. O(edges) per sweep.
 struct HcLaplacian {
   double alpha = 0.0;  ///< Weight of the original position, [0, 1].
-  double beta = 0.5;   ///< Share of the node's own difference, [0, 1].
-};
-
-/// How the series of `WindowedSinc` fades out.
-enum class Window {
-  nuttall,  ///< Keeps the size of a mesh to 0.1 %. The default of VTK from 9.4 on.
-  hamming,  ///< Changes the size by up to 0.5 %. That of VTK before 9.4.
-};
-
-/// A low-pass filter: the series of Chebyshev polynomials of the ring operator K x = x - mean of
-/// the ring that approximates a step, one term per iteration. Components of K's eigenvalue below
-/// the pass band stay, those above vanish; the more iterations, the sharper. As
-/// vtkWindowedSincPolyDataFilter with NormalizeCoordinates on, but fixed nodes keep their
-/// positions, and the mesh keeps its size where VTK finds no offset of the step.
-///
-/// The iterations end at their limit, at most `kMostFilterIterations`; the tolerance does not end
-/// them. Guard, sliding and movement limit act once, on the result.
-///
-/// Source: Taubin, Zhang, Golub 1996, "Optimal surface smoothing as filter design". O(edges) per
-/// iteration.
-struct WindowedSinc {
-  Window window = Window::nuttall;
-  double pass_band = 0.1;  ///< Eigenvalue where the pass band ends, [0.001, 2].
-};
-
-/// The quality that `Optimize` aims at.
-enum class Goal {
-  average,   ///< The mean: sum of the inverse mean ratios.
-  balanced,  ///< The mean and the worst: sum of their squares.
-  worst,     ///< The worst: sum of their fourth powers, then up to the 32nd in poor balls.
-};
-
-/// The shape that `Optimize` gives each element.
-enum class Target {
-  /// Its shape in `SmoothOptions::reference`. Without one: simplices their ideal shape; other
-  /// elements right angles at their own aspect ratio where it is meant, as in a boundary layer,
-  /// else equal edges (docs/methods.md, Targets).
-  automatic,
-  ideal,      ///< The ideal shape of its type: equal edges.
-  input,      ///< Its shape in the input.
-  reference,  ///< Its shape in `SmoothOptions::reference`, which must be there.
+  double beta = 0.5;  ///< Share of the node's own difference, [0, 1].
 };
 
 /// Moves each node down the energy of its ball: the sum over the element corners around it of f^p,
@@ -112,23 +61,31 @@ enum class Target {
 /// Sources: Knupp 2001, "Algebraic mesh quality metrics", for the mean ratio; Garanzha et al. 2021,
 /// "Foldover-free maps in 50 lines of code", for the regularization. O(elements) per sweep.
 struct Optimize {
-  Goal goal = Goal::balanced;
+  Goal goal = Goal::balanced;  ///< Elements to improve: all, the worst, or both.
   /// The run ends once the worst mean ratio of the elements that are not locked reaches this; with
   /// Goal::worst only balls below it are refined. [0, 1); 0: no target.
-  double target_quality = 0;
-  Target target = Target::automatic;
-  /// Holds each node near its input position: adds this times its squared distance from there, over
-  /// the mean squared length of the edges at it, to the energy. >= 0.
-  double stay = 0;
+  double target_quality = 0.0;
+  Target target = Target::automatic;  ///< Shape that elements aim at.
+  /// Holds each node near its input position: adds this times its squared distance from there, over the
+  /// mean squared length of the edges at it, to the energy. >= 0.
+  double stay = 0.0;
 };
 
-/// Where `Move` begins to solve for the displacement.
-enum class Start {
-  cold,  ///< At 0.
-  /// Where the last two warm motions on the same kept reference and fixed nodes lead to, if they
-  /// were smooth: fewer iterations to the same residual. The bits depend on those motions, what
-  /// they differ by is within the residual.
-  warm,
+/// A low-pass filter: the series of Chebyshev polynomials of the ring operator K x = x - mean of
+/// the ring that approximates a step, one term per iteration. Components of K's eigenvalue below
+/// the pass band stay, those above vanish; the more iterations, the sharper. As
+/// vtkWindowedSincPolyDataFilter with NormalizeCoordinates on, but fixed nodes keep their
+/// positions, and the mesh keeps its size where VTK finds no offset of the step.
+///
+/// The iterations end at their limit, at most `kMostFilterIterations`; the tolerance does not end
+/// them. Guard, sliding and movement limit act once, on the result.
+///
+/// Source: Taubin, Zhang, Golub 1996, "Optimal surface smoothing as filter design". O(edges) per
+/// iteration.
+struct WindowedSinc {
+  Window window = Window::nuttall;  ///< Window of the filter's series.
+  /// Eigenvalue of the ring operator below which the shape stays, [0.001, 2].
+  double pass_band = 0.1;
 };
 
 /// Moves nodes to given positions (`SmoothOptions::prescribed`) and lets the rest of the mesh
@@ -147,11 +104,10 @@ enum class Start {
 /// for Laplace's equation; those of `Optimize` for the sweeps. O(elements) per sweep, O(edges) per
 /// iteration of the solver.
 struct Move {
-  /// Target::ideal, or the reference by any other name.
-  Target target = Target::automatic;
+  Target target = Target::automatic;  ///< Target::ideal, or the reference by any other name.
   /// The smallest share of the motion that is tried before the job gives up, (0, 1].
-  double least_step = 1.0 / 64;
-  Start start = Start::cold;
+  double least_step = 0.015625;
+  Start start = Start::cold;  ///< Start of the solver; warm: from earlier motions of a session.
 };
 
 /// A smoothing method with its parameters; `MethodTraits` describes each.

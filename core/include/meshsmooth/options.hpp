@@ -12,19 +12,6 @@
 
 namespace meshsmooth {
 
-/// What nodes on the boundary and between regions may do.
-enum class BoundaryPolicy {
-  fixed,  ///< They stay.
-  free,   ///< They move like all others.
-  slide,  ///< They move in their plane or on their curved part, along their crease; corners stay.
-};
-
-/// What happens to a mesh that arrives with inverted elements.
-enum class TangledPolicy {
-  repair,  ///< The method repairs what it can; the summary counts the rest.
-  refuse,  ///< `InvalidMesh` (MESH_TANGLED).
-};
-
 /// When a method has converged: the largest move of a sweep is below `value`. For `Optimize` with a
 /// relative tolerance: a sweep lowers the p-norm of a ball's inverse mean ratios by less than this
 /// share, in the mean over the nodes that still move, and the sweeps to come are estimated to add

@@ -7,32 +7,12 @@
 #include <string_view>
 #include <vector>
 
+#include "meshsmooth/enums.hpp"
 #include "meshsmooth/mesh.hpp"
 
 namespace meshsmooth {
 
-/// How much the evaluation of a mesh reports.
-enum class QualityDetail {
-  full,   // every metric of every element
-  brief,  // counts of inverted and degenerate, volumes, worst elements: a third of the time
-};
-
-enum class QualityMetric {
-  mean_ratio,          // every type, worst corner; 1 = ideal, negative = inverted
-  scaled_jacobian,     // every type, worst corner, ideal corner = 1; a pyramid may exceed 1; of
-                       // a curved element a lower bound of the least in it, by about 0.003
-  radius_ratio,        // tetrahedra: 3 inradius / circumradius, signed
-  min_dihedral_angle,  // tetrahedra, degrees; 0 when inverted
-  max_dihedral_angle,  // tetrahedra, degrees; 180 when inverted
-  min_angle,           // triangles, degrees; 0 when inverted
-  max_angle,           // triangles, degrees; 180 when inverted
-};
-
-inline constexpr std::array kQualityMetrics = {
-    QualityMetric::mean_ratio,         QualityMetric::scaled_jacobian,
-    QualityMetric::radius_ratio,       QualityMetric::min_dihedral_angle,
-    QualityMetric::max_dihedral_angle, QualityMetric::min_angle,
-    QualityMetric::max_angle};
+inline constexpr auto kQualityMetrics = enum_values<QualityMetric>();
 
 /// @returns the metric's name as in the enum.
 [[nodiscard]] std::string_view metric_name(QualityMetric metric);

@@ -11,30 +11,7 @@
 
 namespace meshsmooth {
 
-/// Metrics for acceptance criteria, beside those that a job reports. They are computed on the CPU.
-/// Infinite where their denominator is zero or, for `condition_number`, a corner is inverted.
-enum class ShapeMetric {
-  /// Longest edge over a height, 1 = ideal. Triangles, quads, tetrahedra.
-  aspect_ratio,
-  /// Longest edge over the shortest, at least 1. All types.
-  edge_ratio,
-  /// Deviation of the angles of the faces from 60 or 90 degrees, in tetrahedra also of those
-  /// between the faces from acos(1/3): 0 = ideal, 1 = flat, above 1 with an angle of more than 180
-  /// degrees. All types.
-  equiangle_skew,
-  /// Of the Jacobian matrix, worst corner, 1 = ideal. All types but pyramids.
-  condition_number,
-  /// Angle between the normal of a face and the line between the centres of its two elements, in
-  /// degrees; the largest over the faces that the element shares. Volume elements that share one.
-  non_orthogonality,
-  /// Distance between the centre of a face and that line, over the size of the face; the largest
-  /// over the faces of the element. Volume elements.
-  skewness,
-};
-
-inline constexpr std::array kShapeMetrics = {
-    ShapeMetric::aspect_ratio,     ShapeMetric::edge_ratio,        ShapeMetric::equiangle_skew,
-    ShapeMetric::condition_number, ShapeMetric::non_orthogonality, ShapeMetric::skewness};
+inline constexpr auto kShapeMetrics = enum_values<ShapeMetric>();
 
 /// Any metric of an element.
 using ElementMetric = std::variant<QualityMetric, ShapeMetric>;

@@ -20,9 +20,6 @@
 
 namespace meshsmooth {
 
-/// The stages of a job, in order.
-enum class Stage { find_neighbours, find_boundary, iterate, evaluate };
-
 /// How far a job is.
 struct Progress {
   Stage stage = Stage::find_neighbours;

@@ -5,29 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "meshsmooth/enums.hpp"
 #include "meshsmooth/quality.hpp"
 
 namespace meshsmooth {
-
-/// Why a job stopped.
-enum class StopReason {
-  converged,              ///< The largest move fell below the tolerance.
-  target_reached,         ///< The worst element reached `Optimize::target_quality`.
-  iteration_limit,        ///< `SmoothOptions::max_iterations` were done.
-  compute_budget,         ///< `SmoothOptions::compute_budget` was used up.
-  stagnated,              ///< Nodes are held back, or moves no longer shrink.
-  cancelled_with_result,  ///< Cancelled by a caller who wants the positions reached.
-};
-
-/// The rule by which a job converged or stagnated.
-enum class EndRule {
-  none,         ///< It ended by a limit, a target or the caller.
-  at_rest,      ///< No node moves any more.
-  small_moves,  ///< The largest move fell below the tolerance.
-  small_gains,  ///< `Optimize`: further sweeps would lower the energy by less than the tolerance.
-  no_progress,  ///< Moves no longer shrink; `Optimize`: tangled balls do not become better.
-  all_held,     ///< Every move was rejected.
-};
 
 /// How the sweeps converged. Lengths are in the mesh's unit.
 struct Convergence {

@@ -19,10 +19,6 @@ inline constexpr std::size_t kMetricCount = kQualityMetrics.size();
 inline constexpr std::size_t kBinCount = 2048;
 inline constexpr std::size_t kHistogramSize = 32;
 inline constexpr std::size_t kWorstCount = 10;
-inline constexpr std::array<std::string_view, kMetricCount> kMetricNames = {
-    "mean_ratio",         "scaled_jacobian", "radius_ratio", "min_dihedral_angle",
-    "max_dihedral_angle", "min_angle",       "max_angle"};
-
 /// What the histograms of a metric cover.
 struct MetricRange {
   double lower, upper;

@@ -13,9 +13,6 @@
 namespace meshsmooth {
 namespace {
 
-/// By `Form`.
-constexpr std::string_view kFormNames[] = {"automatic", "jacobi", "gauss_seidel", "asynchronous"};
-
 // Written so that a NaN fails.
 void need(bool in_range, const std::string& field, double value, std::string_view range) {
   if (in_range) return;
@@ -44,8 +41,8 @@ void validate_form(const M&, Form form) {
   }
   throw NotSupported("OPTION_NOT_SUPPORTED",
                      std::string(Traits::name) + " " + std::string(Traits::form_reason) +
-                         ", it has only the " +
-                         std::string(kFormNames[int(Traits::forms.front())]) + " form",
+                         ", it has only the " + std::string(enum_name(Traits::forms.front())) +
+                         " form",
                      {{"field", "form"}});
 }
 
@@ -77,8 +74,7 @@ void validate_target(const SmoothOptions& options) {
   }
   if (method->target == Target::ideal || method->target == Target::input) {
     throw NotSupported("OPTION_NOT_SUPPORTED",
-                       "optimize.target is " +
-                           std::string(detail::kTargetNames[int(method->target)]) +
+                       "optimize.target is " + std::string(enum_name(method->target)) +
                            ", but there is a reference; leave out one of them",
                        {{"field", "optimize.target"}});
   }

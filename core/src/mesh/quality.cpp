@@ -164,9 +164,7 @@ ElementMeasure measure_element(ElementType type, const Vec3d* nodes, Vec3d refer
   return detail::measure_nodes(type, nodes, reference);
 }
 
-std::string_view metric_name(QualityMetric metric) {
-  return detail::kMetricNames[static_cast<std::size_t>(metric)];
-}
+std::string_view metric_name(QualityMetric metric) { return enum_name(metric); }
 
 std::optional<QualityMetric> find_metric(std::string_view name) {
   const auto* const found = std::ranges::find(kQualityMetrics, name, metric_name);

@@ -13,10 +13,6 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-constexpr std::array<std::string_view, kShapeMetrics.size()> kNames = {
-    "aspect_ratio",     "edge_ratio",        "equiangle_skew",
-    "condition_number", "non_orthogonality", "skewness"};
-
 bool has_shape_metric(ElementType of, ShapeMetric metric) {
   const ElementType type = linear_type(of);
   switch (metric) {
@@ -200,10 +196,7 @@ double condition_number(const ElementShape& shape, const Vec3d* p) {
 }  // namespace
 
 std::string_view element_metric_name(ElementMetric metric) {
-  if (const auto* shape = std::get_if<ShapeMetric>(&metric)) {
-    return kNames[static_cast<std::size_t>(*shape)];
-  }
-  return metric_name(std::get<QualityMetric>(metric));
+  return std::visit([](auto own) { return enum_name(own); }, metric);
 }
 
 std::vector<ElementMetric> element_metrics() {

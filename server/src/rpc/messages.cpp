@@ -39,24 +39,10 @@ void check_request_id(const std::string& id) {
 }
 
 Priority decode_priority(v1::Priority priority) {
-  switch (priority) {
-    case v1::PRIORITY_BATCH:
-      return Priority::batch;
-    case v1::PRIORITY_UNSPECIFIED:
-    case v1::PRIORITY_NORMAL:
-      return Priority::normal;
-    case v1::PRIORITY_INTERACTIVE:
-      return Priority::interactive;
-    default:
-      throw_not_supported("priority", "unknown priority " + std::to_string(priority));
-  }
+  if (priority == v1::PRIORITY_UNSPECIFIED) return Priority::normal;
+  if (const auto known = wire::decode_enum<Priority>(priority)) return *known;
+  throw_not_supported("priority", "unknown priority " + std::to_string(priority));
 }
-
-v1::Priority encode_priority(Priority priority) {
-  return static_cast<v1::Priority>(static_cast<int>(priority) + 1);
-}
-static_assert(static_cast<int>(Priority::batch) + 1 == v1::PRIORITY_BATCH &&
-              static_cast<int>(Priority::interactive) + 1 == v1::PRIORITY_INTERACTIVE);
 
 BackendName backend_name(std::string_view backend) {
   return parse_backend_name(backend).value_or(BackendName{.kind = BackendKind::cpu});
@@ -64,7 +50,7 @@ BackendName backend_name(std::string_view backend) {
 
 void check_backend(v1::BackendKind wanted, std::string_view backend) {
   if (wanted == v1::BACKEND_KIND_UNSPECIFIED ||
-      wanted == wire::encode_backend_kind(backend_name(backend).kind)) {
+      wanted == wire::encode_enum(backend_name(backend).kind)) {
     return;
   }
   if (!v1::BackendKind_IsValid(wanted)) {
@@ -146,15 +132,9 @@ void add_methods(v1::GetServerInfoResponse& info) {
 }
 
 QualityDetail decode_quality_detail(v1::QualityDetail detail) {
-  switch (detail) {
-    case v1::QUALITY_DETAIL_UNSPECIFIED:
-    case v1::QUALITY_DETAIL_FULL:
-      return QualityDetail::full;
-    case v1::QUALITY_DETAIL_BRIEF:
-      return QualityDetail::brief;
-    default:
-      throw_not_supported("quality_detail", "unknown detail " + std::to_string(detail));
-  }
+  if (detail == v1::QUALITY_DETAIL_UNSPECIFIED) return QualityDetail::full;
+  if (const auto known = wire::decode_enum<QualityDetail>(detail)) return *known;
+  throw_not_supported("quality_detail", "unknown detail " + std::to_string(detail));
 }
 
 [[noreturn]] void throw_topology_not_found(const std::string& name) {
@@ -275,10 +255,10 @@ DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& caller, Engi
 
 v1::Progress encode_progress(const JobSnapshot& now, int queue_position) {
   v1::Progress message;
-  message.set_state(wire::encode_state(now.state));
+  message.set_state(wire::encode_enum(now.state));
   message.set_queue_position(queue_position);
   if (now.progress_count == 0) return message;
-  message.set_stage(wire::encode_stage(now.progress.stage));
+  message.set_stage(wire::encode_enum(now.progress.stage));
   message.set_iteration(now.progress.iteration);
   message.set_max_displacement(now.progress.max_displacement);
   message.set_rms_displacement(now.progress.rms_displacement);
@@ -291,7 +271,7 @@ v1::Job encode_job(const Job& job, const Engine& engine) {
   v1::Job message;
   message.set_name(job.name());
   message.set_request_id(request.request_id);
-  message.set_state(wire::encode_state(now.state));
+  message.set_state(wire::encode_enum(now.state));
   *message.mutable_create_time() = encode_time(now.times.created);
   if (now.times.started) {
     const auto delay = std::chrono::duration_cast<std::chrono::system_clock::duration>(
@@ -302,7 +282,7 @@ v1::Job encode_job(const Job& job, const Engine& engine) {
   if (request.kept() && now.summary) {
     *message.mutable_expire_time() = encode_time(now.times.expires_wall);
   }
-  message.set_priority(encode_priority(request.priority));
+  message.set_priority(wire::encode_enum(request.priority));
   message.set_node_count(request.layout.node_count);
   message.set_element_count(request.layout.element_count());
   message.set_queue_position(engine.queue().position(job));
@@ -321,7 +301,7 @@ v1::ResultHeader encode_result_header(const Job& job, const JobSnapshot& now, bo
   header.set_topology_name(now.topology_name);
   header.set_in_region(in_region);
   for (const QualityMetric metric : job.request().options.element_quality_metrics) {
-    header.add_element_quality_metrics(wire::encode_metric(metric));
+    header.add_element_quality_metrics(wire::encode_enum(metric));
   }
   return header;
 }
@@ -379,7 +359,7 @@ v1::GetServerInfoResponse encode_server_info(const Engine& engine) {
     const int device = info.backends_size();
     v1::Backend* backend = info.add_backends();
     const BackendName parsed = backend_name(name);
-    backend->set_kind(wire::encode_backend_kind(parsed.kind));
+    backend->set_kind(wire::encode_enum(parsed.kind));
     backend->set_name(name);
     // The memory that the backend computes in.
     const bool on_device = has_devices(parsed.kind);

@@ -187,7 +187,7 @@ class SmoothingService final : public SmoothingServiceBase {
           const auto wanted = [&](const Job& job) {
             return request.states().empty() ||
                    std::ranges::count(request.states(),
-                                      static_cast<int>(wire::encode_state(job.state()))) > 0;
+                                      static_cast<int>(wire::encode_enum(job.state()))) > 0;
           };
           const auto jobs = engine_.store().list(
               caller.name, decode_page_token(request.page_token()), page_size + 1, wanted);

@@ -13,7 +13,20 @@ from typing import Annotated, Any, Literal, NamedTuple, Protocol, SupportsIndex,
 
 from numpy.typing import NDArray
 
-from ._methods import Goal, Method, MethodName, Move, Target
+from ._methods import (
+    Backend,
+    Boundary,
+    Detail,
+    Form,
+    Goal,
+    Method,
+    MethodName,
+    Metric,
+    Move,
+    Priority,
+    Tangled,
+    Target,
+)
 from ._progress import Progress
 
 
@@ -32,17 +45,6 @@ class SupportsDlpack(Protocol):
 Numbers = NDArray[Any] | SupportsArray | SupportsDlpack | Sequence[SupportsIndex]
 Nodes = Numbers | str | Sequence[str] | None
 Vectors = NDArray[Any] | SupportsArray | SupportsDlpack | Sequence[Sequence[float]]
-Boundary = Literal["fixed", "slide", "free"]
-Form = Literal["jacobi", "gauss-seidel", "asynchronous"]
-Metric = Literal[
-    "mean_ratio",
-    "scaled_jacobian",
-    "radius_ratio",
-    "min_dihedral_angle",
-    "max_dihedral_angle",
-    "min_angle",
-    "max_angle",
-]
 Duration = float | str | datetime.timedelta
 
 
@@ -191,7 +193,7 @@ class JobOptions(TypedDict, total=False):
         Option("what never_worse keeps; else the least values of both", field="metric"),
     ]
     tangled: Annotated[
-        Literal["repair", "refuse"],
+        Tangled,
         Option("what happens to a mesh with inverted elements", "'repair'", field="tangled_policy"),
     ]
     report_below: Annotated[
@@ -214,7 +216,7 @@ class JobOptions(TypedDict, total=False):
         ),
     ]
     quality: Annotated[
-        Literal["full", "brief"],
+        Detail,
         Option("'brief': no metrics, counts only", "'full'", field="spec.quality_detail"),
     ]
     element_quality: Annotated[
@@ -225,11 +227,11 @@ class JobOptions(TypedDict, total=False):
         ),
     ]
     backend: Annotated[
-        Literal["auto", "cpu", "cuda"],
+        Backend,
         Option("where the server computes", "'auto'", field="spec.backend_kind"),
     ]
     priority: Annotated[
-        Literal["batch", "normal", "interactive"],
+        Priority,
         Option("whose jobs go first", "'normal'", field="spec.priority"),
     ]
     queue_timeout: Annotated[

@@ -1,32 +1,30 @@
-"""Methods, with the parameters of each.
+"""Methods with their parameters, and what options have to choose from.
 
 What is unset stays unset: the server's default holds, in brackets here.
+
+Made by scripts/tables from proto/declaration; do not edit.
 """
+# fmt: off
+# ruff: noqa: E501
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
-Goal = Literal["average", "balanced", "worst"]
-Target = Literal["automatic", "ideal", "input", "reference"]
+Form = Literal["jacobi", "gauss-seidel", "asynchronous"]
 Weighting = Literal["uniform", "inverse-edge-length", "edge-length", "ball-volume"]
 Window = Literal["nuttall", "hamming"]
+Goal = Literal["average", "balanced", "worst"]
+Target = Literal["automatic", "ideal", "input", "reference"]
 Start = Literal["cold", "warm"]
-MethodName = Literal[
-    "optimize",
-    "laplacian",
-    "smart-laplacian",
-    "taubin",
-    "hc-laplacian",
-    "windowed-sinc",
-    "move",
-    "weighted-laplacian",
-]
-
-# The server's default limits for methods that converge long before.
-_MOST_ITERATIONS = 1000
-_MOST_OF_ALL_STEPS = 10_000
+Boundary = Literal["fixed", "slide", "free"]
+Tangled = Literal["repair", "refuse"]
+Detail = Literal["full", "brief"]
+Metric = Literal["mean_ratio", "scaled_jacobian", "radius_ratio", "min_dihedral_angle", "max_dihedral_angle", "min_angle", "max_angle"]
+Backend = Literal["auto", "cpu", "cuda"]
+Priority = Literal["batch", "normal", "interactive"]
+MethodName = Literal["optimize", "laplacian", "smart-laplacian", "taubin", "hc-laplacian", "windowed-sinc", "move", "weighted-laplacian"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,7 +42,7 @@ class Optimize:
     stay: float | None = None
 
     _name: ClassVar[str] = "optimize"
-    _iterations: ClassVar[int] = _MOST_ITERATIONS
+    _iterations: ClassVar[int] = 1000
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,7 +58,7 @@ class Laplacian:
     relaxation: float | None = None
 
     _name: ClassVar[str] = "laplacian"
-    _iterations: ClassVar[int] = _MOST_ITERATIONS
+    _iterations: ClassVar[int] = 1000
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,7 +74,7 @@ class SmartLaplacian:
     relaxation: float | None = None
 
     _name: ClassVar[str] = "smart_laplacian"
-    _iterations: ClassVar[int] = _MOST_ITERATIONS
+    _iterations: ClassVar[int] = 1000
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -143,21 +141,15 @@ class Move:
     start: Start | None = None
 
     _name: ClassVar[str] = "move"
-    _iterations: ClassVar[int] = _MOST_OF_ALL_STEPS
+    _iterations: ClassVar[int] = 10000
 
 
 Method = Optimize | Laplacian | SmartLaplacian | Taubin | HcLaplacian | WindowedSinc | Move
 
 NAMED_METHODS: dict[str, Method] = {
     method._name.replace("_", "-"): method
-    for method in (
-        Optimize(),
-        Laplacian(),
-        SmartLaplacian(),
-        Taubin(),
-        HcLaplacian(),
-        WindowedSinc(),
-        Move(),
-    )
+    for method in (Optimize(), Laplacian(), SmartLaplacian(), Taubin(), HcLaplacian(), WindowedSinc(), Move())
 }
 NAMED_METHODS["weighted-laplacian"] = Laplacian(weighting="inverse-edge-length")
+# Fields that are called otherwise on the wire.
+WIRE_NAMES = {"relaxation": "relaxation_factor", "lambda_": "lambda"}

@@ -27,12 +27,8 @@ from ._job_options import (
     JobOptions,
     choices_of,
 )
-from ._methods import NAMED_METHODS, Method, Move, Optimize
+from ._methods import NAMED_METHODS, WIRE_NAMES, Method, Move, Optimize
 from .v1 import smoothing_pb2 as pb
-
-# Fields of methods that are called otherwise on the wire.
-_WIRE_NAMES = {"lambda_": "lambda", "relaxation": "relaxation_factor"}
-
 
 # What other packages call ours.
 _ELSEWHERE = {
@@ -207,7 +203,7 @@ def _encode_method(method: Method, message: pb.SmoothingOptions) -> None:
     for field in fields(method):
         value = getattr(method, field.name)
         if value is not None:
-            name = _WIRE_NAMES.get(field.name, field.name)
+            name = WIRE_NAMES.get(field.name, field.name)
             _set(own, name, field.name, value, choices_of(hints[field.name]))
 
 
@@ -269,7 +265,7 @@ def name_option(error: Error) -> None:
 
 _KEYWORDS = {
     "absolute_movement_limit": "movement_limit",
-    **{wire: name.rstrip("_") for name, wire in _WIRE_NAMES.items()},
+    **{wire: name.rstrip("_") for name, wire in WIRE_NAMES.items()},
     **{option.field: name for name, (_, option) in OPTIONS.items() if option.field},
 }
 

@@ -11,8 +11,8 @@ from ._adapters import find_adapter
 from ._cell_types import ELEMENT_TO_VTK
 from ._cells import Cells
 from ._default import default_client
-from ._job_options import Metric
 from ._mesh import Mesh
+from ._methods import Metric
 
 
 def plot_quality(

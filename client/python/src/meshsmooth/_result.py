@@ -13,8 +13,9 @@ from . import _options
 from ._adapter import Adapter
 from ._adapters import find_adapter
 from ._errors import misplaced, out_of_range
-from ._job_options import MOVE_OPTIONS, JobOptions, Metric, MoveOptions
+from ._job_options import MOVE_OPTIONS, JobOptions, MoveOptions
 from ._mesh import Mesh
+from ._methods import Metric
 from ._prescribed import prescribe_motion
 from ._progress import enum_name
 from ._received import Result

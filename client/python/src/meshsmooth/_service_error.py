@@ -1,7 +1,6 @@
 """gRPC statuses to errors, with the hints that the command line gives.
 
-Mirrors client/src/service_error.cpp. The texts of gRPC and of proxies are those of gRPC 1.51 to
-1.85, HAProxy 2.6 and nginx 1.22.
+Reasons, texts and hints are declared in proto/declaration, for client/src/service_error.cpp too.
 """
 
 from __future__ import annotations
@@ -14,47 +13,9 @@ from typing import Protocol
 import grpc
 
 from . import _errors as errors
+from . import _tables
+from ._tables import ERRORS_BY_REASON, ERRORS_BY_STATUS, FAILURES, NEVER_CONNECTED, Failure
 from .v1 import error_details_pb2 as details_pb2
-
-_UNCHANGED = "; the mesh here is unchanged"
-
-_OPTION_REASONS = {
-    "OPTION_OUT_OF_RANGE",
-    "OPTION_NOT_SUPPORTED",
-    "BACKEND_NOT_AVAILABLE",
-    "REQUEST_ID_REUSED",
-    "RESULT_OFFSET_PAST_END",
-}
-_MESH_REASONS = {
-    "ARRAY_SIZE_MISMATCH",
-    "FACET_OVERUSED",
-    "INDEX_OUT_OF_RANGE",
-    "MESH_EMPTY",
-    "MESH_TANGLED",
-    "MID_NODE_MISPLACED",
-    "MIXED_DIMENSIONS",
-    "MIXED_ORDERS",
-    "NON_FINITE_COORDINATE",
-    "PAIR_HALF_PRESCRIBED",
-    "PRESCRIBED_AND_FIXED",
-    "PRESCRIBED_TWICE",
-    "REFERENCE_DIFFERS",
-    "REFERENCE_FLAT",
-    "REFERENCE_TANGLED",
-    "REPEATED_NODE",
-}
-_TYPES: dict[str, type[errors.Error]] = {
-    "UNAVAILABLE": errors.Unavailable,
-    "UNAUTHENTICATED": errors.AccessDenied,
-    "PERMISSION_DENIED": errors.AccessDenied,
-    "NOT_FOUND": errors.NotFound,
-    "DEADLINE_EXCEEDED": errors.DeadlineExceeded,
-    "CANCELLED": errors.Cancelled,
-    "INTERNAL": errors.ServerError,
-    "DATA_LOSS": errors.ServerError,
-    "UNKNOWN": errors.ServerError,
-    "UNIMPLEMENTED": errors.ServerError,
-}
 
 
 @dataclass(frozen=True)
@@ -101,21 +62,16 @@ def to_error(status: Status, facts: CallFacts) -> errors.Error:
         hint = (
             f"try again in {told.retry_delay:.3g} s"
             if told.retry_delay > 0
-            else "try again at once, or elsewhere"
+            else _tables.AT_ONCE_HINT
         )
     if code == "UNAUTHENTICATED":
-        hint = "set Client(token=…)"
+        hint = _tables.TOKEN_HINT
     return _make(code, told.reason, text, told.metadata, hint, told.retry_delay)
 
 
 def broken_answer(what: str) -> errors.ServerError:
     """Returns the error of an answer that breaks the protocol."""
-    return errors.ServerError(
-        what,
-        code="DATA_LOSS",
-        hint="server and client are incompatible, or a proxy between them truncates responses"
-        + _UNCHANGED,
-    )
+    return errors.ServerError(what, code="DATA_LOSS", hint=_tables.BROKEN_ANSWER_HINT)
 
 
 def _make(
@@ -126,14 +82,8 @@ def _make(
     hint: str,
     retry_delay: float | None,
 ) -> errors.Error:
-    kind = _TYPES.get(code, errors.Error)
-    if reason in _MESH_REASONS:
-        kind = errors.InvalidMesh
-    elif reason in _OPTION_REASONS:
-        kind = errors.InvalidOption
-    elif reason == "MESH_TOO_LARGE":
-        kind = errors.TooLarge
-    elif code == "RESOURCE_EXHAUSTED":
+    kind = ERRORS_BY_REASON.get(reason) or ERRORS_BY_STATUS.get(code, errors.Error)
+    if kind is errors.Error and code == "RESOURCE_EXHAUSTED":
         kind = errors.Busy if retry_delay is not None else errors.ServerError
     error = kind(
         message, reason=reason, code=code, details=details, hint=hint, retry_delay=retry_delay
@@ -200,29 +150,12 @@ def _parse_details(value: bytes) -> _Details | None:
     return _Details(info.reason, dict(info.metadata), retry_delay) if info.reason else None
 
 
-def _has(text: str, *words: str) -> bool:
+def _has(text: str, words: Iterable[str]) -> bool:
     return any(word in text for word in words)
 
 
-def _was_reset(text: str, code: int) -> bool:
-    return "RST_STREAM" in text and text.endswith(f"error code {code}")
-
-
 def _never_connected(text: str) -> bool:
-    return _has(
-        text,
-        "failed to connect",
-        "onnection refused",
-        "resolution failed",
-        "empty address list",
-        "o such file or directory",
-        "errors resolving",
-        "DNS resolution",
-    )
-
-
-def _name_unknown(text: str) -> bool:
-    return _has(text, "omain name not found", "isformatted domain name", "or service not known")
+    return _has(text, NEVER_CONNECTED)
 
 
 def _broken_off(code: str, text: str) -> bool:
@@ -251,105 +184,22 @@ def _foreign_message(code: str, text: str, facts: CallFacts) -> str:
 
 
 def _foreign_hint(code: str, text: str, facts: CallFacts) -> str:
-    if code == "UNAVAILABLE":
-        return _unavailable_hint(text, facts.server)
-    if code == "DEADLINE_EXCEEDED":
-        if not facts.answered:
-            return (
-                "no response received; a proxy may be buffering the request "
-                "(nginx: grpc_pass, not proxy_pass)" + _UNCHANGED
-            )
-        return (
-            "allow more time, or set compute_budget to get the best result reached in it"
-            + _UNCHANGED
-        )
-    if code == "CANCELLED" or (code == "UNKNOWN" and "Stream removed" in text):
-        return "" if facts.cancelled_by_caller else _proxy_ended_hint()
-    if code == "INTERNAL":
-        return _internal_hint(text)
-    if code == "UNIMPLEMENTED":
-        return (
-            f"what answers at {facts.server} is not a meshsmooth server, or is too old for "
-            "this call"
-        )
+    """What an error that no meshsmooth server sent usually means; "" if that is not known."""
+    conditions = {
+        "": True,
+        "never_connected": _never_connected(text),
+        "unanswered": not facts.answered,
+        "cancelled": facts.cancelled_by_caller,
+    }
+    for failure in FAILURES:
+        if code in failure.statuses and conditions[failure.condition] and _shows(failure, text):
+            return failure.hint.replace("{server}", facts.server)
     return ""
 
 
-def _proxy_ended_hint() -> str:
-    return (
-        "neither side cancelled: a proxy or the server ended the call (HAProxy: timeout client, "
-        "timeout server, or the server behind it is gone)" + _UNCHANGED
-    )
-
-
-def _internal_hint(text: str) -> str:
-    if _was_reset(text, 0):
-        return "a proxy cut the upload: lift its body limit (nginx: client_max_body_size 0)"
-    if _was_reset(text, 1):
-        return (
-            "a proxy gave up waiting: raise its timeouts (nginx: grpc_read_timeout, "
-            "client_body_timeout)"
-        )
-    if _was_reset(text, 2):
-        return (
-            "a proxy ended the call: lift its body limit (nginx: client_max_body_size 0) and raise "
-            "its timeouts (nginx: grpc_read_timeout, client_body_timeout), unless the server "
-            "behind it is gone" + _UNCHANGED
-        )
-    return "something between here and the server failed" + _UNCHANGED
-
-
-def _unavailable_hint(text: str, server: str) -> str:
-    # HAProxy 2.6 answers 502 or, while the request still comes in, REFUSED_STREAM (RFC 9113, §7).
-    if _was_reset(text, 7) or _has(
-        text, "http2 header with status: 50", "no server behind this proxy"
-    ):
-        return (
-            f"a proxy answers at {server}, but no server behind it does, or the two do not speak "
-            "HTTP/2 to each other"
-        )
-    if "http1.x server" in text:
-        return (
-            f"the peer at {server} does not speak HTTP/2; if it is a proxy, enable HTTP/2 (nginx: "
-            "listen … http2; HAProxy: proto h2, or alpn h2 with TLS)"
-        )
-    if hint := _tls_hint(text, server):
-        return hint
-    if _name_unknown(text):
-        return "the name is not known; an address is HOST:PORT, unix:PATH or dns:///NAME:PORT"
-    if _never_connected(text):
-        return (
-            "no server answers there; check the address, or start one with: "
-            f"meshsmooth-server --listen {server}"
-        )
-    return (
-        f"the connection to {server} broke while the job was under way: the server ended or the "
-        f"network failed{_UNCHANGED}, send it again"
-    )
-
-
-def _tls_hint(text: str, server: str) -> str:
-    """Why no secure connection was established; empty when TLS is not to blame."""
-    if _has(text, "certificate verify failed", "CERTIFICATE_VERIFY_FAILED"):
-        return (
-            f"the certificate of {server} is expired or not signed by an authority that this "
-            "client trusts; set Tls(ca=…)"
-        )
-    if "is not in peer certificate" in text:
-        return (
-            "the certificate is for another name; if that is the intended server, set "
-            "Tls(server_name=…)"
-        )
-    if _has(text, "wrong version number", "WRONG_VERSION_NUMBER"):
-        return f"the server at {server} runs without TLS; leave tls unset"
-    if _never_connected(text) and _has(text, "Socket closed", "onnection reset"):
-        return (
-            "the server closed the connection before the call: it may require TLS (Tls(ca=…)) or "
-            "a valid client certificate that it trusts (Tls(cert=…, key=…))"
-        )
-    if "empty address list" in text:
-        return (
-            "the files of Tls(cert=…, key=…) cannot be used: check that they are PEM and belong "
-            "together"
-        )
-    return ""
+def _shows(failure: Failure, text: str) -> bool:
+    """Whether the text of a call is one of a failure's."""
+    if failure.reset < 0 and not failure.texts:
+        return True
+    was_reset = "RST_STREAM" in text and text.endswith(f"error code {failure.reset}")
+    return was_reset or _has(text, failure.texts)
