@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 import meshsmooth as ms
-from meshsmooth import _call, _rpc
+from meshsmooth import _call
 from meshsmooth._adapters import read_mesh
 from meshsmooth._region import Region
 from meshsmooth._request import Request, TopologyUse
@@ -73,14 +73,14 @@ def inside(client: ms.Client, mesh: Any) -> tuple[Callable[[], None], Region]:
         Request(read_mesh(mesh), OPTIONS), TopologyUse(), 0, None, with_progress=False
     )
     size = call.placement.size
-    region = Region(connection.unary(_rpc.LEASE_REGION, pb.LeaseRegionRequest(size_bytes=size)))
+    region = Region(connection.run(connection.calls.lease(size)))
     call.use(region)
     message = pb.SmoothRequest.FromString(call.first)
     message.spec.request_id = ""  # another job each time
 
     def run() -> None:
         first = message.SerializeToString()
-        stream = connection._own_channel().unary_stream(_call.SMOOTH)(first, timeout=60)
+        stream = connection.open_channel()[0].unary_stream(_call.SMOOTH)(first, timeout=60)
         answers = [pb.SmoothResponse.FromString(answer) for answer in stream]
         assert any(answer.result.in_region for answer in answers)
 
@@ -101,7 +101,7 @@ def main() -> None:
         tcp = ms.Client(stack.enter_context(server(arguments.program, "127.0.0.1:0")))
         local = stack.enter_context(server(arguments.program, f"unix:{folder}/socket"))
         chunks, shared = ms.Client(local), ms.Client(local)
-        chunks._connection._regions = None
+        chunks._connection.calls._regions = None
         for megabytes in arguments.megabytes:
             mesh = cube(megabytes)
             own, region = inside(shared, mesh)

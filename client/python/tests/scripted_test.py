@@ -146,6 +146,17 @@ def test_busy_error_says_when(mock: MockServer, smooth: Smooth) -> None:
     assert caught.value.retry_after == 1.5
 
 
+def test_a_refusal_is_heard_while_chunks_are_sent(mock: MockServer, smooth: Smooth) -> None:
+    def busy(call: Call) -> None:
+        call.read_spec()
+        call.refuse(Code.RESOURCE_EXHAUSTED, "QUEUE_FULL", "full", delay=1.5)
+
+    mock.scripts = [busy]
+    for _ in range(20):  # either end of the call may be the first
+        with pytest.raises(ms.Busy):
+            smooth(MESH, max_attempts=1)
+
+
 def test_draining_server_is_left(mock: MockServer, smooth: Smooth) -> None:
     def drain(call: Call) -> None:
         call.read_spec()

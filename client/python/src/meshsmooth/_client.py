@@ -10,20 +10,20 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
 from numpy.typing import NDArray
 
-from . import _channel, _rpc
-from ._channel import Tls, Token
+from . import _rpc
+from ._channel import Tls, Token, make_endpoint
 from ._connection import Connection
+from ._control import Control
 from ._errors import out_of_range
-from ._job import Control, Job
+from ._job import Job
 from ._job_options import MOVE_OPTIONS, Duration, JobOptions, MoveOptions
 from ._progress import Progress, Tee, make_display
-from ._request import Request
+from ._request import Request, TopologyUse
 from ._result import Finish, SmoothResult, prepare, prepare_move
 from ._session import Session
 from ._signature import with_options
 from ._steps import Steps
 from ._summary import QualityStats
-from .v1 import smoothing_pb2 as pb
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -63,12 +63,12 @@ class Client:
                 clear.
             Unavailable: no local server can be started.
         """
-        self._connection = Connection(_channel.make_endpoint(address, tls, token, token_file))
+        self._connection = Connection(make_endpoint(address, tls, token, token_file))
 
     @property
     def address(self) -> str:
         """The address of the server."""
-        return self._connection.address
+        return self._connection.endpoint.address
 
     def close(self) -> None:
         """Closes the connection; calls under way end with `Cancelled`."""
@@ -139,7 +139,7 @@ class Client:
             KeyboardInterrupt: on Ctrl-C; the job is cancelled on the server.
         """
         request, finish = prepare(mesh, options, out, full)
-        return self._run(request, finish, options)
+        return self._run(request, finish)
 
     @overload
     def move(
@@ -188,11 +188,12 @@ class Client:
             Error: as `smooth`.
         """
         request, finish = prepare_move(mesh, options, out, full)
-        return self._run(request, finish, options)
+        return self._run(request, finish)
 
-    def _run(self, request: Request, finish: Finish, options: JobOptions) -> Any:
-        display = make_display(options.get("progress"))
-        result = self._connection.smooth(request, finish, Control(), display)
+    def _run(self, request: Request, finish: Finish, use: TopologyUse | None = None) -> Any:
+        control, display = Control(), make_display(request.options.get("progress"))
+        steps = self._connection.calls.smooth(request, finish, control, display, use=use)
+        result = self._connection.run(steps, control)
         finish.warn()
         return result
 
@@ -220,21 +221,11 @@ class Client:
         self, mesh: Any, full: bool, options: JobOptions, *, patient: bool = False
     ) -> Job[Any]:
         request, finish = prepare(mesh, options, None, full)
-        control = Control()
-        job: Job[Any] = Job(
-            self, request.request_id, control, kept="result_ttl" in options, warn=finish.warn
-        )
-        display = make_display(options.get("progress"), alone=False)
-        job._start(
-            functools.partial(
-                self._connection.smooth,
-                request,
-                finish,
-                control,
-                Tee(job._note, display),
-                patient=patient,
-            )
-        )
+        control = Control(kept="result_ttl" in options)
+        job: Job[Any] = Job(request.request_id, control, self.cancel, finish.warn)
+        display = Tee(job._note, make_display(options.get("progress"), alone=False))
+        steps = self._connection.calls.smooth(request, finish, control, display, patient=patient)
+        job._start(functools.partial(self._connection.run, steps, control))
         return job
 
     @overload
@@ -315,7 +306,8 @@ class Client:
             **options: `fixed`, `fixed_types`, `regions` and `boundary` hold for all steps; the
                 others are defaults of the steps.
         """
-        return Session(self, Steps(mesh, options))
+        run = functools.partial(self._run, use=TopologyUse(named=True, routed=True))
+        return Session(run, Steps(mesh, options))
 
     def attach(
         self,
@@ -335,61 +327,46 @@ class Client:
         """
         options: JobOptions = {} if timeout is None else {"timeout": timeout}
         request, finish = prepare(mesh, options, None, False)
-        control = Control()
-        job: Job[M] = Job(self, "", control, kept=True, warn=finish.warn)
+        control = Control(name, kept=True)
+        job: Job[M] = Job("", control, self.cancel, finish.warn)
         display = Tee(job._note, make_display(progress))
-        control.job_name = name
-        job._start(
-            functools.partial(self._connection.attach, name, request, finish, control, display)
-        )
+        steps = self._connection.calls.attach(name, request, finish, control, display)
+        job._start(functools.partial(self._connection.run, steps, control))
         return job
 
     # --- what needs no mesh ----------------------------------------------------------------------
 
     def info(self) -> _rpc.ServerInfo:
         """Describes the server: version, methods, features, limits, backends."""
-        return _rpc.decode_info(
-            self._connection.unary(_rpc.GET_SERVER_INFO, pb.GetServerInfoRequest())
-        )
+        return self._connection.run(self._connection.calls.info())
 
     def jobs(self) -> list[_rpc.JobInfo]:
         """Lists the caller's jobs, running and ended, newest first."""
-        found: list[_rpc.JobInfo] = []
-        request = pb.ListJobsRequest()
-        while True:
-            response = self._connection.unary(_rpc.LIST_JOBS, request)
-            found += [_rpc.decode_job(job) for job in response.jobs]
-            if not response.next_page_token:
-                return found
-            request.page_token = response.next_page_token
+        return self._connection.run(self._connection.calls.jobs())
 
     def job(self, name: str) -> _rpc.JobInfo:
         """Returns what the server knows of a job; raises NotFound."""
-        return _rpc.decode_job(
-            self._connection.unary(_rpc.GET_JOB, pb.GetJobRequest(name=name)).job
-        )
+        return self._connection.run(self._connection.calls.job(name))
 
     def cancel(self, name: str, *, keep_result: bool = False) -> _rpc.JobInfo:
         """Cancels a job; with `keep_result` its callers receive the positions reached so far."""
-        request = pb.CancelJobRequest(name=name, result_kept=keep_result)
-        return _rpc.decode_job(self._connection.unary(_rpc.CANCEL_JOB, request).job)
+        return self._connection.run(self._connection.calls.cancel(name, keep_result=keep_result))
 
     def delete_job(self, name: str) -> None:
         """Deletes a job that has ended, and its result."""
-        self._connection.unary(_rpc.DELETE_JOB, pb.DeleteJobRequest(name=name))
+        self._connection.run(self._connection.calls.delete_job(name))
 
     def topology(self, name: str) -> _rpc.TopologyInfo:
         """Returns what the server knows of a topology that it keeps; raises NotFound."""
-        request = pb.GetTopologyRequest(name=name)
-        return _rpc.decode_topology(self._connection.unary(_rpc.GET_TOPOLOGY, request).topology)
+        return self._connection.run(self._connection.calls.topology(name))
 
     def delete_topology(self, name: str) -> None:
         """Makes the server drop a topology; jobs that use it continue. Raises NotFound."""
-        self._connection.unary(_rpc.DELETE_TOPOLOGY, pb.DeleteTopologyRequest(name=name))
+        self._connection.run(self._connection.calls.delete_topology(name))
 
     def health(self, timeout: float = 5.0) -> bool:
         """Returns whether the server serves, as grpc.health.v1 reports."""
-        return _rpc.is_serving(self._connection.unary(_rpc.HEALTH, _rpc.Empty(), timeout))
+        return self._connection.run(self._connection.calls.health(timeout))
 
     @with_options()
     def quality(self, mesh: Any, **options: Unpack[JobOptions]) -> QualityStats:

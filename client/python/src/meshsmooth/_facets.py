@@ -152,7 +152,7 @@ def inner_nodes(
 def _on(corners: NDArray[np.uint32], outer: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Whether all corners are on the boundary: of other facets no cell is asked for."""
     marks = np.append(True, outer)  # 0 stands for no corner
-    on: NDArray[np.bool_] = marks[np.minimum(corners, len(outer))].all(axis=1)
+    on: NDArray[np.bool_] = np.all(marks[np.minimum(corners, len(outer))], axis=1)
     return on
 
 

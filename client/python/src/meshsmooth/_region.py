@@ -239,6 +239,7 @@ class RegionPool:
         self._lease = lease
         self._lock = threading.Lock()
         self._idle: list[Region] = []
+        self._watched: list[Region] = []  # by the thread, until it is woken
         self._wanted_bytes = 0
         self._small_jobs = 0
         self._next_try = 0.0
@@ -246,12 +247,14 @@ class RegionPool:
         self._thread: threading.Thread | None = None
         self._pid = os.getpid()
 
-    @staticmethod
-    def possible(address: str) -> bool:
-        """Whether a server may share memory with this process."""
-        return (
-            address.startswith("unix:") and sys.platform == "linux" and hasattr(socket, "recv_fds")
-        )
+    @classmethod
+    def at(cls, address: str, lease: Lease, owner: object) -> RegionPool | None:
+        """Returns a pool that ends with its owner; None: that server shares no memory with us."""
+        if not address.startswith("unix:") or sys.platform != "linux":
+            return None
+        pool = cls(lease)
+        weakref.finalize(owner, pool.close)
+        return pool
 
     def borrow(self, size: int) -> Region | None:
         """Returns a region of so many bytes; None if there is none now, and has one made."""
@@ -280,7 +283,8 @@ class RegionPool:
                 region.close()
                 return
             self._idle.append(region)
-            self._wake()
+            if region not in self._watched:
+                self._wake()
 
     def close(self) -> None:
         """Ends all leases."""
@@ -315,7 +319,9 @@ class RegionPool:
                     return
                 self._drop_ended()
                 wanted = self._wanted_bytes
-                watched: list[Region | socket.socket] = [self._sleeper, *self._idle]
+                # Also while a job has them, so that not each job wakes this thread.
+                self._watched = list(self._idle)
+                watched: list[Region | socket.socket] = [self._sleeper, *self._watched]
             if wanted:
                 self._make(wanted)
                 continue
