@@ -75,7 +75,7 @@ def inside(client: ms.Client, mesh: Any) -> tuple[Callable[[], None], Region]:
     size = call.placement.size
     region = Region(connection.run(connection.calls.lease(size)))
     call.use(region)
-    message = pb.SmoothRequest.FromString(call.first)
+    message = pb.SmoothRequest.FromString(call.first())
     message.spec.request_id = ""  # another job each time
 
     def run() -> None:

@@ -80,7 +80,7 @@ class Calls:
                     with attempts.sharing(call, self._regions):
                         upload = call.upload if call.region is None else None
                         left = attempts.retry.left()
-                        yield Begin(SMOOTH, call.first, upload, left, call.metadata)
+                        yield Begin(SMOOTH, call.first(), upload, left, call.metadata)
                         yield from self._receive(call, request, control, display)
                         self._last_was_accepted = True
                         return finish(call.result, call.job_name)

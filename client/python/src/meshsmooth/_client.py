@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 
 from . import _rpc
 from ._channel import Tls, Token, make_endpoint
-from ._connection import Connection
+from ._connection import Connection, Running
 from ._control import Control
 from ._errors import out_of_range
 from ._job import Job
 from ._job_options import MOVE_OPTIONS, Duration, JobOptions, MoveOptions
+from ._pipeline import Pipeline
 from ._progress import Progress, Tee, make_display
 from ._request import Request, TopologyUse
 from ._result import Finish, SmoothResult, prepare, prepare_move
@@ -218,14 +219,21 @@ class Client:
         return self._submit(mesh, full, options)
 
     def _submit(
-        self, mesh: Any, full: bool, options: JobOptions, *, patient: bool = False
+        self, mesh: Any, full: bool, options: JobOptions, pipeline: Pipeline | None = None
     ) -> Job[Any]:
         request, finish = prepare(mesh, options, None, full)
         control = Control(kept="result_ttl" in options)
         job: Job[Any] = Job(request.request_id, control, self.cancel, finish.warn)
-        display = Tee(job._note, make_display(options.get("progress"), alone=False))
-        steps = self._connection.calls.smooth(request, finish, control, display, patient=patient)
-        job._start(functools.partial(self._connection.run, steps, control))
+        display = make_display(options.get("progress"), alone=False)
+        if pipeline is None:
+            display = Tee(job._note, display)
+        steps = self._connection.calls.smooth(
+            request, finish, control, display, patient=pipeline is not None
+        )
+        if pipeline is not None and display is None and request.is_small:
+            pipeline.add(job, functools.partial(Running, self._connection, steps, control))
+        else:
+            job._start(functools.partial(self._connection.run, steps, control))
         return job
 
     @overload
@@ -276,24 +284,25 @@ class Client:
     def _map(
         self, meshes: Iterable[Any], max_in_flight: int, full: bool, options: JobOptions
     ) -> Iterator[Any]:
+        pipeline = Pipeline()
         jobs: collections.deque[Job[Any]] = collections.deque()
+
+        def first_result() -> Any:
+            result = pipeline.result(jobs[0])
+            jobs.popleft()  # not before: until then it may have to be cancelled
+            return result
+
         try:
             for mesh in meshes:
                 if len(jobs) >= max_in_flight:
-                    yield self._first_result(jobs)
-                jobs.append(self._submit(mesh, full, options, patient=True))
+                    yield first_result()
+                jobs.append(self._submit(mesh, full, options, pipeline))
             while jobs:
-                yield self._first_result(jobs)
+                yield first_result()
         finally:
             for job in jobs:
                 job.cancel()
-
-    @staticmethod
-    def _first_result(jobs: collections.deque[Job[Any]]) -> Any:
-        """Waits for the first job, which stays in the queue until then, to be cancelled."""
-        result = jobs[0].result()
-        jobs.popleft()
-        return result
+            pipeline.close()
 
     @with_options()
     def session(self, mesh: Any, **options: Unpack[JobOptions]) -> Session:

@@ -175,6 +175,8 @@ def fixed_mask(mesh: Mesh, fixed: Any, fixed_types: tuple[int, ...]) -> NDArray[
         fixed: nodes, as `chosen_nodes` takes them; None: no node.
         fixed_types: meshsmooth.v1.ElementTypes whose nodes are fixed.
     """
+    if fixed is None and not fixed_types:
+        return None
     mask = np.zeros(mesh.node_count, np.uint8)
     for block in mesh.cells.blocks:
         if block.element_type in fixed_types:
@@ -186,8 +188,11 @@ def fixed_mask(mesh: Mesh, fixed: Any, fixed_types: tuple[int, ...]) -> NDArray[
 
 def lower_dimensional_mask(mesh: Mesh) -> NDArray[np.uint8] | None:
     """Returns 1 for each node of a lower-dimensional cell, or None if there are none."""
+    runs = mesh.cells.lower_dimensional
+    if not runs:
+        return None
     mask = np.zeros(mesh.node_count, np.uint8)
-    for run in mesh.cells.lower_dimensional:
+    for run in runs:
         _mark(mask, run.nodes.reshape(-1))
     return mask if mask.any() else None
 

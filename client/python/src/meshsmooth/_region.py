@@ -30,7 +30,6 @@ _RETRY_SECONDS = 30.0
 _ALIGNMENT = 64
 # Small meshes go with the spec, unless there are many of them: a job in a region is one message,
 # without a thread that sends, which takes a quarter off the time of a mesh of 5 nodes.
-_SMALL_BYTES = 64 << 10
 _FEW_SMALL_JOBS = 8
 
 _NOTHING = np.empty(0, np.uint8)
@@ -259,7 +258,7 @@ class RegionPool:
     def borrow(self, size: int) -> Region | None:
         """Returns a region of so many bytes; None if there is none now, and has one made."""
         with self._lock:
-            if size < _SMALL_BYTES and self._small_jobs < _FEW_SMALL_JOBS:
+            if size < _wire.SMALL_BYTES and self._small_jobs < _FEW_SMALL_JOBS:
                 self._small_jobs += 1
                 return None
             if self._closed or self._pid != os.getpid():

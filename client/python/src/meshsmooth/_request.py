@@ -74,7 +74,8 @@ class Topology:
     def of(cls, mesh: Mesh, options: JobOptions) -> Topology:
         """Returns the topology of a mesh with those of the options that belong to it."""
         boundary = options.get("boundary") or "fixed"
-        _options.encode_options({"boundary": boundary})  # refuses other values
+        if boundary != "fixed":
+            _options.encode_options({"boundary": boundary})  # refuses other values
         regions = element_regions(mesh, options.get("regions", "auto"), boundary == "free")
         # Where the boundary may move, its cells of lower dimension follow its nodes; those inside
         # would drift.
@@ -240,13 +241,16 @@ class Request:
 
     def _default_timeout(self) -> float:
         """As the C++ client: by the size of what may travel and the sweeps that it may take."""
-        size = sum(part.data.nbytes for part in self.parts(TopologyUse()))
         sweeps = _options.default_iterations(self.options)
-        return min(600 + 1e-6 * size + 10e-6 * self.topology.element_count * sweeps, _WEEK)
+        return min(
+            600 + 1e-6 * self.input_bytes + 10e-6 * self.topology.element_count * sweeps, _WEEK
+        )
 
-    def spec(self, use: TopologyUse, *, with_progress: bool) -> bytes:
+    def spec(self, use: TopologyUse, *, with_progress: bool) -> smoothing_pb2.SmoothRequest:
         """Returns the first message of an attempt."""
-        spec = smoothing_pb2.JobSpec(request_id=self.request_id)
+        message = smoothing_pb2.SmoothRequest()
+        spec = message.spec
+        spec.request_id = self.request_id
         if use.named:
             spec.topology_name = self.topology.name
         else:
@@ -262,7 +266,7 @@ class Request:
         if with_progress:
             spec.progress_interval.CopyFrom(duration_pb2.Duration(nanos=100_000_000))
         spec.element_quality_metrics.extend(self.metrics)
-        return smoothing_pb2.SmoothRequest(spec=spec).SerializeToString()
+        return message
 
     def parts(self, use: TopologyUse) -> list[_wire.Part]:
         """Returns the arrays of an attempt in the order of the wire."""
@@ -280,6 +284,16 @@ class Request:
         if self.node_pairs is not None:
             own.append((_wire.NODE_PAIRS, self.node_pairs))
         return parts + [_wire.Part(array_id, 0, _wire.bytes_of(array)) for array_id, array in own]
+
+    @functools.cached_property
+    def input_bytes(self) -> int:
+        """The size of all arrays that may have to be sent."""
+        return sum(part.data.nbytes for part in self.parts(TopologyUse()))
+
+    @property
+    def is_small(self) -> bool:
+        """Whether it is sent without waiting for the server, and takes little time by itself."""
+        return self.input_bytes + self.result_bytes < _wire.SMALL_BYTES
 
     @property
     def result_bytes(self) -> int:
