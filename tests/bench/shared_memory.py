@@ -25,7 +25,8 @@ import meshsmooth as ms
 from meshsmooth import _call
 from meshsmooth._adapters import read_mesh
 from meshsmooth._region import Region
-from meshsmooth._request import Request, TopologyUse
+from meshsmooth._request import Request
+from meshsmooth._topology import TopologyUse
 from meshsmooth.v1 import smoothing_pb2 as pb
 
 OPTIONS: ms.JobOptions = {"method": "laplacian", "iterations": 0, "quality": "brief"}

@@ -13,16 +13,19 @@ from numpy.typing import NDArray
 from . import _rpc
 from ._aio_connection import AsyncConnection
 from ._aio_job import AsyncJob, AsyncSession
-from ._channel import Tls, Token, make_endpoint
+from ._channel import make_endpoint
 from ._control import Control
+from ._credentials import Tls, Token
 from ._errors import out_of_range
-from ._job_options import MOVE_OPTIONS, Duration, JobOptions, MoveOptions
+from ._job_options import MOVE_OPTIONS, JobOptions, MoveOptions
+from ._option import Duration
 from ._progress import Progress, Tee, make_display
-from ._request import Request, TopologyUse
+from ._request import Request
 from ._result import Finish, SmoothResult, prepare, prepare_move
 from ._signature import with_options
 from ._steps import Steps
 from ._summary import QualityStats
+from ._topology import TopologyUse
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack

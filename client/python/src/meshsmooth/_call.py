@@ -16,10 +16,12 @@ from ._errors import SERVER_ENDED, DeadlineExceeded, Error
 from ._options import name_option
 from ._progress import Progress, decode_job_state, decode_progress
 from ._received import Result
-from ._region import Held, Region, RegionPool, place
-from ._request import Request, TopologyUse
+from ._region import Held, Region, place
+from ._region_pool import RegionPool
+from ._request import Request
 from ._retry import Retry
 from ._service_error import broken_answer, place_in_input
+from ._topology import TopologyUse
 from .v1 import smoothing_pb2
 
 _log = logging.getLogger("meshsmooth")  # attempts that failed, and how

@@ -11,13 +11,15 @@ from ._call import ATTACH, SMOOTH, AttachCall, Attempts, SmoothCall
 from ._channel import Endpoint, may_use_next_server
 from ._control import Control
 from ._errors import SERVER_ENDED, Error
+from ._foreign_status import CallFacts
 from ._machine import RECEIVE, Ask, Begin, Failed, Steps, Wait
 from ._progress import Display, closing
-from ._region import RegionPool
-from ._request import Request, TopologyUse
+from ._region_pool import RegionPool
+from ._request import Request
 from ._result import Finish
 from ._retry import Retry
-from ._service_error import CallFacts, to_error
+from ._service_error import to_error
+from ._topology import TopologyUse
 from .v1 import smoothing_pb2 as pb
 
 LEASE_SECONDS = 5.0

@@ -15,7 +15,7 @@ from ._calls import Calls
 from ._control import Control
 from ._fork_guard import fork_guard
 from ._machine import RECEIVE, Action, Ask, Begin, Failed, Machine, Steps, Wait
-from ._region import Lease, RegionPool
+from ._region_pool import Lease, RegionPool
 from ._wire import Upload
 from .v1 import smoothing_pb2 as pb
 

@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ._cells import Block, Run
+from ._cell_layouts import Run
+from ._cells import Block
 
 # The corners of each facet, by element type; as in core/src/mesh/element.cpp.
 _FACETS: dict[int, tuple[tuple[int, ...], ...]] = {

@@ -11,8 +11,9 @@ from ._adapters import find_adapter
 from ._cell_types import ELEMENT_TO_VTK
 from ._cells import Cells
 from ._default import default_client
-from ._job_options import Metric
 from ._mesh import Mesh
+from ._option import Metric
+from ._result import SmoothResult
 
 
 def plot_quality(
@@ -69,6 +70,9 @@ def plot_change(
     if show:
         plotter.show()
     return plotter
+
+
+SmoothResult._plot_change = staticmethod(plot_change)
 
 
 def _evaluated(mesh: Mesh, metric: Metric) -> Any:

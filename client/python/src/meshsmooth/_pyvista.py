@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar, overload
 import pyvista
 
 from ._default import default_client
-from ._job_options import MOVE_OPTIONS, JobOptions, Metric, MoveOptions
+from ._job_options import MOVE_OPTIONS, JobOptions, MoveOptions
+from ._option import Metric
 from ._result import SmoothResult
 from ._signature import with_options
 from ._summary import QualityStats
