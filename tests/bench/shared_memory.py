@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 import meshsmooth as ms
-from meshsmooth import _call
+from meshsmooth import _call, _rpc
 from meshsmooth._adapters import read_mesh
 from meshsmooth._region import Region
 from meshsmooth._request import Request
@@ -74,7 +74,7 @@ def inside(client: ms.Client, mesh: Any) -> tuple[Callable[[], None], Region]:
         Request(read_mesh(mesh), OPTIONS), TopologyUse(), 0, None, with_progress=False
     )
     size = call.placement.size
-    region = Region(connection.run(connection.calls.lease(size)))
+    region = Region(client._ask(_rpc.LEASE_REGION, size_bytes=size))
     call.use(region)
     message = pb.SmoothRequest.FromString(call.first())
     message.spec.request_id = ""  # another job each time

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 M = TypeVar("M")
+R = TypeVar("R")
 Array = NDArray[Any]
 
 
@@ -224,7 +225,7 @@ class AsyncClient:
 
     async def info(self) -> _rpc.ServerInfo:
         """Describes the server."""
-        return await self._connection.run(self._connection.calls.info())
+        return await self._ask(_rpc.GET_SERVER_INFO)
 
     async def jobs(self) -> list[_rpc.JobInfo]:
         """Lists the caller's jobs, running and ended, newest first."""
@@ -232,28 +233,32 @@ class AsyncClient:
 
     async def job(self, name: str) -> _rpc.JobInfo:
         """Returns what the server knows of a job; raises NotFound."""
-        return await self._connection.run(self._connection.calls.job(name))
+        return await self._ask(_rpc.GET_JOB, name=name)
 
     async def cancel(self, name: str, *, keep_result: bool = False) -> _rpc.JobInfo:
         """Cancels a job; see `Client.cancel`."""
-        steps = self._connection.calls.cancel(name, keep_result=keep_result)
-        return await self._connection.run(steps)
+        return await self._ask(_rpc.CANCEL_JOB, name=name, result_kept=keep_result)
 
     async def delete_job(self, name: str) -> None:
         """Deletes a job that has ended, and its result."""
-        await self._connection.run(self._connection.calls.delete_job(name))
+        await self._ask(_rpc.DELETE_JOB, name=name)
 
     async def topology(self, name: str) -> _rpc.TopologyInfo:
         """Returns what the server knows of a topology that it keeps; raises NotFound."""
-        return await self._connection.run(self._connection.calls.topology(name))
+        return await self._ask(_rpc.GET_TOPOLOGY, name=name)
 
     async def delete_topology(self, name: str) -> None:
         """Makes the server drop a topology; raises NotFound."""
-        await self._connection.run(self._connection.calls.delete_topology(name))
+        await self._ask(_rpc.DELETE_TOPOLOGY, name=name)
 
     async def health(self, timeout: float = 5.0) -> bool:
         """Returns whether the server serves, as grpc.health.v1 reports."""
-        return await self._connection.run(self._connection.calls.health(timeout))
+        return await self._ask(_rpc.HEALTH, timeout)
+
+    async def _ask(
+        self, method: _rpc.Unary[R], timeout: float = _rpc.SHORT_TIMEOUT, **fields: Any
+    ) -> R:
+        return await self._connection.run(self._connection.calls.ask(method, timeout, **fields))
 
     @with_options()
     async def quality(self, mesh: Any, **options: Unpack[JobOptions]) -> QualityStats:

@@ -13,11 +13,11 @@ from typing import Any, TypeVar
 import grpc.aio
 
 from . import _channel, _rpc
-from ._calls import LEASE_SECONDS, Calls
+from ._calls import Calls
 from ._control import Control
 from ._fork_guard import fork_guard
 from ._machine import RECEIVE, Action, Ask, Begin, Failed, Machine, Steps, Wait
-from ._region_pool import Lease, RegionPool
+from ._region_pool import LEASE_SECONDS, Lease, RegionPool
 from ._wire import Upload
 from .v1 import smoothing_pb2 as pb
 
@@ -34,7 +34,8 @@ def _leasing(connection: weakref.ref[AsyncConnection]) -> Lease:
         alive = connection()
         if alive is None or alive.loop is None:
             raise OSError("the connection is gone")
-        call = alive.run(alive.calls.lease(size_bytes))
+        steps = alive.calls.ask(_rpc.LEASE_REGION, LEASE_SECONDS, size_bytes=size_bytes)
+        call = alive.run(steps)
         try:
             answer = asyncio.run_coroutine_threadsafe(call, alive.loop)
         except RuntimeError:
@@ -141,14 +142,8 @@ class _Running:
 
     async def _ask(self, action: Ask) -> Any:
         channel, server = self._connection.open_channel()
-        call = channel.unary_unary(
-            action.method.path,
-            request_serializer=_rpc.serialize,
-            response_deserializer=action.method.response.FromString,
-        )
-        metadata = self._connection.endpoint.metadata()
         try:
-            return await call(action.request, timeout=action.timeout, metadata=metadata)
+            return await _channel.ask(channel, action, self._connection.endpoint.metadata())
         except grpc.aio.AioRpcError as status:
             return Failed(status, server)
 
@@ -156,17 +151,11 @@ class _Running:
         if self._call is not None:
             self._call.cancel()  # broken off in its midst
         channel, self._server = self._connection.open_channel()
-        metadata = self._connection.endpoint.metadata() + action.metadata
-        if action.upload is None:
-            self._call = channel.unary_stream(action.path)(
-                action.first, timeout=action.timeout, metadata=metadata
-            )
-        else:
-            self._call = channel.stream_stream(action.path)(
-                self._messages(action.first, action.upload),
-                timeout=action.timeout,
-                metadata=metadata,
-            )
+        messages = None
+        if action.upload is not None:
+            messages = self._messages(action.first, action.upload)
+        metadata = self._connection.endpoint.metadata()
+        self._call = _channel.begin(channel, action, messages, metadata)
         self._status = asyncio.get_running_loop().create_future()
         self._call.add_done_callback(functools.partial(_note_status, self._status))
         self._answers = aiter(self._call)

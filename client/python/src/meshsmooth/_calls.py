@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-from typing import Any
+from typing import Any, TypeVar
 
 from . import _rpc
 from ._call import ATTACH, SMOOTH, AttachCall, Attempts, SmoothCall
@@ -20,9 +20,8 @@ from ._result import Finish
 from ._retry import Retry
 from ._service_error import to_error
 from ._topology import TopologyUse
-from .v1 import smoothing_pb2 as pb
 
-LEASE_SECONDS = 5.0
+R = TypeVar("R")
 
 
 class Calls:
@@ -39,20 +38,30 @@ class Calls:
         self._regions = regions
         self._last_was_accepted = False
 
-    def unary(
-        self, method: _rpc.Unary, request: Any, timeout: float = _rpc.SHORT_TIMEOUT
-    ) -> Steps[Any]:
-        """Returns the answer to a call of one message each way."""
-        answer = yield Ask(method, request, timeout)
-        if not isinstance(answer, Failed):
-            return answer
-        error = self._error_of(answer, timeout)
-        if not may_use_next_server(error):
-            raise error
+    def ask(
+        self, method: _rpc.Unary[R], timeout: float = _rpc.SHORT_TIMEOUT, **fields: Any
+    ) -> Steps[R]:
+        """Returns what a call of one message each way returns; `fields` are its request's."""
+        request = method.request(**fields)
         answer = yield Ask(method, request, timeout)
         if isinstance(answer, Failed):
+            error = self._error_of(answer, timeout)
+            if not may_use_next_server(error):
+                raise error
+            answer = yield Ask(method, request, timeout)
+        if isinstance(answer, Failed):
             raise self._error_of(answer, timeout)
-        return answer
+        return method.decode(answer)
+
+    def jobs(self) -> Steps[list[_rpc.JobInfo]]:
+        """Returns the caller's jobs, asked for page by page."""
+        found: list[_rpc.JobInfo] = []
+        page_token = ""
+        while True:
+            page, page_token = yield from self.ask(_rpc.LIST_JOBS, page_token=page_token)
+            found += page
+            if not page_token:
+                return found
 
     def smooth(
         self,
@@ -129,9 +138,8 @@ class Calls:
                     control.cancel()
         except (KeyboardInterrupt, asyncio.CancelledError):
             if "result_ttl" in request.options and control.job_name:  # it would outlive its call
-                cancel = pb.CancelJobRequest(name=control.job_name)
                 with contextlib.suppress(Error):
-                    yield from self.unary(_rpc.CANCEL_JOB, cancel, 1.0)
+                    yield from self.ask(_rpc.CANCEL_JOB, 1.0, name=control.job_name)
             raise
         if answer is not None:
             raise self._error_of(
@@ -145,57 +153,3 @@ class Calls:
     def _error_of(self, failed: Failed, timeout: float, **known: bool) -> Error:
         facts = CallFacts(failed.server, timeout, **known)
         return self._endpoint.explain(to_error(failed.status, facts), facts)
-
-    # --- what needs no mesh ----------------------------------------------------------------------
-
-    def lease(self, size_bytes: int) -> Steps[pb.LeaseRegionResponse]:
-        """Leases memory."""
-        request = pb.LeaseRegionRequest(size_bytes=size_bytes)
-        response: pb.LeaseRegionResponse = yield from self.unary(
-            _rpc.LEASE_REGION, request, LEASE_SECONDS
-        )
-        return response
-
-    def info(self) -> Steps[_rpc.ServerInfo]:
-        """Describes the server."""
-        response = yield from self.unary(_rpc.GET_SERVER_INFO, pb.GetServerInfoRequest())
-        return _rpc.decode_info(response)
-
-    def jobs(self) -> Steps[list[_rpc.JobInfo]]:
-        """Lists the caller's jobs, page by page."""
-        found: list[_rpc.JobInfo] = []
-        request = pb.ListJobsRequest()
-        while True:
-            response = yield from self.unary(_rpc.LIST_JOBS, request)
-            found += [_rpc.decode_job(job) for job in response.jobs]
-            if not response.next_page_token:
-                return found
-            request.page_token = response.next_page_token
-
-    def job(self, name: str) -> Steps[_rpc.JobInfo]:
-        """Describes a job."""
-        response = yield from self.unary(_rpc.GET_JOB, pb.GetJobRequest(name=name))
-        return _rpc.decode_job(response.job)
-
-    def cancel(self, name: str, *, keep_result: bool) -> Steps[_rpc.JobInfo]:
-        """Cancels a job."""
-        request = pb.CancelJobRequest(name=name, result_kept=keep_result)
-        response = yield from self.unary(_rpc.CANCEL_JOB, request)
-        return _rpc.decode_job(response.job)
-
-    def delete_job(self, name: str) -> Steps[None]:
-        """Deletes a job that has ended."""
-        yield from self.unary(_rpc.DELETE_JOB, pb.DeleteJobRequest(name=name))
-
-    def topology(self, name: str) -> Steps[_rpc.TopologyInfo]:
-        """Describes a topology."""
-        response = yield from self.unary(_rpc.GET_TOPOLOGY, pb.GetTopologyRequest(name=name))
-        return _rpc.decode_topology(response.topology)
-
-    def delete_topology(self, name: str) -> Steps[None]:
-        """Has the server drop a topology."""
-        yield from self.unary(_rpc.DELETE_TOPOLOGY, pb.DeleteTopologyRequest(name=name))
-
-    def health(self, timeout: float) -> Steps[bool]:
-        """Asks whether the server serves."""
-        return _rpc.is_serving((yield from self.unary(_rpc.HEALTH, _rpc.Empty(), timeout)))

@@ -8,11 +8,15 @@ import os
 from dataclasses import dataclass
 from typing import Any
 
+from . import _rpc
 from ._credentials import Tls, Token, TokenFile, channel_credentials, checked_token, unusable
 from ._errors import SERVER_ENDED, Cancelled, Error, ServerError, Unavailable
 from ._foreign_status import CallFacts
+from ._machine import Ask, Begin
 
 SERVER_VARIABLE = "MESHSMOOTH_SERVER"
+
+Metadata = list[tuple[str, str]]
 
 # Calls alternate between all servers that serve, each asked by health's Watch; what only asks is
 # tried again elsewhere by gRPC, jobs by `Retry`.
@@ -79,6 +83,23 @@ def open_channel(api: Any, address: str, tls: Tls | None) -> Any:
     if tls is None:
         return api.insecure_channel(address, options)
     return api.secure_channel(address, channel_credentials(tls), options)
+
+
+def ask(channel: Any, action: Ask, metadata: Metadata) -> Any:
+    """Makes a call of one message each way; returns gRPC's answer, or what awaits it."""
+    call = channel.unary_unary(
+        action.method.path,
+        request_serializer=_rpc.serialize,
+        response_deserializer=action.method.response.FromString,
+    )
+    return call(action.request, timeout=action.timeout, metadata=metadata)
+
+
+def begin(channel: Any, action: Begin, messages: Any, metadata: Metadata) -> Any:
+    """Begins a call; `messages` are all of its messages if there are several."""
+    kind = channel.unary_stream if action.upload is None else channel.stream_stream
+    sent = action.first if action.upload is None else messages
+    return kind(action.path)(sent, timeout=action.timeout, metadata=metadata + action.metadata)
 
 
 def is_local(address: str) -> bool:
@@ -154,7 +175,7 @@ class Endpoint:
             retry_delay=0.0 if another else None,
         )
 
-    def metadata(self) -> list[tuple[str, str]]:
+    def metadata(self) -> Metadata:
         """Returns the token's metadata of one call."""
         if self.token is None:
             return []

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import collections
 import functools
-import os
 from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
@@ -13,12 +11,11 @@ from numpy.typing import NDArray
 from . import _rpc
 from ._connection import Running
 from ._control import Control
-from ._credentials import Tls
 from ._errors import out_of_range
 from ._job import Job
 from ._job_options import MOVE_OPTIONS, JobOptions, MoveOptions
 from ._option import Duration
-from ._pipeline import Pipeline
+from ._pipeline import Pipeline, results_in_order
 from ._progress import Progress, Tee, make_display
 from ._request import Request
 from ._result import Finish, SmoothResult, prepare, prepare_move
@@ -49,7 +46,8 @@ class Client(ServerClient):
         Raises:
             TypeError: a token that is not in a file or the environment does not travel.
         """
-        return _connect, self._connection.endpoint.portable()
+        address, tls, token_file = self._connection.endpoint.portable()
+        return functools.partial(Client, tls=tls, token_file=token_file), (address,)
 
     def __repr__(self) -> str:
         return f"meshsmooth.Client({self.address!r})"
@@ -176,10 +174,10 @@ class Client(ServerClient):
             InvalidMesh: the mesh cannot be encoded. What the server refuses, `Job.result` raises.
             InvalidOption: likewise.
         """
-        return self._submit(mesh, full, options)
+        return self._submit(mesh, None, full=full, options=options)
 
     def _submit(
-        self, mesh: Any, full: bool, options: JobOptions, pipeline: Pipeline | None = None
+        self, mesh: Any, pipeline: Pipeline | None, *, full: bool, options: JobOptions
     ) -> Job[Any]:
         request, finish = prepare(mesh, options, None, full)
         control = Control(kept="result_ttl" in options)
@@ -239,30 +237,8 @@ class Client(ServerClient):
         """
         if max_in_flight < 1:
             raise out_of_range("max_in_flight", "max_in_flight must be 1 or more")
-        return self._map(meshes, max_in_flight, full, options)
-
-    def _map(
-        self, meshes: Iterable[Any], max_in_flight: int, full: bool, options: JobOptions
-    ) -> Iterator[Any]:
-        pipeline = Pipeline()
-        jobs: collections.deque[Job[Any]] = collections.deque()
-
-        def first_result() -> Any:
-            result = pipeline.result(jobs[0])
-            jobs.popleft()  # not before: until then it may have to be cancelled
-            return result
-
-        try:
-            for mesh in meshes:
-                if len(jobs) >= max_in_flight:
-                    yield first_result()
-                jobs.append(self._submit(mesh, full, options, pipeline))
-            while jobs:
-                yield first_result()
-        finally:
-            for job in jobs:
-                job.cancel()
-            pipeline.close()
+        submit = functools.partial(self._submit, full=full, options=options)
+        return results_in_order(meshes, max_in_flight, submit)
 
     @with_options()
     def session(self, mesh: Any, **options: Unpack[JobOptions]) -> Session:
@@ -309,10 +285,3 @@ class Client(ServerClient):
         evaluate = _rpc.evaluate_only(options)
         result: SmoothResult[Any] = self.smooth(mesh, full=True, **evaluate)
         return result.summary.quality_before
-
-
-def _connect(
-    address: str | None, tls: Tls | None, token_file: str | os.PathLike[str] | None
-) -> Client:
-    """Makes the client that was pickled."""
-    return Client(address, tls=tls, token_file=token_file)

@@ -15,7 +15,7 @@ from ._calls import Calls
 from ._control import Control
 from ._fork_guard import fork_guard
 from ._machine import RECEIVE, Action, Ask, Begin, Failed, Machine, Steps, Wait
-from ._region_pool import Lease, RegionPool
+from ._region_pool import LEASE_SECONDS, Lease, RegionPool
 from ._wire import Upload
 from .v1 import smoothing_pb2 as pb
 
@@ -29,7 +29,7 @@ def _leasing(connection: weakref.ref[Connection]) -> Lease:
         alive = connection()
         if alive is None:
             raise OSError("the connection is gone")
-        return alive.run(alive.calls.lease(size_bytes))
+        return alive.run(alive.calls.ask(_rpc.LEASE_REGION, LEASE_SECONDS, size_bytes=size_bytes))
 
     return lease
 
@@ -134,14 +134,8 @@ class Running(Generic[R]):
 
     def _ask(self, action: Ask) -> Any:
         channel, server = self._connection.open_channel()
-        call = channel.unary_unary(
-            action.method.path,
-            request_serializer=_rpc.serialize,
-            response_deserializer=action.method.response.FromString,
-        )
-        metadata = self._connection.endpoint.metadata()
         try:
-            return call(action.request, timeout=action.timeout, metadata=metadata)
+            return _channel.ask(channel, action, self._connection.endpoint.metadata())
         except grpc.RpcError as status:
             return Failed(status, server)  # type: ignore[arg-type]
 
@@ -149,18 +143,13 @@ class Running(Generic[R]):
         if self._answers is not None:
             self._answers.cancel()  # broken off in their midst
         channel, self._server = self._connection.open_channel()
-        metadata = self._connection.endpoint.metadata() + action.metadata
-        if action.upload is None:
-            self._answers = channel.unary_stream(action.path)(
-                action.first, timeout=action.timeout, metadata=metadata
-            )
-        else:
-            ended = threading.Event()
-            self._answers = channel.stream_stream(action.path)(
-                self._messages(action.first, action.upload, ended),
-                timeout=action.timeout,
-                metadata=metadata,
-            )
+        ended = threading.Event()
+        messages = None
+        if action.upload is not None:
+            messages = self._messages(action.first, action.upload, ended)
+        metadata = self._connection.endpoint.metadata()
+        self._answers = _channel.begin(channel, action, messages, metadata)
+        if messages is not None:
 
             def end() -> None:
                 ended.set()

@@ -18,7 +18,7 @@ R = TypeVar("R")
 class Ask(NamedTuple):
     """Sends a message; what comes of it is the answer or a `Failed`."""
 
-    method: Unary
+    method: Unary[Any]
     request: Any
     timeout: float  # seconds
 

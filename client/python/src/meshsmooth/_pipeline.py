@@ -5,18 +5,15 @@ from __future__ import annotations
 import collections
 import threading
 import time
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any
 
 from ._connection import Running
 from ._job import Job
 
+_Entry = tuple[Job[Any], Callable[[], Running[Any]]]
+
 _PATIENCE_SECONDS = 0.002  # of which a small job on a small mesh needs a fraction
-
-
-class _Entry(NamedTuple):
-    job: Job[Any]
-    run: Callable[[], Running[Any]]
 
 
 class Pipeline:
@@ -29,7 +26,9 @@ class Pipeline:
     def __init__(self) -> None:
         """Starts no thread yet."""
         self._changed = threading.Condition()
-        self._queued: collections.deque[_Entry] = collections.deque()
+        self._queued: collections.deque[tuple[Job[Any], Callable[[], Running[Any]]]] = (
+            collections.deque()
+        )
         self._begun: collections.deque[tuple[Job[Any], Running[Any]]] = collections.deque()
         self._beginning = threading.Lock()
         self._waits_since = 0.0  # of the thread; 0: it is about to begin what is queued
@@ -42,7 +41,7 @@ class Pipeline:
             self._thread = threading.Thread(target=self._work, name="small-jobs", daemon=True)
             self._thread.start()
         with self._changed:
-            self._queued.append(_Entry(job, run))
+            self._queued.append((job, run))
             self._changed.notify()
         self._help()
 
@@ -89,3 +88,28 @@ class Pipeline:
                 self._waits_since = 0.0
             elif self._closed:
                 return
+
+
+def results_in_order(
+    meshes: Iterable[Any], max_in_flight: int, submit: Callable[[Any, Pipeline], Job[Any]]
+) -> Iterator[Any]:
+    """Yields the results of the jobs of many meshes; cancels those that are left over."""
+    pipeline = Pipeline()
+    jobs: collections.deque[Job[Any]] = collections.deque()
+
+    def first_result() -> Any:
+        result = pipeline.result(jobs[0])
+        jobs.popleft()  # not before: until then it may have to be cancelled
+        return result
+
+    try:
+        for mesh in meshes:
+            if len(jobs) >= max_in_flight:
+                yield first_result()
+            jobs.append(submit(mesh, pipeline))
+        while jobs:
+            yield first_result()
+    finally:
+        for job in jobs:
+            job.cancel()
+        pipeline.close()

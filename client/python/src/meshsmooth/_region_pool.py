@@ -18,6 +18,7 @@ from .v1 import smoothing_pb2 as pb
 
 Lease = Callable[[int], pb.LeaseRegionResponse]
 
+LEASE_SECONDS = 5.0
 _RETRY_SECONDS = 30.0
 # Small meshes go with the spec, unless there are many of them: a job in a region is one message,
 # without a thread that sends, which takes a quarter off the time of a mesh of 5 nodes.

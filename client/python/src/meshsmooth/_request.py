@@ -16,10 +16,7 @@ from ._arrays import as_coordinates
 from ._coincident import merged
 from ._errors import InvalidMesh, misplaced
 from ._job_options import JobOptions
-from ._mesh import (
-    Mesh,
-    to_wire,
-)
+from ._mesh import Mesh, to_wire
 from ._periodic import node_pairs
 from ._topology import Topology, TopologyUse, scalar_type
 from .v1 import smoothing_pb2

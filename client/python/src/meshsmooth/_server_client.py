@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from . import _rpc
 from ._channel import make_endpoint
@@ -12,6 +12,8 @@ from ._credentials import Tls, Token
 
 if TYPE_CHECKING:
     from typing_extensions import Self
+
+R = TypeVar("R")
 
 
 class ServerClient:
@@ -60,7 +62,7 @@ class ServerClient:
 
     def info(self) -> _rpc.ServerInfo:
         """Describes the server: version, methods, features, limits, backends."""
-        return self._connection.run(self._connection.calls.info())
+        return self._ask(_rpc.GET_SERVER_INFO)
 
     def jobs(self) -> list[_rpc.JobInfo]:
         """Lists the caller's jobs, running and ended, newest first."""
@@ -68,24 +70,27 @@ class ServerClient:
 
     def job(self, name: str) -> _rpc.JobInfo:
         """Returns what the server knows of a job; raises NotFound."""
-        return self._connection.run(self._connection.calls.job(name))
+        return self._ask(_rpc.GET_JOB, name=name)
 
     def cancel(self, name: str, *, keep_result: bool = False) -> _rpc.JobInfo:
         """Cancels a job; with `keep_result` its callers receive the positions reached so far."""
-        return self._connection.run(self._connection.calls.cancel(name, keep_result=keep_result))
+        return self._ask(_rpc.CANCEL_JOB, name=name, result_kept=keep_result)
 
     def delete_job(self, name: str) -> None:
         """Deletes a job that has ended, and its result."""
-        self._connection.run(self._connection.calls.delete_job(name))
+        self._ask(_rpc.DELETE_JOB, name=name)
 
     def topology(self, name: str) -> _rpc.TopologyInfo:
         """Returns what the server knows of a topology that it keeps; raises NotFound."""
-        return self._connection.run(self._connection.calls.topology(name))
+        return self._ask(_rpc.GET_TOPOLOGY, name=name)
 
     def delete_topology(self, name: str) -> None:
         """Makes the server drop a topology; jobs that use it continue. Raises NotFound."""
-        self._connection.run(self._connection.calls.delete_topology(name))
+        self._ask(_rpc.DELETE_TOPOLOGY, name=name)
 
     def health(self, timeout: float = 5.0) -> bool:
         """Returns whether the server serves, as grpc.health.v1 reports."""
-        return self._connection.run(self._connection.calls.health(timeout))
+        return self._ask(_rpc.HEALTH, timeout)
+
+    def _ask(self, method: _rpc.Unary[R], timeout: float = _rpc.SHORT_TIMEOUT, **fields: Any) -> R:
+        return self._connection.run(self._connection.calls.ask(method, timeout, **fields))

@@ -49,11 +49,7 @@ class Steps:
         return self._positions
 
     def smooth(
-        self,
-        points: NDArray[Any] | None,
-        out: NDArray[Any] | None,
-        full: bool,
-        options: JobOptions,
+        self, points: NDArray[Any] | None, out: NDArray[Any] | None, full: bool, options: JobOptions
     ) -> tuple[Request, Finish]:
         """Returns the request of a step, and what makes its result."""
         joined = self._joined(options)
