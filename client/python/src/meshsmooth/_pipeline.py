@@ -13,7 +13,7 @@ from ._job import Job
 
 _Entry = tuple[Job[Any], Callable[[], Running[Any]]]
 
-_PATIENCE_SECONDS = 0.002  # of which a small job on a small mesh needs a fraction
+_PATIENCE_SECONDS = 0.002  # of which most small jobs need a fraction
 
 
 class Pipeline:
@@ -26,9 +26,7 @@ class Pipeline:
     def __init__(self) -> None:
         """Starts no thread yet."""
         self._changed = threading.Condition()
-        self._queued: collections.deque[tuple[Job[Any], Callable[[], Running[Any]]]] = (
-            collections.deque()
-        )
+        self._queued: collections.deque[_Entry] = collections.deque()
         self._begun: collections.deque[tuple[Job[Any], Running[Any]]] = collections.deque()
         self._beginning = threading.Lock()
         self._waits_since = 0.0  # of the thread; 0: it is about to begin what is queued
@@ -74,7 +72,9 @@ class Pipeline:
                 except Exception as error:
                     job.set_exception(error)
                 else:
-                    self._begun.append((job, running))
+                    with self._changed:  # the thread may have nothing to wait for meanwhile
+                        self._begun.append((job, running))
+                        self._changed.notify()
 
     def _work(self) -> None:
         while True:
