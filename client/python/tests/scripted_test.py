@@ -504,19 +504,29 @@ def test_map_sends_small_jobs_while_another_is_computed(mock: MockServer) -> Non
 
 def test_an_abandoned_map_cancels_its_small_jobs(mock: MockServer) -> None:
     ended = threading.Semaphore(0)
+    other = (np.concatenate([POINTS, POINTS[:1]]), MESH[1])
 
-    def hang(call: Call) -> None:
-        gone = threading.Event()
-        if call.context.add_callback(gone.set):
-            gone.wait()
-        ended.release()
+    def script(call: Call) -> None:  # they may arrive in any order
+        try:
+            if call.read_spec().inline_topology.node_count == len(POINTS):
+                call.accept()
+                call.read_upload()
+                call.succeed(RESULT)
+                return
+            gone = threading.Event()
+            if call.context.add_callback(gone.set):
+                gone.wait()
+        except grpc.RpcError:
+            pass  # cancelled before it was read
+        finally:
+            ended.release()
 
-    mock.scripts = [succeed, hang]
+    mock.scripts = [script]
     with ms.Client(mock.address) as client:
-        results = client.map([MESH] * 4, max_in_flight=3)
+        results = client.map([MESH, other, other, other], max_in_flight=3)
         next(results)
         results.close()  # type: ignore[attr-defined]
-        for _ in mock.calls[1:]:
+        for _ in mock.calls:
             assert ended.acquire(timeout=60)
         assert eventually(lambda: all(t.name != "small-jobs" for t in threading.enumerate()))
 

@@ -55,14 +55,14 @@ class AsyncConnection:
     Attributes:
         endpoint: the server and what it needs to know of its caller.
         calls: to it.
-        loop: that the channel belongs to.
+        loop: of the last call.
     """
 
     def __init__(self, endpoint: _channel.Endpoint) -> None:
         self.endpoint = endpoint
         self.loop: asyncio.AbstractEventLoop | None = None
         self._channel: Any = None
-        self._channel_address = ""
+        self._channel_of: tuple[asyncio.AbstractEventLoop, str] | None = None
         self._closed = False
         self._regions = RegionPool.at(endpoint.address, _leasing(weakref.ref(self)), self)
         self.calls = Calls(endpoint, self._regions)
@@ -82,15 +82,16 @@ class AsyncConnection:
         if self._closed:
             raise ValueError("the client is closed")
         address = self.endpoint.address
-        loop = asyncio.get_running_loop()
         # Another one after the end of a local server, and in another asyncio.run().
-        if self._channel is None or (self.loop, self._channel_address) != (loop, address):
+        wanted = asyncio.get_running_loop(), address
+        if self._channel is None or self._channel_of != wanted:
             self._channel = _channel.open_channel(grpc.aio, address, self.endpoint.tls)
-            self.loop, self._channel_address = loop, address
+            self._channel_of = wanted
         return self._channel, address
 
     async def run(self, steps: Steps[R], control: Control | None = None) -> R:
         """Performs the steps of a call and returns its result."""
+        self.loop = asyncio.get_running_loop()  # which leases of memory need
         return await _Running(self, control or Control()).result(steps)
 
 
@@ -108,7 +109,6 @@ class _Running:
 
     async def result(self, steps: Steps[R]) -> R:
         """Performs all steps."""
-        self._connection.open_channel()  # and with it the loop, which leases of memory need
         machine = Machine(steps)
         try:
             while machine.action is not None:
