@@ -25,7 +25,8 @@ import meshsmooth as ms
 from meshsmooth import _call, _rpc
 from meshsmooth._adapters import read_mesh
 from meshsmooth._region import Region
-from meshsmooth._request import Request, TopologyUse
+from meshsmooth._request import Request
+from meshsmooth._topology import TopologyUse
 from meshsmooth.v1 import smoothing_pb2 as pb
 
 OPTIONS: ms.JobOptions = {"method": "laplacian", "iterations": 0, "quality": "brief"}
@@ -73,14 +74,14 @@ def inside(client: ms.Client, mesh: Any) -> tuple[Callable[[], None], Region]:
         Request(read_mesh(mesh), OPTIONS), TopologyUse(), 0, None, with_progress=False
     )
     size = call.placement.size
-    region = Region(connection.unary(_rpc.LEASE_REGION, pb.LeaseRegionRequest(size_bytes=size)))
+    region = Region(client._ask(_rpc.LEASE_REGION, size_bytes=size))
     call.use(region)
-    message = pb.SmoothRequest.FromString(call.first)
+    message = pb.SmoothRequest.FromString(call.first())
     message.spec.request_id = ""  # another job each time
 
     def run() -> None:
         first = message.SerializeToString()
-        stream = connection._own_channel().unary_stream(_call.SMOOTH)(first, timeout=60)
+        stream = connection.open_channel()[0].unary_stream(_call.SMOOTH)(first, timeout=60)
         answers = [pb.SmoothResponse.FromString(answer) for answer in stream]
         assert any(answer.result.in_region for answer in answers)
 
@@ -101,7 +102,7 @@ def main() -> None:
         tcp = ms.Client(stack.enter_context(server(arguments.program, "127.0.0.1:0")))
         local = stack.enter_context(server(arguments.program, f"unix:{folder}/socket"))
         chunks, shared = ms.Client(local), ms.Client(local)
-        chunks._connection._regions = None
+        chunks._connection.calls._regions = None
         for megabytes in arguments.megabytes:
             mesh = cube(megabytes)
             own, region = inside(shared, mesh)

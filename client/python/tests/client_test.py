@@ -23,6 +23,7 @@ import pytest
 from conftest import LONG, cube, program, running_server
 
 import meshsmooth as ms
+from meshsmooth import _aio, _client
 
 MESH = cube()
 LARGE = cube(14)
@@ -362,6 +363,36 @@ def test_what_is_closed_stays_closed(server: str) -> None:
 
     with pytest.raises(ValueError, match="client is closed"):
         asyncio.run(closed())
+
+
+class Shown:
+    """A display that notes whether it was closed."""
+
+    closed = False
+
+    def __call__(self, _: ms.Progress) -> None: ...
+
+    def close(self) -> None:
+        self.closed = True
+
+
+def test_a_closed_client_leaves_no_display(server: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def run_blocking() -> None:
+        client = ms.Client(server)
+        client.close()
+        client.smooth(MESH, progress=True)
+
+    async def run() -> None:
+        client = ms.AsyncClient(server)
+        await client.close()
+        await client.smooth(MESH, progress=True)
+
+    for module, call in ((_client, run_blocking), (_aio, lambda: asyncio.run(run()))):
+        shown = Shown()
+        monkeypatch.setattr(module, "make_display", lambda *_, shown=shown, **__: shown)
+        with pytest.raises(ValueError, match="closed"):
+            call()
+        assert shown.closed
 
 
 def test_failed_attempts_are_logged(client: ms.Client, caplog: pytest.LogCaptureFixture) -> None:

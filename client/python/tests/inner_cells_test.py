@@ -10,7 +10,7 @@ from conftest import cube
 
 import meshsmooth as ms
 from meshsmooth._mesh import Mesh, MeshData
-from meshsmooth._request import Topology
+from meshsmooth._topology import Topology
 
 POINTS, CELLS = cube(5)
 GRID = np.stack(np.unravel_index(np.arange(125), (5, 5, 5)), -1)

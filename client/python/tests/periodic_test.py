@@ -41,7 +41,7 @@ def two_sides(map_points: Any, seed: int = 3) -> tuple[Mesh, Any]:
 @pytest.mark.parametrize(
     "motion",
     [
-        lambda p: p + [0, 5, -1],
+        lambda p: np.add(p, [0, 5, -1]),
         lambda p: turned(p, [0, 0, 1], 0.3),
         lambda p: turned(p, [0, 0, 1], 3.0),
         lambda p: turned(p, [1, 0.5, -2], 2.0, (1, -2, 3)),
@@ -56,7 +56,7 @@ def test_finds_translations_and_rotations(motion: Any) -> None:
 
 
 def test_ways_to_say_which() -> None:
-    mesh, partners = two_sides(lambda p: p + [0, 5, 0])
+    mesh, partners = two_sides(lambda p: np.add(p, [0, 5, 0]))
     expected = np.column_stack([np.arange(40), partners])
     sides: list[Any] = [("left", "right")]
     ids: list[Any] = [(np.arange(40), np.arange(40, 80))]
@@ -79,7 +79,7 @@ def test_ways_to_say_which() -> None:
     ],
 )
 def test_refused_before_anything_is_sent(periodic: Any, reason: str, text: str) -> None:
-    mesh, _ = two_sides(lambda p: p + [0, 5, 0])
+    mesh, _ = two_sides(lambda p: np.add(p, [0, 5, 0]))
     with pytest.raises(ms.InvalidOption) as caught:
         node_pairs(mesh, periodic)
     assert caught.value.reason == reason
@@ -87,7 +87,7 @@ def test_refused_before_anything_is_sent(periodic: Any, reason: str, text: str) 
 
 
 def test_names_the_node_that_does_not_match() -> None:
-    mesh, partners = two_sides(lambda p: p + [0, 5, 0])
+    mesh, partners = two_sides(lambda p: np.add(p, [0, 5, 0]))
     mesh.points[partners[11], 1] += 0.25
     with pytest.raises(ms.InvalidOption) as caught:
         node_pairs(mesh, ("left", "right"))

@@ -18,7 +18,6 @@ from local_server import eventually
 
 import meshsmooth as ms
 from meshsmooth import _call, _rpc
-from meshsmooth.v1 import smoothing_pb2 as pb
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="needs Linux")
 
@@ -261,7 +260,7 @@ def test_a_forked_child_does_not_keep_it() -> None:
         assert process.stdin is not None
         assert process.stdout is not None
         assert process.stdout.readline() == "ready\n"
-        lease = client._connection.unary(_rpc.LEASE_REGION, pb.LeaseRegionRequest(size_bytes=1))
+        lease = client._ask(_rpc.LEASE_REGION, size_bytes=1)
         process.stdin.write(lease.SerializeToString().hex() + "\n")
         process.stdin.flush()
         child = int(process.stdout.readline())

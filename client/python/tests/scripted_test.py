@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import threading
+import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
 import grpc
 import numpy as np
 import pytest
+from local_server import eventually
 from scripted_server import Call, MockServer, mock_server
 
 import meshsmooth as ms
@@ -144,6 +146,17 @@ def test_busy_error_says_when(mock: MockServer, smooth: Smooth) -> None:
     with pytest.raises(ms.Busy, match=r"full \(QUEUE_FULL\); try again in 1.5 s") as caught:
         smooth(MESH, max_attempts=1)
     assert caught.value.retry_after == 1.5
+
+
+def test_a_refusal_is_heard_while_chunks_are_sent(mock: MockServer, smooth: Smooth) -> None:
+    def busy(call: Call) -> None:
+        call.read_spec()
+        call.refuse(Code.RESOURCE_EXHAUSTED, "QUEUE_FULL", "full", delay=1.5)
+
+    mock.scripts = [busy]
+    for _ in range(20):  # either end of the call may be the first
+        with pytest.raises(ms.Busy):
+            smooth(MESH, max_attempts=1)
 
 
 def test_draining_server_is_left(mock: MockServer, smooth: Smooth) -> None:
@@ -452,3 +465,91 @@ def test_map_waits_for_a_busy_server_however_often(mock: MockServer) -> None:
         results = list(client.map([MESH], max_in_flight=1, max_attempts=2))
     assert results[0][0].tobytes() == RESULT
     assert len(mock.calls) == 7
+
+
+def test_map_runs_small_jobs_in_one_thread(mock: MockServer) -> None:
+    names = set()
+
+    def script(call: Call) -> None:
+        names.update(thread.name for thread in threading.enumerate())
+        succeed(call)
+
+    mock.scripts = [script]
+    with ms.Client(mock.address) as client:
+        results = list(client.map([MESH] * 20))
+    assert [better[0].tobytes() for better in results] == [RESULT] * 20
+    assert "small-jobs" in names
+    assert "meshsmooth-job" not in names
+
+
+def test_map_sends_small_jobs_while_another_is_computed(mock: MockServer) -> None:
+    all_sent = threading.Barrier(4)
+
+    def script(call: Call) -> None:
+        all_sent.wait(60)
+        succeed(call)
+
+    def slowly() -> Iterator[Any]:
+        yield MESH
+        yield MESH
+        while len(mock.calls) < 2:  # both are sent before a third mesh is there
+            time.sleep(0.001)
+        yield MESH
+        yield MESH
+
+    mock.scripts = [script]
+    with ms.Client(mock.address) as client:
+        assert len(list(client.map(slowly()))) == 4
+
+
+def test_an_abandoned_map_cancels_its_small_jobs(mock: MockServer) -> None:
+    ended = threading.Semaphore(0)
+    other = (np.concatenate([POINTS, POINTS[:1]]), MESH[1])
+
+    def script(call: Call) -> None:  # they may arrive in any order
+        try:
+            if call.read_spec().inline_topology.node_count == len(POINTS):
+                call.accept()
+                call.read_upload()
+                call.succeed(RESULT)
+                return
+            gone = threading.Event()
+            if call.context.add_callback(gone.set):
+                gone.wait()
+        except grpc.RpcError:
+            pass  # cancelled before it was read
+        finally:
+            ended.release()
+
+    mock.scripts = [script]
+    with ms.Client(mock.address) as client:
+        results = client.map([MESH, other, other, other], max_in_flight=3)
+        next(results)
+        results.close()  # type: ignore[attr-defined]
+        for _ in mock.calls:
+            assert ended.acquire(timeout=60)
+        assert eventually(lambda: all(t.name != "small-jobs" for t in threading.enumerate()))
+
+
+def test_cancelling_ends_the_wait_for_another_attempt(mock: MockServer) -> None:
+    def busy(call: Call) -> None:
+        call.refuse(Code.RESOURCE_EXHAUSTED, "QUEUE_FULL", "full", delay=300)
+
+    async def run() -> None:
+        async with ms.AsyncClient(mock.address) as client:
+            job = await client.submit(MESH)
+            while not mock.calls:
+                await asyncio.sleep(0.001)
+            assert await job.cancel()
+            await job
+
+    mock.scripts = [busy]
+    with pytest.raises(ms.Cancelled):
+        asyncio.run(run())
+    with ms.Client(mock.address) as client:
+        seen = len(mock.calls)
+        job = client.submit(MESH)
+        assert eventually(lambda: len(mock.calls) > seen)
+        assert job.cancel()
+        with pytest.raises(ms.Cancelled):
+            job.result(60)

@@ -8,12 +8,12 @@
 
 from typing import TYPE_CHECKING
 
-from . import gmsh
+from . import _report, _report_html, gmsh  # noqa: F401, the reports register themselves
 from ._adapters import register_adapter
 from ._aio import AsyncClient
 from ._aio_job import AsyncJob, AsyncSession
-from ._channel import Tls
 from ._client import Client
+from ._credentials import Tls
 from ._default import default_client, move, quality, smooth
 from ._errors import (
     AccessDenied,

@@ -17,7 +17,8 @@ import meshsmooth as ms
 
 from ._adapters import read_mesh
 from ._files import read_file
-from ._job_options import MOVE_OPTIONS, OPTIONS, Declared, Option, choices_of
+from ._job_options import MOVE_OPTIONS, OPTIONS, Declared, choices_of
+from ._option import Option
 
 # Those of the C++ program.
 _FAILED, _USAGE, _BAD_MESH, _REFUSED, _TOO_LATE, _NOT_MET = 1, 2, 3, 4, 5, 6

@@ -17,9 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._adapter import Adapter, Points
+from ._arrays import LazyArrays
 from ._cell_types import DIMENSIONS, TURNED_WEDGES
 from ._errors import InvalidMesh
-from ._mesh import LazyArrays, Mesh, MeshData
+from ._mesh import Mesh, MeshData
 from ._vtk import vtk_adapter
 
 _registered: list[tuple[type, Adapter]] = []

@@ -3,30 +3,35 @@
 from __future__ import annotations
 
 import collections
+import functools
 import os
 from collections.abc import AsyncIterable, AsyncIterator, Callable, Iterable
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
 from numpy.typing import NDArray
 
-from . import _channel, _rpc
+from . import _rpc
 from ._aio_connection import AsyncConnection
-from ._aio_job import AsyncControl, AsyncJob, AsyncSession
-from ._channel import Tls, Token
+from ._aio_job import AsyncJob, AsyncSession
+from ._channel import make_endpoint
+from ._control import Control
+from ._credentials import Tls, Token
 from ._errors import out_of_range
-from ._job_options import MOVE_OPTIONS, Duration, JobOptions, MoveOptions
+from ._job_options import MOVE_OPTIONS, JobOptions, MoveOptions
+from ._option import Duration
 from ._progress import Progress, Tee, make_display
 from ._request import Request
 from ._result import Finish, SmoothResult, prepare, prepare_move
 from ._signature import with_options
 from ._steps import Steps
 from ._summary import QualityStats
-from .v1 import smoothing_pb2 as pb
+from ._topology import TopologyUse
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 M = TypeVar("M")
+R = TypeVar("R")
 Array = NDArray[Any]
 
 
@@ -46,12 +51,12 @@ class AsyncClient:
         token_file: str | os.PathLike[str] | None = None,
     ) -> None:
         """Does not connect yet; see `Client`."""
-        self._connection = AsyncConnection(_channel.make_endpoint(address, tls, token, token_file))
+        self._connection = AsyncConnection(make_endpoint(address, tls, token, token_file))
 
     @property
     def address(self) -> str:
         """The address of the server."""
-        return self._connection.address
+        return self._connection.endpoint.address
 
     async def close(self) -> None:
         """Closes the connection."""
@@ -98,7 +103,7 @@ class AsyncClient:
         Cancelling the task cancels the job on the server.
         """
         request, finish = prepare(mesh, options, out, full)
-        return await self._run(request, finish, options)
+        return await self._run(request, finish)
 
     @overload
     async def move(
@@ -132,11 +137,12 @@ class AsyncClient:
     ) -> Any:
         """Moves nodes of a mesh to given positions; the others follow; see `Client.move`."""
         request, finish = prepare_move(mesh, options, out, full)
-        return await self._run(request, finish, options)
+        return await self._run(request, finish)
 
-    async def _run(self, request: Request, finish: Finish, options: JobOptions) -> Any:
-        display = make_display(options.get("progress"))
-        result = await self._connection.smooth(request, finish, AsyncControl(), display)
+    async def _run(self, request: Request, finish: Finish, use: TopologyUse | None = None) -> Any:
+        control, display = Control(), make_display(request.options.get("progress"))
+        steps = self._connection.calls.smooth(request, finish, control, display, use=use)
+        result = await self._connection.run(steps, control)
         finish.warn()
         return result
 
@@ -157,10 +163,11 @@ class AsyncClient:
         self, mesh: Any, full: bool, options: JobOptions, *, patient: bool = False
     ) -> AsyncJob[Any]:
         request, finish = prepare(mesh, options, None, full)
-        kept = "result_ttl" in options
-        job: AsyncJob[Any] = AsyncJob(self, request.request_id, kept=kept, warn=finish.warn)
+        control = Control(kept="result_ttl" in options)
+        job: AsyncJob[Any] = AsyncJob(request.request_id, control, self.cancel, finish.warn)
         display = Tee(job._note, make_display(options.get("progress"), alone=False))
-        job._start(self._connection.smooth(request, finish, job._control, display, patient=patient))
+        steps = self._connection.calls.smooth(request, finish, control, display, patient=patient)
+        job._start(self._connection.run(steps, control))
         return job
 
     @with_options()
@@ -190,7 +197,8 @@ class AsyncClient:
     @with_options()
     def session(self, mesh: Any, **options: Unpack[JobOptions]) -> AsyncSession:
         """Opens a session on the elements of a mesh whose nodes move; see `Client.session`."""
-        return AsyncSession(self, Steps(mesh, options))
+        run = functools.partial(self._run, use=TopologyUse(named=True, routed=True))
+        return AsyncSession(run, Steps(mesh, options))
 
     async def attach(
         self,
@@ -203,58 +211,54 @@ class AsyncClient:
         """Returns the job that was sent with `result_ttl`; see `Client.attach`."""
         options: JobOptions = {} if timeout is None else {"timeout": timeout}
         request, finish = prepare(mesh, options, None, False)
-        job: AsyncJob[M] = AsyncJob(self, "", kept=True, warn=finish.warn)
-        job._control.job_name = name
+        control = Control(name, kept=True)
+        job: AsyncJob[M] = AsyncJob("", control, self.cancel, finish.warn)
         display = Tee(job._note, make_display(progress))
-        job._start(self._connection.attach(name, request, finish, job._control, display))
+        job._start(
+            self._connection.run(
+                self._connection.calls.attach(name, request, finish, control, display), control
+            )
+        )
         return job
 
     # --- what needs no mesh ----------------------------------------------------------------------
 
     async def info(self) -> _rpc.ServerInfo:
         """Describes the server."""
-        return _rpc.decode_info(
-            await self._connection.unary(_rpc.GET_SERVER_INFO, pb.GetServerInfoRequest())
-        )
+        return await self._ask(_rpc.GET_SERVER_INFO)
 
     async def jobs(self) -> list[_rpc.JobInfo]:
         """Lists the caller's jobs, running and ended, newest first."""
-        found: list[_rpc.JobInfo] = []
-        request = pb.ListJobsRequest()
-        while True:
-            response = await self._connection.unary(_rpc.LIST_JOBS, request)
-            found += [_rpc.decode_job(job) for job in response.jobs]
-            if not response.next_page_token:
-                return found
-            request.page_token = response.next_page_token
+        return await self._connection.run(self._connection.calls.jobs())
 
     async def job(self, name: str) -> _rpc.JobInfo:
         """Returns what the server knows of a job; raises NotFound."""
-        return _rpc.decode_job(
-            (await self._connection.unary(_rpc.GET_JOB, pb.GetJobRequest(name=name))).job
-        )
+        return await self._ask(_rpc.GET_JOB, name=name)
 
     async def cancel(self, name: str, *, keep_result: bool = False) -> _rpc.JobInfo:
         """Cancels a job; see `Client.cancel`."""
-        request = pb.CancelJobRequest(name=name, result_kept=keep_result)
-        return _rpc.decode_job((await self._connection.unary(_rpc.CANCEL_JOB, request)).job)
+        return await self._ask(_rpc.CANCEL_JOB, name=name, result_kept=keep_result)
 
     async def delete_job(self, name: str) -> None:
         """Deletes a job that has ended, and its result."""
-        await self._connection.unary(_rpc.DELETE_JOB, pb.DeleteJobRequest(name=name))
+        await self._ask(_rpc.DELETE_JOB, name=name)
 
     async def topology(self, name: str) -> _rpc.TopologyInfo:
         """Returns what the server knows of a topology that it keeps; raises NotFound."""
-        answer = await self._connection.unary(_rpc.GET_TOPOLOGY, pb.GetTopologyRequest(name=name))
-        return _rpc.decode_topology(answer.topology)
+        return await self._ask(_rpc.GET_TOPOLOGY, name=name)
 
     async def delete_topology(self, name: str) -> None:
         """Makes the server drop a topology; raises NotFound."""
-        await self._connection.unary(_rpc.DELETE_TOPOLOGY, pb.DeleteTopologyRequest(name=name))
+        await self._ask(_rpc.DELETE_TOPOLOGY, name=name)
 
     async def health(self, timeout: float = 5.0) -> bool:
         """Returns whether the server serves, as grpc.health.v1 reports."""
-        return _rpc.is_serving(await self._connection.unary(_rpc.HEALTH, _rpc.Empty(), timeout))
+        return await self._ask(_rpc.HEALTH, timeout)
+
+    async def _ask(
+        self, method: _rpc.Unary[R], timeout: float = _rpc.SHORT_TIMEOUT, **fields: Any
+    ) -> R:
+        return await self._connection.run(self._connection.calls.ask(method, timeout, **fields))
 
     @with_options()
     async def quality(self, mesh: Any, **options: Unpack[JobOptions]) -> QualityStats:

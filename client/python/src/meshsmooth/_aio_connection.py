@@ -1,4 +1,4 @@
-"""The calls of one server on asyncio."""
+"""The connection to a server on asyncio."""
 
 from __future__ import annotations
 
@@ -7,43 +7,42 @@ import concurrent.futures
 import contextlib
 import functools
 import weakref
-from collections.abc import AsyncIterator, Callable
-from typing import Any, cast
+from collections.abc import AsyncIterator, Coroutine
+from typing import Any, TypeVar
 
 import grpc.aio
 
-from . import _call, _channel, _rpc
-from ._aio_job import AsyncControl
-from ._errors import SERVER_ENDED, Error, Unavailable
+from . import _channel, _rpc
+from ._calls import Calls
+from ._control import Control
 from ._fork_guard import fork_guard
-from ._progress import Display, Progress, closing
-from ._region import Lease, RegionPool
-from ._request import Request, TopologyUse
-from ._result import Finish
-from ._retry import Retry
-from ._service_error import CallFacts, to_error
+from ._machine import RECEIVE, Action, Ask, Begin, Failed, Machine, Steps, Wait
+from ._region_pool import LEASE_SECONDS, Lease, RegionPool
+from ._wire import Upload
 from .v1 import smoothing_pb2 as pb
 
-_LEASE_SECONDS = 5.0
+R = TypeVar("R")
+
+# What gRPC sets as the status when a message could not be sent, over that of the server or before.
+_UNSENT = "Internal error from Core"
 
 
 def _leasing(connection: weakref.ref[AsyncConnection]) -> Lease:
     """The call LeaseRegion from another thread, which does not keep its connection alive."""
 
-    def lease(size: int) -> pb.LeaseRegionResponse:
+    def lease(size_bytes: int) -> pb.LeaseRegionResponse:
         alive = connection()
-        if alive is None or alive._loop is None:
+        if alive is None or alive.loop is None:
             raise OSError("the connection is gone")
-        call = alive.unary(
-            _rpc.LEASE_REGION, pb.LeaseRegionRequest(size_bytes=size), _LEASE_SECONDS
-        )
+        steps = alive.calls.ask(_rpc.LEASE_REGION, LEASE_SECONDS, size_bytes=size_bytes)
+        call = alive.run(steps)
         try:
-            answer = asyncio.run_coroutine_threadsafe(call, alive._loop)
+            answer = asyncio.run_coroutine_threadsafe(call, alive.loop)
         except RuntimeError:
             call.close()
             raise OSError("the event loop has ended") from None
         try:
-            return cast(pb.LeaseRegionResponse, answer.result(2 * _LEASE_SECONDS))
+            return answer.result(2 * LEASE_SECONDS)
         except (concurrent.futures.TimeoutError, concurrent.futures.CancelledError):
             raise OSError("the event loop did not answer") from None
 
@@ -51,24 +50,22 @@ def _leasing(connection: weakref.ref[AsyncConnection]) -> Lease:
 
 
 class AsyncConnection:
-    """A channel to a server, opened by the first call, and the calls on it, for one event loop."""
+    """A channel to a server, opened by the first call, for one event loop at a time.
+
+    Attributes:
+        endpoint: the server and what it needs to know of its caller.
+        calls: to it.
+        loop: of the last call.
+    """
 
     def __init__(self, endpoint: _channel.Endpoint) -> None:
-        self._endpoint = endpoint
+        self.endpoint = endpoint
+        self.loop: asyncio.AbstractEventLoop | None = None
         self._channel: Any = None
-        self._channel_address = ""
-        self._loop: asyncio.AbstractEventLoop | None = None  # that the channel belongs to
+        self._channel_of: tuple[asyncio.AbstractEventLoop, str] | None = None
         self._closed = False
-        self._last_was_accepted = False
-        self._regions: RegionPool | None = None
-        if RegionPool.possible(endpoint.address):
-            self._regions = RegionPool(_leasing(weakref.ref(self)))
-            weakref.finalize(self, self._regions.close)
-
-    @property
-    def address(self) -> str:
-        """The address of the server."""
-        return self._endpoint.address
+        self._regions = RegionPool.at(endpoint.address, _leasing(weakref.ref(self)), self)
+        self.calls = Calls(endpoint, self._regions)
 
     async def close(self) -> None:
         """Closes the channel."""
@@ -79,179 +76,128 @@ class AsyncConnection:
         if channel is not None:
             await channel.close()
 
-    def _own_channel(self) -> Any:
+    def open_channel(self) -> tuple[Any, str]:
+        """Returns the channel and the address that it leads to."""
         fork_guard.check()
         if self._closed:
             raise ValueError("the client is closed")
-        endpoint = self._endpoint
-        address = endpoint.address
-        loop = asyncio.get_running_loop()
+        address = self.endpoint.address
         # Another one after the end of a local server, and in another asyncio.run().
-        if self._channel is None or (self._loop, self._channel_address) != (loop, address):
-            options = _channel.channel_options(address, endpoint.tls)
-            self._channel = (
-                grpc.aio.insecure_channel(address, options)
-                if endpoint.tls is None
-                else grpc.aio.secure_channel(
-                    address, _channel.channel_credentials(endpoint.tls), options
-                )
-            )
-            self._loop, self._channel_address = loop, address
-        return self._channel
+        wanted = asyncio.get_running_loop(), address
+        if self._channel is None or self._channel_of != wanted:
+            self._channel = _channel.open_channel(grpc.aio, address, self.endpoint.tls)
+            self._channel_of = wanted
+        return self._channel, address
 
-    def _error_of(self, failed: grpc.aio.AioRpcError, facts: CallFacts) -> Error:
-        return self._endpoint.explain(to_error(failed, facts), facts)
+    async def run(self, steps: Steps[R], control: Control | None = None) -> R:
+        """Performs the steps of a call and returns its result."""
+        self.loop = asyncio.get_running_loop()  # which leases of memory need
+        return await _Running(self, control or Control()).result(steps)
 
-    async def unary(
-        self, method: _rpc.Unary, request: Any, timeout: float = _rpc.SHORT_TIMEOUT
-    ) -> Any:
+
+class _Running:
+    """A call under way on a connection."""
+
+    def __init__(self, connection: AsyncConnection, control: Control) -> None:
+        self._connection = connection
+        self._control = control
+        self._call: Any = None
+        self._answers: Any = None
+        self._server = ""  # of the answers
+        self._status: asyncio.Future[grpc.aio.AioRpcError]  # that the call ends with
+        self._wake = asyncio.Event()  # the upload may continue
+
+    async def result(self, steps: Steps[R]) -> R:
+        """Performs all steps."""
+        machine = Machine(steps)
         try:
-            return await self._unary(method, request, timeout)
-        except Unavailable as error:
-            if not _channel.may_use_next_server(error):
-                raise
-        return await self._unary(method, request, timeout)
-
-    async def _unary(self, method: _rpc.Unary, request: Any, timeout: float) -> Any:
-        call = self._own_channel().unary_unary(
-            method.path,
-            request_serializer=_rpc.serialize,
-            response_deserializer=method.response.FromString,
-        )
-        try:
-            return await call(request, timeout=timeout, metadata=self._endpoint.metadata())
-        except grpc.aio.AioRpcError as failed:
-            error = self._error_of(failed, CallFacts(self._channel_address, timeout))
-        raise error  # here, without gRPC's as its context, which cannot be pickled
-
-    async def smooth(
-        self,
-        request: Request,
-        finish: Finish,
-        control: AsyncControl,
-        display: Display | None,
-        *,
-        use: TopologyUse | None = None,
-        patient: bool = False,
-    ) -> Any:
-        attempts = _call.Attempts(
-            request,
-            finish.memory,
-            use,
-            patient=patient,
-            with_progress=display is not None,
-            last_was_accepted=self._last_was_accepted,
-            held=finish.held,
-        )
-        with closing(display):
-            while True:
-                control.check()
-                call = attempts.begin()
-                self._own_channel()  # and its loop, which leases of memory need
+            while machine.action is not None:
                 try:
-                    with attempts.sharing(call, self._regions):
-                        left = attempts.retry.left()
-                        await self._run_smooth(call, request, control, display, left)
-                        self._last_was_accepted = True
-                        return finish(call.result, call.job_name)
-                except Error as error:
-                    self._last_was_accepted = False
-                    await asyncio.sleep(attempts.after(error, call))
-
-    async def _run_smooth(
-        self,
-        call: _call.SmoothCall,
-        request: Request,
-        control: AsyncControl,
-        display: Display | None,
-        left: float,
-    ) -> None:
-        upload = call.upload
-        wake = asyncio.Event()
-
-        async def messages() -> AsyncIterator[bytes]:
-            yield call.first
-            while call.region is None:
-                for chunk in upload.chunks():
-                    yield chunk
-                if upload.complete:
-                    return
-                await wake.wait()
-                wake.clear()
-
-        def receive(message: bytes) -> Progress | None:
-            progress = call.receive(message)
-            control.job_name = call.job_name
-            wake.set()
-            return progress
-
-        stream = self._own_channel().stream_stream(_call.SMOOTH)(
-            messages(), timeout=left, metadata=self._endpoint.metadata() + call.metadata
-        )
-        facts = functools.partial(CallFacts, self._channel_address, request.timeout)
-        try:
-            await self._drain(stream, receive, control, display, facts, lambda: bool(call.job_name))
-        except asyncio.CancelledError:  # the task's; a job that would outlive its call ends too
-            if "result_ttl" in request.options and control.job_name:
-                with contextlib.suppress(Error):
-                    cancel = pb.CancelJobRequest(name=control.job_name)
-                    await self.unary(_rpc.CANCEL_JOB, cancel, 1.0)
-            raise
-
-    async def attach(
-        self, name: str, request: Request, finish: Finish, control: AsyncControl, display: Display
-    ) -> Any:
-        retry = Retry(request.timeout, request.max_attempts)
-        call = _call.AttachCall(name, request, finish.memory)
-        with closing(display):
-            while True:
-                control.check()
-                before = call.result.received_bytes
-                try:
-                    stream = self._own_channel().unary_stream(_call.ATTACH)(
-                        call.first(), timeout=retry.left(), metadata=self._endpoint.metadata()
-                    )
-                    facts = functools.partial(CallFacts, self._channel_address, request.timeout)
-                    await self._drain(stream, call.receive, control, display, facts, lambda: True)
-                    return finish(call.result, name)
-                except Error as error:
-                    if error.reason == SERVER_ENDED:
-                        raise  # and the job with it
-                    if call.result.received_bytes > before:
-                        retry.succeeded_in_part()
-                    await asyncio.sleep(retry.delay_after(error))
-
-    async def _drain(
-        self,
-        stream: Any,
-        receive: Callable[[bytes], Progress | None],
-        control: AsyncControl,
-        display: Display | None,
-        facts: Callable[..., CallFacts],
-        answered: Callable[[], bool],
-    ) -> None:
-        """Takes all answers of a call; raises the error that it ends with."""
-        control.call = stream
-        if control.cancelled:
-            stream.cancel()
-        try:
-            async for message in stream:
-                progress = receive(message)
-                if progress is not None and display is not None and display(progress) is False:
-                    control.cancel()
-            control.check()  # cancelled, if the job has ended meanwhile too
-            return
-        except grpc.aio.AioRpcError as failed:
-            error = self._error_of(
-                failed, facts(cancelled_by_caller=control.cancelled, answered=answered())
-            )
-        except asyncio.CancelledError:
-            stream.cancel()
-            control.check()  # the call was cancelled, not the task
-            raise
+                    event = await self._perform(machine.action)
+                except BaseException as error:
+                    machine.fail(error)
+                else:
+                    machine.feed(event)
+            return machine.result
         except BaseException:
-            stream.cancel()
+            if self._call is not None:
+                self._call.cancel()
             raise
         finally:
-            control.call = None
-        raise error  # as in `unary`
+            self._control.arm(None)
+
+    async def _perform(self, action: Action) -> Any:
+        if action is RECEIVE:
+            return await self._receive()
+        if isinstance(action, Begin):
+            return self._begin(action)
+        if isinstance(action, Wait):
+            stop = asyncio.Event()
+            self._control.arm(stop.set)
+            with contextlib.suppress(asyncio.TimeoutError):
+                await asyncio.wait_for(stop.wait(), action.seconds)
+        if isinstance(action, Ask):
+            return await self._ask(action)
+        return None
+
+    async def _ask(self, action: Ask) -> Any:
+        channel, server = self._connection.open_channel()
+        try:
+            return await _channel.ask(channel, action, self._connection.endpoint.metadata())
+        except grpc.aio.AioRpcError as status:
+            return Failed(status, server)
+
+    def _begin(self, action: Begin) -> None:
+        if self._call is not None:
+            self._call.cancel()  # broken off in its midst
+        channel, self._server = self._connection.open_channel()
+        messages = None
+        if action.upload is not None:
+            messages = self._messages(action.first, action.upload)
+        metadata = self._connection.endpoint.metadata()
+        self._call = _channel.begin(channel, action, messages, metadata)
+        self._status = asyncio.get_running_loop().create_future()
+        self._call.add_done_callback(functools.partial(_note_status, self._status))
+        self._answers = aiter(self._call)
+        self._control.arm(self._call.cancel)
+
+    async def _messages(self, first: bytes, upload: Upload) -> AsyncIterator[bytes]:
+        """The messages of a call, which gRPC takes in a task of its own."""
+        yield first
+        while True:
+            for chunk in upload.chunks():
+                yield chunk
+            if upload.complete:
+                return
+            await self._wake.wait()
+            self._wake.clear()
+
+    async def _receive(self) -> bytes | Failed | None:
+        self._wake.set()  # the last answer may have allowed more
+        try:
+            answer: bytes | None = await anext(self._answers, None)
+        except grpc.aio.AioRpcError as status:
+            if status.details() == _UNSENT:
+                status = await self._status
+            return Failed(status, self._server)
+        except asyncio.CancelledError:
+            if self._control.cancelled:  # the call, not the task
+                return None
+            raise
+        return answer
+
+
+def _note_status(noted: asyncio.Future[grpc.aio.AioRpcError], call: Any) -> None:
+    """Notes the status that a call has now, as gRPC calls this each time that it sets one."""
+    code, text, metadata = map(_at_once, (call.code(), call.details(), call.trailing_metadata()))
+    if text != _UNSENT and not noted.done():
+        noted.set_result(grpc.aio.AioRpcError(code, grpc.aio.Metadata(), metadata, text))
+
+
+def _at_once(coroutine: Coroutine[Any, Any, R]) -> R:
+    """Returns the result of a coroutine that has nothing to wait for."""
+    try:
+        coroutine.send(None)
+    except StopIteration as end:
+        return end.value  # type: ignore[no-any-return]
+    raise AssertionError("it waits")

@@ -3,46 +3,24 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable, Generator
+from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine, Generator
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from numpy.typing import ArrayLike, NDArray
 
-from ._errors import Cancelled, Error
+from ._control import Control
 from ._job_options import TOPOLOGY_OPTIONS, JobOptions
-from ._progress import Progress, make_display
-from ._request import Request, TopologyUse
+from ._progress import Progress
+from ._request import Request
 from ._result import Finish
+from ._session import SessionBase
 from ._signature import with_options
-from ._steps import Steps
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-    from ._aio import AsyncClient
-
 R = TypeVar("R")
 Array = NDArray[Any]
-
-
-class AsyncControl:
-    """Whether the caller has cancelled a job, and the call to end then."""
-
-    def __init__(self) -> None:
-        self.cancelled = False
-        self.job_name = ""
-        self.call: Any = None
-
-    def cancel(self) -> None:
-        """Cancels the call under way, and those that would follow."""
-        self.cancelled = True
-        if self.call is not None:
-            self.call.cancel()
-
-    def check(self) -> None:
-        """Raises `Cancelled` if the caller has cancelled."""
-        if self.cancelled:
-            raise Cancelled("cancelled", code="CANCELLED")
 
 
 class AsyncJob(Generic[R]):
@@ -53,18 +31,21 @@ class AsyncJob(Generic[R]):
     """
 
     def __init__(
-        self, client: AsyncClient, request_id: str, *, kept: bool, warn: Callable[[], None]
+        self,
+        request_id: str,
+        control: Control,
+        cancel: Callable[..., Awaitable[object]],
+        warn: Callable[[], None],
     ) -> None:
         self.request_id = request_id
-        self._client = client
-        self._control = AsyncControl()
-        self._kept = kept
+        self._control = control
+        self._cancel = cancel  # on the server, by name
         self._warn = warn
         self._last: Progress | None = None
         self._changed = asyncio.Event()
         self._task: asyncio.Task[R]
 
-    def _start(self, run: Any) -> None:
+    def _start(self, run: Coroutine[Any, Any, R]) -> None:
         self._task = asyncio.ensure_future(run)
         self._task.add_done_callback(lambda _: self._changed.set())
 
@@ -108,13 +89,8 @@ class AsyncJob(Generic[R]):
         """Cancels the job on the server; see `Job.cancel`."""
         if self.done():
             return False
-        if keep_result and not self.name:
-            raise Error(
-                "the server has not accepted the job yet, so there is no result to keep",
-                reason="JOB_NOT_FOUND",
-            )
-        if keep_result or (self._kept and self.name):
-            await self._client.cancel(self.name, keep_result=keep_result)
+        if self._control.concerns_server(keep_result=keep_result):
+            await self._cancel(self.name, keep_result=keep_result)
         if not keep_result:
             self._control.cancel()
         return True
@@ -124,32 +100,14 @@ class AsyncJob(Generic[R]):
         self._task.add_done_callback(lambda _: function(self))
 
 
-class AsyncSession:
+class AsyncSession(SessionBase):
     """A mesh whose nodes move from job to job while its elements stay; see `Session`."""
-
-    def __init__(self, client: AsyncClient, steps: Steps) -> None:
-        self._client = client
-        self._steps = steps
 
     async def __aenter__(self) -> AsyncSession:
         return self
 
     async def __aexit__(self, *_: object) -> None:
         self.close()
-
-    def close(self) -> None:
-        """Ends the session: its memory is returned, later steps raise ValueError."""
-        self._steps.close()
-
-    @property
-    def topology_name(self) -> str:
-        """The server's name of the topology, "topologies/sha256-…"."""
-        return self._steps.topology.name
-
-    @property
-    def positions(self) -> Array:
-        """Positions of the session's own; see `Session.positions`."""
-        return self._steps.positions
 
     @with_options(without=TOPOLOGY_OPTIONS)
     async def smooth(
@@ -177,11 +135,6 @@ class AsyncSession:
         return await self._run(*self._steps.move(nodes, positions, out, full, options))
 
     async def _run(self, request: Request, finish: Finish) -> Any:
-        display = make_display(request.options.get("progress"))
-        use = TopologyUse(named=True, routed=True)
-        result = await self._client._connection.smooth(
-            request, finish, AsyncControl(), display, use=use
-        )
-        finish.warn()
+        result = await self._run_job(request, finish)
         self._steps.end(finish)
         return result

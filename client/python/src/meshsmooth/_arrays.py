@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -50,3 +51,22 @@ def as_coordinates(given: Any, what: str) -> NDArray[Any]:
 
 def _mismatch(text: str) -> InvalidMesh:
     return InvalidMesh(text, reason="ARRAY_SIZE_MISMATCH")
+
+
+class LazyArrays(Mapping[str, NDArray[Any]]):
+    """Arrays by name, each made when it is asked for."""
+
+    def __init__(self, names: list[str], get: Callable[[str], NDArray[Any]]) -> None:
+        self._names = names
+        self._get = get
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        if name not in self._names:
+            raise KeyError(name)
+        return self._get(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)

@@ -16,10 +16,12 @@ from ._errors import SERVER_ENDED, DeadlineExceeded, Error
 from ._options import name_option
 from ._progress import Progress, decode_job_state, decode_progress
 from ._received import Result
-from ._region import Held, Region, RegionPool, place
-from ._request import Request, TopologyUse
+from ._region import Held, Region, place
+from ._region_pool import RegionPool
+from ._request import Request
 from ._retry import Retry
 from ._service_error import broken_answer, place_in_input
+from ._topology import TopologyUse
 from .v1 import smoothing_pb2
 
 _log = logging.getLogger("meshsmooth")  # attempts that failed, and how
@@ -29,7 +31,7 @@ ATTACH = "/meshsmooth.v1.SmoothingService/AttachJob"
 
 # What is sent before it is known whether the server accepts the job: of a large mesh little is in
 # vain, and a proxy can be heard that refuses at once, which it cannot be while more is under way.
-FEW_EARLY_BYTES = 64 << 10
+FEW_EARLY_BYTES = _wire.SMALL_BYTES
 # The same where the last job was accepted: a mesh of this size does not wait for the answer.
 MANY_EARLY_BYTES = 2 << 20
 
@@ -46,7 +48,7 @@ class SmoothCall:
         *,
         with_progress: bool,
     ) -> None:
-        self.first = request.spec(use, with_progress=with_progress)
+        self._message = request.spec(use, with_progress=with_progress)
         self.metadata = request.metadata(use)
         self._parts = request.parts(use)
         self.upload = _wire.Upload(self._parts, early_bytes)
@@ -63,15 +65,17 @@ class SmoothCall:
             return False
         self.placement = placement
         region.fill(self._parts, placement)
-        message = smoothing_pb2.SmoothRequest.FromString(self.first)
-        use = message.spec.region
+        use = self._message.spec.region
         use.region_name = region.name
         for array_id, offset in self.placement.inputs:
             use.inputs.add(array_id=array_id, offset_bytes=offset)
         use.result_offset_bytes = self.placement.result_offset
-        self.first = message.SerializeToString()
         self.region = region
         return True
+
+    def first(self) -> bytes:
+        """Returns the first message, or the only one if the arrays travel in a region."""
+        return bytes(self._message.SerializeToString())
 
     @property
     def answered(self) -> bool:

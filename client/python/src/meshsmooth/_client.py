@@ -2,28 +2,29 @@
 
 from __future__ import annotations
 
-import collections
 import functools
-import os
 from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
 from numpy.typing import NDArray
 
-from . import _channel, _rpc
-from ._channel import Tls, Token
-from ._connection import Connection
+from . import _rpc
+from ._connection import Running
+from ._control import Control
 from ._errors import out_of_range
-from ._job import Control, Job
-from ._job_options import MOVE_OPTIONS, Duration, JobOptions, MoveOptions
+from ._job import Job
+from ._job_options import MOVE_OPTIONS, JobOptions, MoveOptions
+from ._option import Duration
+from ._pipeline import Pipeline, results_in_order
 from ._progress import Progress, Tee, make_display
 from ._request import Request
 from ._result import Finish, SmoothResult, prepare, prepare_move
+from ._server_client import ServerClient
 from ._session import Session
 from ._signature import with_options
 from ._steps import Steps
 from ._summary import QualityStats
-from .v1 import smoothing_pb2 as pb
+from ._topology import TopologyUse
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -32,53 +33,12 @@ M = TypeVar("M")
 Array = NDArray[Any]
 
 
-class Client:
+class Client(ServerClient):
     """A connection to one server, or to several equal ones.
 
     Thread-safe: calls may run concurrently. In a forked child each client connects anew, if the
     parent had not called yet; else calls raise `Error` (FORKED).
     """
-
-    def __init__(
-        self,
-        address: str | None = None,
-        *,
-        tls: Tls | bool | None = None,
-        token: Token | None = None,
-        token_file: str | os.PathLike[str] | None = None,
-    ) -> None:
-        """Does not connect yet.
-
-        Args:
-            address: HOST:PORT or unix:PATH, or several servers, used alternately:
-                dns:///NAME:PORT or ipv4:A:PORT,B:PORT. None: `$MESHSMOOTH_SERVER`, with
-                `$MESHSMOOTH_CLIENT_TLS_CA`, `_TLS_CERT`, `_TLS_KEY`, `_TLS_SERVER_NAME`, `_TOKEN`
-                and `_TOKEN_FILE`; without that variable a server of this process.
-            tls: certificates; True for TLS with gRPC's own authorities.
-            token: the caller's bearer token, or a function that returns it for each call.
-            token_file: a file with the token on its first line, read anew for each call.
-
-        Raises:
-            InvalidOption: CREDENTIALS_UNUSABLE: a file cannot be read, or a token would travel in
-                clear.
-            Unavailable: no local server can be started.
-        """
-        self._connection = Connection(_channel.make_endpoint(address, tls, token, token_file))
-
-    @property
-    def address(self) -> str:
-        """The address of the server."""
-        return self._connection.address
-
-    def close(self) -> None:
-        """Closes the connection; calls under way end with `Cancelled`."""
-        self._connection.close()
-
-    def __enter__(self) -> Client:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def __reduce__(self) -> tuple[Any, ...]:
         """A client of the same server, as in a graph of dask; it connects anew.
@@ -86,12 +46,11 @@ class Client:
         Raises:
             TypeError: a token that is not in a file or the environment does not travel.
         """
-        return _connect, self._connection.endpoint.portable()
+        address, tls, token_file = self._connection.endpoint.portable()
+        return functools.partial(Client, tls=tls, token_file=token_file), (address,)
 
     def __repr__(self) -> str:
         return f"meshsmooth.Client({self.address!r})"
-
-    # --- jobs ------------------------------------------------------------------------------------
 
     @overload
     def smooth(
@@ -139,7 +98,7 @@ class Client:
             KeyboardInterrupt: on Ctrl-C; the job is cancelled on the server.
         """
         request, finish = prepare(mesh, options, out, full)
-        return self._run(request, finish, options)
+        return self._run(request, finish)
 
     @overload
     def move(
@@ -188,11 +147,12 @@ class Client:
             Error: as `smooth`.
         """
         request, finish = prepare_move(mesh, options, out, full)
-        return self._run(request, finish, options)
+        return self._run(request, finish)
 
-    def _run(self, request: Request, finish: Finish, options: JobOptions) -> Any:
-        display = make_display(options.get("progress"))
-        result = self._connection.smooth(request, finish, Control(), display)
+    def _run(self, request: Request, finish: Finish, use: TopologyUse | None = None) -> Any:
+        control, display = Control(), make_display(request.options.get("progress"))
+        steps = self._connection.calls.smooth(request, finish, control, display, use=use)
+        result = self._connection.run(steps, control)
         finish.warn()
         return result
 
@@ -214,27 +174,24 @@ class Client:
             InvalidMesh: the mesh cannot be encoded. What the server refuses, `Job.result` raises.
             InvalidOption: likewise.
         """
-        return self._submit(mesh, full, options)
+        return self._submit(mesh, None, full=full, options=options)
 
     def _submit(
-        self, mesh: Any, full: bool, options: JobOptions, *, patient: bool = False
+        self, mesh: Any, pipeline: Pipeline | None, *, full: bool, options: JobOptions
     ) -> Job[Any]:
         request, finish = prepare(mesh, options, None, full)
-        control = Control()
-        job: Job[Any] = Job(
-            self, request.request_id, control, kept="result_ttl" in options, warn=finish.warn
-        )
+        control = Control(kept="result_ttl" in options)
+        job: Job[Any] = Job(request.request_id, control, self.cancel, finish.warn)
         display = make_display(options.get("progress"), alone=False)
-        job._start(
-            functools.partial(
-                self._connection.smooth,
-                request,
-                finish,
-                control,
-                Tee(job._note, display),
-                patient=patient,
-            )
+        if pipeline is None:
+            display = Tee(job._note, display)
+        steps = self._connection.calls.smooth(
+            request, finish, control, display, patient=pipeline is not None
         )
+        if pipeline is not None and display is None and request.is_small:
+            pipeline.add(job, functools.partial(Running, self._connection, steps, control))
+        else:
+            job._start(functools.partial(self._connection.run, steps, control))
         return job
 
     @overload
@@ -280,29 +237,8 @@ class Client:
         """
         if max_in_flight < 1:
             raise out_of_range("max_in_flight", "max_in_flight must be 1 or more")
-        return self._map(meshes, max_in_flight, full, options)
-
-    def _map(
-        self, meshes: Iterable[Any], max_in_flight: int, full: bool, options: JobOptions
-    ) -> Iterator[Any]:
-        jobs: collections.deque[Job[Any]] = collections.deque()
-        try:
-            for mesh in meshes:
-                if len(jobs) >= max_in_flight:
-                    yield self._first_result(jobs)
-                jobs.append(self._submit(mesh, full, options, patient=True))
-            while jobs:
-                yield self._first_result(jobs)
-        finally:
-            for job in jobs:
-                job.cancel()
-
-    @staticmethod
-    def _first_result(jobs: collections.deque[Job[Any]]) -> Any:
-        """Waits for the first job, which stays in the queue until then, to be cancelled."""
-        result = jobs[0].result()
-        jobs.popleft()
-        return result
+        submit = functools.partial(self._submit, full=full, options=options)
+        return results_in_order(meshes, max_in_flight, submit)
 
     @with_options()
     def session(self, mesh: Any, **options: Unpack[JobOptions]) -> Session:
@@ -315,7 +251,8 @@ class Client:
             **options: `fixed`, `fixed_types`, `regions` and `boundary` hold for all steps; the
                 others are defaults of the steps.
         """
-        return Session(self, Steps(mesh, options))
+        run = functools.partial(self._run, use=TopologyUse(named=True, routed=True))
+        return Session(run, Steps(mesh, options))
 
     def attach(
         self,
@@ -335,61 +272,12 @@ class Client:
         """
         options: JobOptions = {} if timeout is None else {"timeout": timeout}
         request, finish = prepare(mesh, options, None, False)
-        control = Control()
-        job: Job[M] = Job(self, "", control, kept=True, warn=finish.warn)
+        control = Control(name, kept=True)
+        job: Job[M] = Job("", control, self.cancel, finish.warn)
         display = Tee(job._note, make_display(progress))
-        control.job_name = name
-        job._start(
-            functools.partial(self._connection.attach, name, request, finish, control, display)
-        )
+        steps = self._connection.calls.attach(name, request, finish, control, display)
+        job._start(functools.partial(self._connection.run, steps, control))
         return job
-
-    # --- what needs no mesh ----------------------------------------------------------------------
-
-    def info(self) -> _rpc.ServerInfo:
-        """Describes the server: version, methods, features, limits, backends."""
-        return _rpc.decode_info(
-            self._connection.unary(_rpc.GET_SERVER_INFO, pb.GetServerInfoRequest())
-        )
-
-    def jobs(self) -> list[_rpc.JobInfo]:
-        """Lists the caller's jobs, running and ended, newest first."""
-        found: list[_rpc.JobInfo] = []
-        request = pb.ListJobsRequest()
-        while True:
-            response = self._connection.unary(_rpc.LIST_JOBS, request)
-            found += [_rpc.decode_job(job) for job in response.jobs]
-            if not response.next_page_token:
-                return found
-            request.page_token = response.next_page_token
-
-    def job(self, name: str) -> _rpc.JobInfo:
-        """Returns what the server knows of a job; raises NotFound."""
-        return _rpc.decode_job(
-            self._connection.unary(_rpc.GET_JOB, pb.GetJobRequest(name=name)).job
-        )
-
-    def cancel(self, name: str, *, keep_result: bool = False) -> _rpc.JobInfo:
-        """Cancels a job; with `keep_result` its callers receive the positions reached so far."""
-        request = pb.CancelJobRequest(name=name, result_kept=keep_result)
-        return _rpc.decode_job(self._connection.unary(_rpc.CANCEL_JOB, request).job)
-
-    def delete_job(self, name: str) -> None:
-        """Deletes a job that has ended, and its result."""
-        self._connection.unary(_rpc.DELETE_JOB, pb.DeleteJobRequest(name=name))
-
-    def topology(self, name: str) -> _rpc.TopologyInfo:
-        """Returns what the server knows of a topology that it keeps; raises NotFound."""
-        request = pb.GetTopologyRequest(name=name)
-        return _rpc.decode_topology(self._connection.unary(_rpc.GET_TOPOLOGY, request).topology)
-
-    def delete_topology(self, name: str) -> None:
-        """Makes the server drop a topology; jobs that use it continue. Raises NotFound."""
-        self._connection.unary(_rpc.DELETE_TOPOLOGY, pb.DeleteTopologyRequest(name=name))
-
-    def health(self, timeout: float = 5.0) -> bool:
-        """Returns whether the server serves, as grpc.health.v1 reports."""
-        return _rpc.is_serving(self._connection.unary(_rpc.HEALTH, _rpc.Empty(), timeout))
 
     @with_options()
     def quality(self, mesh: Any, **options: Unpack[JobOptions]) -> QualityStats:
@@ -397,10 +285,3 @@ class Client:
         evaluate = _rpc.evaluate_only(options)
         result: SmoothResult[Any] = self.smooth(mesh, full=True, **evaluate)
         return result.summary.quality_before
-
-
-def _connect(
-    address: str | None, tls: Tls | None, token_file: str | os.PathLike[str] | None
-) -> Client:
-    """Makes the client that was pickled."""
-    return Client(address, tls=tls, token_file=token_file)

@@ -1,70 +1,56 @@
-"""The blocking calls of one server."""
+"""The blocking connection to a server."""
 
 from __future__ import annotations
 
-import contextlib
-import functools
 import os
 import threading
 import weakref
-from collections.abc import Callable, Iterator
-from typing import Any, cast
+from collections.abc import Iterator
+from typing import Any, Generic, TypeVar
 
 import grpc
 
-from . import _call, _channel, _rpc
-from ._errors import SERVER_ENDED, Error, Unavailable
+from . import _channel, _rpc
+from ._calls import Calls
+from ._control import Control
 from ._fork_guard import fork_guard
-from ._job import Control
-from ._progress import Display, Progress, closing
-from ._region import Lease, RegionPool
-from ._request import Request, TopologyUse
-from ._result import Finish
-from ._retry import Retry
-from ._service_error import CallFacts, to_error
+from ._machine import RECEIVE, Action, Ask, Begin, Failed, Machine, Steps, Wait
+from ._region_pool import LEASE_SECONDS, Lease, RegionPool
+from ._wire import Upload
 from .v1 import smoothing_pb2 as pb
+
+R = TypeVar("R")
 
 
 def _leasing(connection: weakref.ref[Connection]) -> Lease:
     """The call LeaseRegion, which does not keep its connection alive."""
 
-    def lease(size: int) -> pb.LeaseRegionResponse:
+    def lease(size_bytes: int) -> pb.LeaseRegionResponse:
         alive = connection()
         if alive is None:
             raise OSError("the connection is gone")
-        return cast(
-            pb.LeaseRegionResponse,
-            alive.unary(_rpc.LEASE_REGION, pb.LeaseRegionRequest(size_bytes=size), 5.0),
-        )
+        return alive.run(alive.calls.ask(_rpc.LEASE_REGION, LEASE_SECONDS, size_bytes=size_bytes))
 
     return lease
 
 
 class Connection:
-    """A channel to a server, opened by the first call, and the calls on it. Thread-safe."""
+    """A channel to a server, opened by the first call; performs the steps of calls. Thread-safe.
+
+    Attributes:
+        endpoint: the server and what it needs to know of its caller.
+        calls: to it.
+    """
 
     def __init__(self, endpoint: _channel.Endpoint) -> None:
-        self._endpoint = endpoint
+        self.endpoint = endpoint
         self._lock = threading.Lock()
         self._channel: Any = None
         self._channel_address = ""
         self._pid = 0  # of the process that the channel belongs to
         self._closed = False
-        self._last_was_accepted = False
-        self._regions: RegionPool | None = None
-        if RegionPool.possible(endpoint.address):
-            self._regions = RegionPool(_leasing(weakref.ref(self)))
-            weakref.finalize(self, self._regions.close)
-
-    @property
-    def endpoint(self) -> _channel.Endpoint:
-        """The server and what it needs to know of its caller."""
-        return self._endpoint
-
-    @property
-    def address(self) -> str:
-        """The address of the server."""
-        return self._endpoint.address
+        self._regions = RegionPool.at(endpoint.address, _leasing(weakref.ref(self)), self)
+        self.calls = Calls(endpoint, self._regions)
 
     def close(self) -> None:
         """Closes the channel; calls under way end with `Cancelled`."""
@@ -76,194 +62,117 @@ class Connection:
             if channel is not None and self._pid == os.getpid():
                 channel.close()
 
-    def _own_channel(self) -> Any:
+    def open_channel(self) -> tuple[Any, str]:
+        """Returns the channel and the address that it leads to."""
         fork_guard.check()
         with self._lock:
             if self._closed:
                 raise ValueError("the client is closed")
-            endpoint = self._endpoint
-            address = endpoint.address
+            address = self.endpoint.address
             own = self._pid == os.getpid()
             # The channel to a local server that has ended is dropped, not closed: its calls end
             # with their own errors.
             if self._channel is None or not own or address != self._channel_address:
-                options = _channel.channel_options(address, endpoint.tls)
-                self._channel = (
-                    grpc.insecure_channel(address, options)
-                    if endpoint.tls is None
-                    else grpc.secure_channel(
-                        address, _channel.channel_credentials(endpoint.tls), options
-                    )
-                )
+                self._channel = _channel.open_channel(grpc, address, self.endpoint.tls)
                 self._channel_address, self._pid = address, os.getpid()
-            return self._channel
+            return self._channel, address
 
-    def _error_of(self, failed: grpc.RpcError, facts: CallFacts) -> Error:
-        return self._endpoint.explain(to_error(failed, facts), facts)  # type: ignore[arg-type]
+    def run(self, steps: Steps[R], control: Control | None = None) -> R:
+        """Performs the steps of a call and returns its result."""
+        return Running(self, steps, control or Control()).result()
 
-    def unary(self, method: _rpc.Unary, request: Any, timeout: float = _rpc.SHORT_TIMEOUT) -> Any:
+
+class Running(Generic[R]):
+    """A call under way on a connection."""
+
+    def __init__(self, connection: Connection, steps: Steps[R], control: Control) -> None:
+        self._connection = connection
+        self._control = control
+        self._answers: Any = None
+        self._server = ""  # of the answers
+        self._wake = threading.Event()  # the upload may continue
+        self._machine = Machine(steps)
+
+    def begin(self) -> None:
+        """Performs all steps up to the first answer, and does not wait for that."""
+        while self._machine.action not in (None, RECEIVE):
+            self._step()
+
+    def result(self) -> R:
+        """Performs all steps."""
         try:
-            return self._unary(method, request, timeout)
-        except Unavailable as error:
-            if not _channel.may_use_next_server(error):
-                raise
-        return self._unary(method, request, timeout)
-
-    def _unary(self, method: _rpc.Unary, request: Any, timeout: float) -> Any:
-        call = self._own_channel().unary_unary(
-            method.path,
-            request_serializer=_rpc.serialize,
-            response_deserializer=method.response.FromString,
-        )
-        try:
-            return call(request, timeout=timeout, metadata=self._endpoint.metadata())
-        except grpc.RpcError as failed:
-            error = self._error_of(failed, CallFacts(self._channel_address, timeout))
-        raise error  # here, without gRPC's as its context, which cannot be pickled
-
-    def smooth(
-        self,
-        request: Request,
-        finish: Finish,
-        control: Control,
-        display: Display | None,
-        *,
-        use: TopologyUse | None = None,
-        patient: bool = False,
-    ) -> Any:
-        """Runs a job in as many attempts as it may have."""
-        attempts = _call.Attempts(
-            request,
-            finish.memory,
-            use,
-            patient=patient,
-            with_progress=display is not None,
-            last_was_accepted=self._last_was_accepted,
-            held=finish.held,
-        )
-        with closing(display):
-            while True:
-                control.check()
-                call = attempts.begin()
-                try:
-                    with attempts.sharing(call, self._regions):
-                        self._run_smooth(call, request, control, display, attempts.retry.left())
-                        self._last_was_accepted = True
-                        return finish(call.result, call.job_name)
-                except Error as error:
-                    self._last_was_accepted = False
-                    control.wait(attempts.after(error, call))
-
-    def _run_smooth(
-        self,
-        call: _call.SmoothCall,
-        request: Request,
-        control: Control,
-        display: Display | None,
-        left: float,
-    ) -> None:
-        try:
-            if call.region is not None:  # its only message goes at once
-                stream = self._own_channel().unary_stream(_call.SMOOTH)(
-                    call.first, timeout=left, metadata=self._endpoint.metadata() + call.metadata
-                )
-                wake = threading.Event()
-            else:
-                stream, wake = self._send_chunks(call, left)
-            facts = functools.partial(CallFacts, self._channel_address, request.timeout)
-
-            def receive(message: bytes) -> Progress | None:
-                progress = call.receive(message)
-                control.job_name = call.job_name
-                wake.set()
-                return progress
-
-            self._drain(stream, receive, control, display, facts, lambda: bool(call.job_name))
-        except KeyboardInterrupt:
-            self._interrupted(control, request)
-            raise
-
-    def _send_chunks(self, call: _call.SmoothCall, left: float) -> tuple[Any, threading.Event]:
-        """Begins a call; the event has its upload continue."""
-        upload = call.upload
-        wake = threading.Event()  # the upload may continue, or the call has ended
-        ended = False
-
-        def messages() -> Iterator[bytes]:
-            yield call.first
-            while not ended:
-                yield from upload.chunks()
-                if upload.complete:
-                    return
-                wake.wait()
-                wake.clear()
-
-        def end() -> None:
-            nonlocal ended
-            ended = True
-            wake.set()
-
-        stream = self._own_channel().stream_stream(_call.SMOOTH)(
-            messages(), timeout=left, metadata=self._endpoint.metadata() + call.metadata
-        )
-        if not stream.add_callback(end):
-            end()
-        return stream, wake
-
-    def attach(
-        self, name: str, request: Request, finish: Finish, control: Control, display: Display
-    ) -> Any:
-        retry = Retry(request.timeout, request.max_attempts)
-        call = _call.AttachCall(name, request, finish.memory)
-        with closing(display):
-            while True:
-                control.check()
-                before = call.result.received_bytes
-                try:
-                    stream = self._own_channel().unary_stream(_call.ATTACH)(
-                        call.first(), timeout=retry.left(), metadata=self._endpoint.metadata()
-                    )
-                    facts = functools.partial(CallFacts, self._channel_address, request.timeout)
-                    self._drain(stream, call.receive, control, display, facts, lambda: True)
-                    return finish(call.result, name)
-                except Error as error:
-                    if error.reason == SERVER_ENDED:
-                        raise  # and the job with it
-                    if call.result.received_bytes > before:
-                        retry.succeeded_in_part()
-                    control.wait(retry.delay_after(error))
-
-    def _drain(
-        self,
-        stream: Any,
-        receive: Callable[[bytes], Progress | None],
-        control: Control,
-        display: Display | None,
-        facts: Callable[..., CallFacts],
-        answered: Callable[[], bool],
-    ) -> None:
-        """Takes all answers of a call; raises the error that it ends with."""
-        control.begin(stream.cancel)
-        try:
-            for message in stream:
-                progress = receive(message)
-                if progress is not None and display is not None and display(progress) is False:
-                    control.cancel()
-            control.check()  # cancelled, if the job has ended meanwhile too
-            return
-        except grpc.RpcError as failed:
-            error = self._error_of(
-                failed, facts(cancelled_by_caller=control.cancelled, answered=answered())
-            )
+            while self._machine.action is not None:
+                self._step()
+            return self._machine.result
         except BaseException:
-            stream.cancel()
+            if self._answers is not None:
+                self._answers.cancel()
             raise
         finally:
-            control.end()
-        raise error  # as in `unary`
+            self._control.arm(None)
 
-    def _interrupted(self, control: Control, request: Request) -> None:
-        """Ends a job that would outlive its call."""
-        if "result_ttl" in request.options and control.job_name:
-            with contextlib.suppress(Error):
-                self.unary(_rpc.CANCEL_JOB, pb.CancelJobRequest(name=control.job_name), 1.0)
+    def _step(self) -> None:
+        try:
+            event = self._perform(self._machine.action)
+        except BaseException as error:
+            self._machine.fail(error)
+        else:
+            self._machine.feed(event)
+
+    def _perform(self, action: Action | None) -> Any:
+        if action is RECEIVE:
+            return self._receive()
+        if isinstance(action, Begin):
+            return self._begin(action)
+        if isinstance(action, Wait):
+            stop = threading.Event()
+            self._control.arm(stop.set)
+            stop.wait(action.seconds)
+        if isinstance(action, Ask):
+            return self._ask(action)
+        return None
+
+    def _ask(self, action: Ask) -> Any:
+        channel, server = self._connection.open_channel()
+        try:
+            return _channel.ask(channel, action, self._connection.endpoint.metadata())
+        except grpc.RpcError as status:
+            return Failed(status, server)  # type: ignore[arg-type]
+
+    def _begin(self, action: Begin) -> None:
+        if self._answers is not None:
+            self._answers.cancel()  # broken off in their midst
+        channel, self._server = self._connection.open_channel()
+        ended = threading.Event()
+        messages = None
+        if action.upload is not None:
+            messages = self._messages(action.first, action.upload, ended)
+        metadata = self._connection.endpoint.metadata()
+        self._answers = _channel.begin(channel, action, messages, metadata)
+        if messages is not None:
+
+            def end() -> None:
+                ended.set()
+                self._wake.set()
+
+            if not self._answers.add_callback(end):
+                end()
+        self._control.arm(self._answers.cancel)
+
+    def _messages(self, first: bytes, upload: Upload, ended: threading.Event) -> Iterator[bytes]:
+        """The messages of a call, which gRPC takes in a thread of its own."""
+        yield first
+        while not ended.is_set():
+            yield from upload.chunks()
+            if upload.complete:
+                return
+            self._wake.wait()
+            self._wake.clear()
+
+    def _receive(self) -> bytes | Failed | None:
+        self._wake.set()  # the last answer may have allowed more
+        try:
+            answer: bytes | None = next(self._answers, None)
+        except grpc.RpcError as status:
+            return Failed(status, self._server)  # type: ignore[arg-type]
+        return answer

@@ -42,21 +42,13 @@ def default_client() -> Client:
 
 @overload
 def smooth(
-    mesh: Any,
-    *,
-    out: NDArray[Any],
-    full: Literal[False] = False,
-    **options: Unpack[JobOptions],
+    mesh: Any, *, out: NDArray[Any], full: Literal[False] = False, **options: Unpack[JobOptions]
 ) -> NDArray[Any]: ...
 @overload
 def smooth(mesh: M, *, full: Literal[False] = False, **options: Unpack[JobOptions]) -> M: ...
 @overload
 def smooth(
-    mesh: M,
-    *,
-    out: NDArray[Any] | None = None,
-    full: Literal[True],
-    **options: Unpack[JobOptions],
+    mesh: M, *, out: NDArray[Any] | None = None, full: Literal[True], **options: Unpack[JobOptions]
 ) -> SmoothResult[M]: ...
 @overload
 def smooth(mesh: M, *, full: bool, **options: Unpack[JobOptions]) -> M | SmoothResult[M]: ...
@@ -87,21 +79,13 @@ def smooth(
 
 @overload
 def move(
-    mesh: Any,
-    *,
-    out: NDArray[Any],
-    full: Literal[False] = False,
-    **options: Unpack[MoveOptions],
+    mesh: Any, *, out: NDArray[Any], full: Literal[False] = False, **options: Unpack[MoveOptions]
 ) -> NDArray[Any]: ...
 @overload
 def move(mesh: M, *, full: Literal[False] = False, **options: Unpack[MoveOptions]) -> M: ...
 @overload
 def move(
-    mesh: M,
-    *,
-    out: NDArray[Any] | None = None,
-    full: Literal[True],
-    **options: Unpack[MoveOptions],
+    mesh: M, *, out: NDArray[Any] | None = None, full: Literal[True], **options: Unpack[MoveOptions]
 ) -> SmoothResult[M]: ...
 @overload
 def move(mesh: M, *, full: bool, **options: Unpack[MoveOptions]) -> M | SmoothResult[M]: ...

@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ._cells import Block, Run
+from ._cell_layouts import Run
+from ._cells import Block
 
 # The corners of each facet, by element type; as in core/src/mesh/element.cpp.
 _FACETS: dict[int, tuple[tuple[int, ...], ...]] = {
@@ -152,7 +153,7 @@ def inner_nodes(
 def _on(corners: NDArray[np.uint32], outer: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Whether all corners are on the boundary: of other facets no cell is asked for."""
     marks = np.append(True, outer)  # 0 stands for no corner
-    on: NDArray[np.bool_] = marks[np.minimum(corners, len(outer))].all(axis=1)
+    on: NDArray[np.bool_] = np.all(marks[np.minimum(corners, len(outer))], axis=1)
     return on
 
 

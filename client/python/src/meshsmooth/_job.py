@@ -5,61 +5,12 @@ from __future__ import annotations
 import concurrent.futures
 import threading
 from collections.abc import Callable
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
-from ._errors import Cancelled, Error
+from ._control import Control
 from ._progress import Progress
 
-if TYPE_CHECKING:
-    from ._client import Client
-
 R = TypeVar("R")
-
-
-class Control:
-    """Cancels the calls of a job, from any thread."""
-
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._stop = threading.Event()
-        self._cancel_call: Callable[[], object] | None = None
-        self.job_name = ""
-
-    @property
-    def cancelled(self) -> bool:
-        """Whether the caller has cancelled."""
-        return self._stop.is_set()
-
-    def cancel(self) -> None:
-        """Cancels the call under way, and those that would follow."""
-        with self._lock:
-            self._stop.set()
-            cancel_call = self._cancel_call
-        if cancel_call is not None:
-            cancel_call()
-
-    def begin(self, cancel_call: Callable[[], object]) -> None:
-        """Notes how to cancel the call that begins."""
-        with self._lock:
-            self._cancel_call = cancel_call
-            stopped = self._stop.is_set()
-        if stopped:
-            cancel_call()
-
-    def end(self) -> None:
-        """Notes that the call has ended."""
-        with self._lock:
-            self._cancel_call = None
-
-    def wait(self, seconds: float) -> None:
-        """Waits, at most until the caller cancels."""
-        if seconds > 0:
-            self._stop.wait(seconds)
-
-    def check(self) -> None:
-        """Raises `Cancelled` if the caller has cancelled."""
-        if self.cancelled:
-            raise Cancelled("cancelled", code="CANCELLED")
 
 
 class Job(concurrent.futures.Future[R]):
@@ -71,23 +22,20 @@ class Job(concurrent.futures.Future[R]):
 
     def __init__(
         self,
-        client: Client,
         request_id: str,
         control: Control,
-        *,
-        kept: bool,
+        cancel: Callable[..., object],
         warn: Callable[[], None],
     ) -> None:
         super().__init__()
         self.request_id = request_id
-        self._client = client
         self._control = control
-        self._kept = kept
+        self._cancel = cancel  # on the server, by name
         self._warn = warn
         self._progress: Progress | None = None
+        self.set_running_or_notify_cancel()
 
     def _start(self, run: Callable[[], R]) -> None:
-        self.set_running_or_notify_cancel()
         # A daemon: a job that nobody waits for must not keep the interpreter alive.
         threading.Thread(target=self._run, args=(run,), name="meshsmooth-job", daemon=True).start()
 
@@ -140,13 +88,8 @@ class Job(concurrent.futures.Future[R]):
         """
         if self.done():
             return False
-        if keep_result and not self.name:
-            raise Error(
-                "the server has not accepted the job yet, so there is no result to keep",
-                reason="JOB_NOT_FOUND",
-            )
-        if keep_result or (self._kept and self.name):
-            self._client.cancel(self.name, keep_result=keep_result)
+        if self._control.concerns_server(keep_result=keep_result):
+            self._cancel(self.name, keep_result=keep_result)
         if not keep_result:
             self._control.cancel()
         return True

@@ -19,11 +19,7 @@ from ._server_process import ServerProcess
 Setting = bool | int | float | str
 
 # Nobody else uses the server: it need not stay ready for others while it ends.
-_SETTINGS: dict[str, Setting] = {
-    "warm-up": False,
-    "lame-duck-seconds": 0,
-    "drain-grace-seconds": 0,
-}
+_SETTINGS: dict[str, Setting] = {"warm-up": False, "lame-duck-seconds": 0, "drain-grace-seconds": 0}
 _OWN_SETTINGS: dict[str, Setting] = {
     "listen": "unix:",
     "exit-with-stdin": True,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -16,25 +16,6 @@ from ._cell_types import VOLUMES
 from ._cells import Cells, parse_cells
 from ._errors import InvalidMesh, InvalidOption, out_of_range
 from ._facets import inner_nodes
-
-
-class LazyArrays(Mapping[str, NDArray[Any]]):
-    """Arrays by name, each made when it is asked for."""
-
-    def __init__(self, names: list[str], get: Callable[[str], NDArray[Any]]) -> None:
-        self._names = names
-        self._get = get
-
-    def __getitem__(self, name: str) -> NDArray[Any]:
-        if name not in self._names:
-            raise KeyError(name)
-        return self._get(name)
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._names)
-
-    def __len__(self) -> int:
-        return len(self._names)
 
 
 @dataclass(frozen=True)
@@ -175,6 +156,8 @@ def fixed_mask(mesh: Mesh, fixed: Any, fixed_types: tuple[int, ...]) -> NDArray[
         fixed: nodes, as `chosen_nodes` takes them; None: no node.
         fixed_types: meshsmooth.v1.ElementTypes whose nodes are fixed.
     """
+    if fixed is None and not fixed_types:
+        return None
     mask = np.zeros(mesh.node_count, np.uint8)
     for block in mesh.cells.blocks:
         if block.element_type in fixed_types:
@@ -186,6 +169,8 @@ def fixed_mask(mesh: Mesh, fixed: Any, fixed_types: tuple[int, ...]) -> NDArray[
 
 def lower_dimensional_mask(mesh: Mesh) -> NDArray[np.uint8] | None:
     """Returns 1 for each node of a lower-dimensional cell, or None if there are none."""
+    if not mesh.cells.lower_dimensional:
+        return None
     mask = np.zeros(mesh.node_count, np.uint8)
     for run in mesh.cells.lower_dimensional:
         _mark(mask, run.nodes.reshape(-1))

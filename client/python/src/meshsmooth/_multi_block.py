@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._adapter import Adapter, Points
+from ._arrays import LazyArrays
 from ._errors import InvalidMesh
-from ._mesh import LazyArrays, MeshData
+from ._mesh import MeshData
 
 
 def multi_block_adapter(adapter_of: Any) -> Adapter:

@@ -92,7 +92,7 @@ def _match(mesh: Mesh, side_a: Any, side_b: Any) -> NDArray[np.int64]:
             "need the same number, at least 1",
         )
     a, b = (mesh.points[side].astype(np.float64) for side in sides)
-    tolerance = _TOLERANCE * max(np.linalg.norm(np.ptp(side, axis=0)) for side in (a, b))
+    tolerance = _TOLERANCE * max(float(np.linalg.norm(np.ptp(side, axis=0))) for side in (a, b))
     centred_a, centred_b = a - a.mean(axis=0), b - b.mean(axis=0)
     partners = _partners(centred_a, centred_b, tolerance)
     if partners is None:

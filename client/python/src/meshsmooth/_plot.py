@@ -13,6 +13,7 @@ from ._cells import Cells
 from ._default import default_client
 from ._mesh import Mesh
 from ._methods import Metric
+from ._result import SmoothResult
 
 
 def plot_quality(
@@ -69,6 +70,9 @@ def plot_change(
     if show:
         plotter.show()
     return plotter
+
+
+SmoothResult._plot_change = staticmethod(plot_change)
 
 
 def _evaluated(mesh: Mesh, metric: Metric) -> Any:

@@ -12,8 +12,9 @@ from ._errors import InvalidMesh, misplaced, out_of_range
 from ._facets import boundary_nodes
 from ._job_options import MoveOptions
 from ._mesh import Mesh, chosen_nodes, node_vectors, to_wire
-from ._request import Prescribed, Topology, other_positions
+from ._request import Prescribed, other_positions
 from ._service_error import place_in_input
+from ._topology import Topology
 
 
 def prescribe(mesh: Mesh, topology: Topology, nodes: Any, positions: ArrayLike) -> Prescribed:

@@ -2,44 +2,31 @@
 
 from __future__ import annotations
 
-import contextlib
 import itertools
 import mmap
 import os
 import select
 import socket
-import sys
-import threading
-import time
 import weakref
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _wire
-from ._errors import Error
 from .v1 import smoothing_pb2 as pb
 
 # The messages on the socket: see docs/protocol.md.
 _DESCRIPTOR, _MAPPED, _READY = b"\x01", b"\x02", b"\x03"
 
 _STEP_SECONDS = 60.0  # the server populates very large regions
-_RETRY_SECONDS = 30.0
 _ALIGNMENT = 64
-# Small meshes go with the spec, unless there are many of them: a job in a region is one message,
-# without a thread that sends, which takes a quarter off the time of a mesh of 5 nodes.
-_SMALL_BYTES = 64 << 10
-_FEW_SMALL_JOBS = 8
-
 _NOTHING = np.empty(0, np.uint8)
 
-Lease = Callable[[int], pb.LeaseRegionResponse]
 
-
-def _readable(files: Sequence[Region | socket.socket], seconds: float | None) -> bool:
-    """Waits until one is readable or closed; False when that takes too long."""
+def readable(files: Sequence[Region | socket.socket], seconds: float | None) -> bool:
+    """Waits until one is readable or closed; returns False when that takes too long."""
     poll = select.poll()
     for file in files:
         poll.register(file, select.POLLIN)
@@ -157,7 +144,7 @@ class Region:
             raise
 
     def _await(self) -> None:
-        if not _readable([self._socket], _STEP_SECONDS):
+        if not readable([self._socket], _STEP_SECONDS):
             raise OSError("the server did not answer")
 
     def fileno(self) -> int:
@@ -221,118 +208,3 @@ def _forget_after_fork() -> None:
 
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_forget_after_fork)
-
-
-class RegionPool:
-    """Regions kept from job to job, made by a thread while the first job goes in chunks.
-
-    As in the C++ client: making one takes longer than sending a mesh. Never fails: where there is
-    no shared memory there are no regions. Thread-safe.
-    """
-
-    def __init__(self, lease: Lease) -> None:
-        """Prepares for the regions of a server.
-
-        Args:
-            lease: the call LeaseRegion.
-        """
-        self._lease = lease
-        self._lock = threading.Lock()
-        self._idle: list[Region] = []
-        self._wanted_bytes = 0
-        self._small_jobs = 0
-        self._next_try = 0.0
-        self._closed = False
-        self._thread: threading.Thread | None = None
-        self._pid = os.getpid()
-
-    @staticmethod
-    def possible(address: str) -> bool:
-        """Whether a server may share memory with this process."""
-        return (
-            address.startswith("unix:") and sys.platform == "linux" and hasattr(socket, "recv_fds")
-        )
-
-    def borrow(self, size: int) -> Region | None:
-        """Returns a region of so many bytes; None if there is none now, and has one made."""
-        with self._lock:
-            if size < _SMALL_BYTES and self._small_jobs < _FEW_SMALL_JOBS:
-                self._small_jobs += 1
-                return None
-            if self._closed or self._pid != os.getpid():
-                return None
-            self._drop_ended()
-            for region in self._idle:
-                if region.memory.nbytes >= size:
-                    self._idle.remove(region)
-                    return region
-            while self._idle:  # too small: a larger one takes their place
-                self._idle.pop().close()
-            if time.monotonic() >= self._next_try:
-                self._wanted_bytes = max(self._wanted_bytes, size + size // 8)
-                self._wake()
-            return None
-
-    def give_back(self, region: Region) -> None:
-        """Keeps a region for the next job; one whose job did not end well must be closed."""
-        with self._lock:
-            if self._closed or region.ended():
-                region.close()
-                return
-            self._idle.append(region)
-            self._wake()
-
-    def close(self) -> None:
-        """Ends all leases."""
-        with self._lock:
-            self._closed = True
-            if self._pid != os.getpid():
-                return
-            for region in self._idle:
-                region.close()
-            self._idle.clear()
-            if self._thread is not None:
-                self._waker.send(b"x")
-
-    def _wake(self) -> None:
-        if self._thread is None:
-            self._waker, self._sleeper = socket.socketpair()
-            self._sleeper.setblocking(False)
-            # Not joined: what it waits for may take seconds.
-            self._thread = threading.Thread(target=self._run, name="regions", daemon=True)
-            self._thread.start()
-        self._waker.send(b"x")
-
-    def _drop_ended(self) -> None:
-        for region in [region for region in self._idle if region.ended()]:
-            self._idle.remove(region)
-            region.close()
-
-    def _run(self) -> None:
-        while True:
-            with self._lock:
-                if self._closed:
-                    return
-                self._drop_ended()
-                wanted = self._wanted_bytes
-                watched: list[Region | socket.socket] = [self._sleeper, *self._idle]
-            if wanted:
-                self._make(wanted)
-                continue
-            with contextlib.suppress(OSError, ValueError):  # one of them was closed meanwhile
-                _readable(watched, None)
-            with contextlib.suppress(BlockingIOError):
-                self._sleeper.recv(64)
-
-    def _make(self, size: int) -> None:
-        region = None
-        with contextlib.suppress(Error, OSError, ValueError):
-            region = Region(self._lease(size))
-        with self._lock:
-            self._wanted_bytes = 0
-            if region is None:
-                self._next_try = time.monotonic() + _RETRY_SECONDS
-            elif self._closed:
-                region.close()
-            else:
-                self._idle.append(region)

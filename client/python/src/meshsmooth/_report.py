@@ -1,15 +1,12 @@
-"""Summaries as text of one screen, like the command line's, and as HTML without scripts."""
+"""Summaries as text of one screen, like the command line's."""
 
 from __future__ import annotations
 
-import html
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from ._summary import MetricStats, Motion, PoorElements, QualityStats, Summary
+from ._reported import to_text
+from ._summary import MetricStats, Motion, PoorElements, QualityStats, Summary
 
 _BARS = " ▁▂▃▄▅▆▇█"
-_ROWS = (
+ROWS = (
     ("mean_ratio", (("min", "min"), ("percentile_1", "1 %"), ("mean", "mean"))),
     ("scaled_jacobian", (("min", "min"), ("percentile_1", "1 %"), ("mean", "mean"))),
     ("radius_ratio", (("min", "min"), ("percentile_1", "1 %"), ("mean", "mean"))),
@@ -20,11 +17,13 @@ _ROWS = (
 )
 
 
-def _label(metric: str) -> str:
+def label_of(metric: str) -> str:
+    """Returns a metric's name in words."""
     return metric.replace("_", " ")
 
 
-def _digits(metric: str) -> int:
+def digits_of(metric: str) -> int:
+    """Returns how many decimals a metric is shown with."""
     return 2 if metric.endswith("angle") else 4
 
 
@@ -126,21 +125,21 @@ def _reading_lines(stats: QualityStats) -> list[str]:
 
 def _kept_sentences(summary: Summary) -> list[str]:
     """Which nodes went back so that nothing became worse, and what did; nothing for neither."""
-    sentences = []
+    found = []
     if (kept := summary.kept_quality) is not None:
         reasons = {
             "the least mean ratio": kept.for_mean_ratio,
             "the least scaled jacobian": kept.for_scaled_jacobian,
-            f"the mean {_label(kept.metric)}": kept.for_mean,
+            f"the mean {label_of(kept.metric)}": kept.for_mean,
         }
         if count := sum(reasons.values()):
             texts = [f"{what} ({nodes:,})" for what, nodes in reasons.items() if nodes]
             nodes = counted(count, "node")
-            sentences.append(f"{nodes} went back, so that these did not fall: {', '.join(texts)}")
+            found.append(f"{nodes} went back, so that these did not fall: {', '.join(texts)}")
     if lower := summary.lower_measures():
         texts = [f"{what} {after:.4f}, was {before:.4f}" for what, before, after in lower]
-        sentences.append(f"worse than before: {'; '.join(texts)}")
-    return sentences
+        found.append(f"worse than before: {'; '.join(texts)}")
+    return found
 
 
 def _poor_sentence(poor: PoorElements) -> str:
@@ -192,22 +191,23 @@ def _nodes_sentence(summary: Summary) -> str:
     return text
 
 
-def _sentences(summary: Summary) -> list[str]:
-    sentences = [_inverted_sentence(summary)]
+def sentences(summary: Summary) -> list[str]:
+    """Returns what there is to say beside the table."""
+    found = [_inverted_sentence(summary)]
     if degenerate := summary.quality_after.degenerate_element_count:
         are = "is" if degenerate == 1 else "are"
-        sentences.append(f"{counted(degenerate, 'element')} {are} degenerate")
-    sentences.extend(_kept_sentences(summary))
+        found.append(f"{counted(degenerate, 'element')} {are} degenerate")
+    found.extend(_kept_sentences(summary))
     if summary.locked.element_count:
-        sentences.append(_locked_sentence(summary))
+        found.append(_locked_sentence(summary))
     if 0 < summary.quality_after.element_count == summary.locked.element_count:
-        sentences.append(
+        found.append(
             "no node can move: all are fixed; are there coincident nodes (merge_coincident=True), "
             'or may the boundary move (boundary="slide")?'
         )
     if summary.poor is not None:
-        sentences.append(_poor_sentence(summary.poor))
-    sentences.append(_nodes_sentence(summary))
+        found.append(_poor_sentence(summary.poor))
+    found.append(_nodes_sentence(summary))
     times = summary.timings
     stages = [
         (name.replace("find_", ""), getattr(times, name))
@@ -218,29 +218,30 @@ def _sentences(summary: Summary) -> list[str]:
     where = execution.device_name or execution.backend_kind
     if stages:
         text = ", ".join(f"{name} {seconds_text(seconds)}" for name, seconds in stages)
-        sentences.append(f"time on the server: {text}{f' ({where})' if where else ''}")
-    return sentences
+        found.append(f"time on the server: {text}{f' ({where})' if where else ''}")
+    return found
 
 
-def _table(summary: Summary) -> list[tuple[str, str, str, str]]:
-    """Metric, statistic, before, after."""
+def table(summary: Summary) -> list[tuple[str, str, str, str]]:
+    """Returns rows of metric, statistic, before and after."""
     rows = []
-    for name, statistics in _ROWS:
+    for name, statistics in ROWS:
         before = summary.quality_before.find_metric(name)
         after = summary.quality_after.find_metric(name)
         if before is None or after is None:
             continue
-        digits = _digits(name)
+        digits = digits_of(name)
         for field, label in statistics:
             values = [f"{getattr(stats, field):.{digits}f}" for stats in (before, after)]
-            rows.append((_label(name), label, *values))
+            rows.append((label_of(name), label, *values))
     return rows  # type: ignore[return-value]
 
 
+@to_text.register
 def describe(summary: Summary) -> str:
     """Returns a summary as text."""
     lines = [headline(summary)]
-    if rows := _table(summary):
+    if rows := table(summary):
         lines.append(f"  {'quality':<24} {'before':>10} {'after':>10}")
         last = ""
         for metric, statistic, before, after in rows:
@@ -253,7 +254,7 @@ def describe(summary: Summary) -> str:
     ):
         if stats is not None:
             lines.append(f"  {label:<24} {_histogram_line(stats)}")
-    return "\n".join(lines + _sentences(summary))
+    return "\n".join(lines + sentences(summary))
 
 
 def _histogram_line(stats: MetricStats) -> str:
@@ -262,6 +263,7 @@ def _histogram_line(stats: MetricStats) -> str:
     )
 
 
+@to_text.register
 def describe_quality(stats: QualityStats) -> str:
     """Returns a quality report as text."""
     head = counted(stats.element_count, "element")
@@ -270,9 +272,9 @@ def describe_quality(stats: QualityStats) -> str:
         if not metric.element_count:
             continue
         values = (metric.min, metric.percentile_1, metric.mean, metric.max)
-        digits = _digits(metric.metric)
+        digits = digits_of(metric.metric)
         numbers = " ".join(f"{value:>9.{digits}f}" for value in values)
-        lines.append(f"{_label(metric.metric):<19} {numbers}  {_histogram_line(metric)}")
+        lines.append(f"{label_of(metric.metric):<19} {numbers}  {_histogram_line(metric)}")
     lines.append(
         f"inverted {stats.inverted_element_count:,}, degenerate {stats.degenerate_element_count:,}"
     )
@@ -283,80 +285,3 @@ def describe_quality(stats: QualityStats) -> str:
             f"{worst.mean_ratio:.4f}, scaled jacobian {worst.scaled_jacobian:.4f}"
         )
     return "\n".join(lines)
-
-
-# --- HTML: static, with inline SVG, so that it survives the export of a notebook ------------------
-
-_BEFORE, _AFTER = "#b0b0b0", "#2a7ab9"
-
-
-def _svg(*series: tuple[str, MetricStats]) -> str:
-    """Histograms one over the other, each relative to its own number of elements."""
-    width, height = 240, 60
-    shapes = []
-    highest = max(max(stats.histogram, default=0) for _, stats in series) or 1
-    for colour, stats in series:
-        count = len(stats.histogram) or 1
-        step = width / count
-        points = [f"0,{height}"]
-        for index, number in enumerate(stats.histogram):
-            top = height - height * number / highest
-            points += [f"{index * step:.1f},{top:.1f}", f"{(index + 1) * step:.1f},{top:.1f}"]
-        points.append(f"{width},{height}")
-        shapes.append(
-            f'<polygon points="{" ".join(points)}" fill="{colour}" fill-opacity="0.5" '
-            f'stroke="{colour}"/>'
-        )
-    first = series[0][1]
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height + 14}" '
-        f'role="img" aria-label="histogram of {_label(first.metric)}">{"".join(shapes)}'
-        f'<text x="0" y="{height + 12}" font-size="10">{first.histogram_lower:g}</text>'
-        f'<text x="{width}" y="{height + 12}" font-size="10" text-anchor="end">'
-        f"{first.histogram_upper:g}</text></svg>"
-    )
-
-
-def _html_table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
-    def row(tag: str, cells: tuple[str, ...]) -> str:
-        return "<tr>" + "".join(f"<{tag}>{html.escape(cell)}</{tag}>" for cell in cells) + "</tr>"
-
-    return "<table>" + row("th", head) + "".join(row("td", cells) for cells in rows) + "</table>"
-
-
-def summary_html(summary: Summary) -> str:
-    """Returns a summary as a fragment of HTML."""
-    parts = [f"<p><b>{html.escape(headline(summary))}</b></p>"]
-    if rows := _table(summary):
-        parts.append(_html_table(("metric", "", "before", "after"), list(rows)))
-    for name, _ in _ROWS:
-        before = summary.quality_before.find_metric(name)
-        after = summary.quality_after.find_metric(name)
-        if before is not None and after is not None:
-            parts.append(
-                f'<figure style="display:inline-block;margin:4px">'
-                f"{_svg((_BEFORE, before), (_AFTER, after))}<figcaption>{_label(name)}, before "
-                f'<span style="color:{_BEFORE}">■</span> and after '
-                f'<span style="color:{_AFTER}">■</span></figcaption></figure>'
-            )
-    items = "".join(f"<li>{html.escape(sentence)}</li>" for sentence in _sentences(summary))
-    return "".join(parts) + f"<ul>{items}</ul>"
-
-
-def quality_html(stats: QualityStats) -> str:
-    """Returns a quality report as a fragment of HTML."""
-    rows: list[tuple[str, ...]] = []
-    figures = []
-    for metric in stats.metrics:
-        if not metric.element_count:
-            continue
-        digits = _digits(metric.metric)
-        values = (metric.min, metric.percentile_1, metric.mean, metric.max)
-        rows.append((_label(metric.metric), *(f"{value:.{digits}f}" for value in values)))
-        figures.append(
-            f'<figure style="display:inline-block;margin:4px">{_svg((_AFTER, metric))}'
-            f"<figcaption>{_label(metric.metric)}</figcaption></figure>"
-        )
-    head = f"<p><b>{counted(stats.element_count, 'element')}</b>, "
-    head += f"{stats.inverted_element_count:,} inverted</p>"
-    return head + _html_table(("metric", "min", "1 %", "mean", "max"), rows) + "".join(figures)

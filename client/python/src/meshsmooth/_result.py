@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, Generic, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from . import _options
 from ._adapter import Adapter
 from ._adapters import find_adapter
+from ._decode_summary import decode_summary
 from ._errors import misplaced, out_of_range
 from ._job_options import MOVE_OPTIONS, JobOptions, MoveOptions
 from ._mesh import Mesh
@@ -20,8 +21,9 @@ from ._prescribed import prescribe_motion
 from ._progress import enum_name
 from ._received import Result
 from ._region import Held
-from ._request import Request, Topology
-from ._summary import Summary, decode_summary
+from ._request import Request
+from ._summary import Summary
+from ._topology import Topology
 from ._warn import warn_caller
 from .v1 import smoothing_pb2 as pb
 
@@ -49,6 +51,7 @@ class SmoothResult(Generic[M]):
     job_name: str
     request_id: str
     _before: Mesh | None = field(default=None, repr=False, compare=False)
+    _plot_change: ClassVar[Callable[..., Any]]  # set by _plot.py, which starts jobs itself
 
     def plot(
         self,
@@ -72,12 +75,10 @@ class SmoothResult(Generic[M]):
         Raises:
             ValueError: the result was pickled or written over its input, which is gone.
         """
-        from ._plot import plot_change  # it uses the default client, which returns results
-
         if self._before is None:
             raise ValueError("the mesh before is gone: overwritten by out=, left behind by pickle")
         after = self._before.moved(self.points)
-        return plot_change(self._before, after, metric, below, show, keywords)
+        return self._plot_change(self._before, after, metric, below, show, keywords)
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_before": None}  # the caller has it

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, Generic, TypeVar
 
 from google.protobuf import empty_pb2, json_format, wrappers_pb2
 
@@ -13,39 +14,22 @@ from .v1 import smoothing_pb2 as pb
 
 SHORT_TIMEOUT = 30.0  # seconds
 
-_SERVICE = "/meshsmooth.v1.SmoothingService/"
-
-Empty = empty_pb2.Empty
+R = TypeVar("R")
 
 
-class Unary(NamedTuple):
-    """A call of one message each way."""
+@dataclass(frozen=True)
+class Unary(Generic[R]):
+    """A call of one message each way, and what it returns of the answer."""
 
     path: str
+    request: Any
     response: Any
-
-
-GET_SERVER_INFO = Unary(_SERVICE + "GetServerInfo", pb.GetServerInfoResponse)
-LIST_JOBS = Unary(_SERVICE + "ListJobs", pb.ListJobsResponse)
-GET_JOB = Unary(_SERVICE + "GetJob", pb.GetJobResponse)
-CANCEL_JOB = Unary(_SERVICE + "CancelJob", pb.CancelJobResponse)
-DELETE_JOB = Unary(_SERVICE + "DeleteJob", pb.DeleteJobResponse)
-GET_TOPOLOGY = Unary(_SERVICE + "GetTopology", pb.GetTopologyResponse)
-LEASE_REGION = Unary(_SERVICE + "LeaseRegion", pb.LeaseRegionResponse)
-DELETE_TOPOLOGY = Unary(_SERVICE + "DeleteTopology", pb.DeleteTopologyResponse)
-# The messages of grpc.health.v1, which gRPC's packages do not ship, look on the wire like these: a
-# request for the whole server is empty, the answer's only field is number 1, an enum.
-HEALTH = Unary("/grpc.health.v1.Health/Check", wrappers_pb2.Int32Value)
+    decode: Callable[[Any], R]
 
 
 def serialize(message: Any) -> bytes:
     """Returns a message as it travels."""
     return bytes(message.SerializeToString())
-
-
-def is_serving(answer: wrappers_pb2.Int32Value) -> bool:
-    """Returns whether health's answer is SERVING."""
-    return answer.value == 1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,3 +118,36 @@ def _raw(message: Any) -> dict[str, Any]:
 def evaluate_only(options: JobOptions) -> JobOptions:
     """Returns the options of a job that moves no node."""
     return {**options, "iterations": 0}
+
+
+def _unary(name: str, decode: Callable[[Any], R]) -> Unary[R]:
+    request, response = getattr(pb, f"{name}Request"), getattr(pb, f"{name}Response")
+    return Unary(f"/meshsmooth.v1.SmoothingService/{name}", request, response, decode)
+
+
+def _as_it_is(answer: pb.LeaseRegionResponse) -> pb.LeaseRegionResponse:
+    return answer
+
+
+def _nothing(_: Any) -> None:
+    return None
+
+
+GET_SERVER_INFO = _unary("GetServerInfo", decode_info)
+LIST_JOBS = _unary(
+    "ListJobs", lambda answer: ([*map(decode_job, answer.jobs)], str(answer.next_page_token))
+)
+GET_JOB = _unary("GetJob", lambda answer: decode_job(answer.job))
+CANCEL_JOB = _unary("CancelJob", lambda answer: decode_job(answer.job))
+DELETE_JOB = _unary("DeleteJob", _nothing)
+GET_TOPOLOGY = _unary("GetTopology", lambda answer: decode_topology(answer.topology))
+DELETE_TOPOLOGY = _unary("DeleteTopology", _nothing)
+LEASE_REGION = _unary("LeaseRegion", _as_it_is)
+# The messages of grpc.health.v1, which gRPC's packages do not ship, look on the wire like these: a
+# request for the whole server is empty, the answer's only field is number 1, an enum.
+HEALTH = Unary(
+    "/grpc.health.v1.Health/Check",
+    empty_pb2.Empty,
+    wrappers_pb2.Int32Value,
+    lambda answer: bool(answer.value == 1),  # SERVING
+)

@@ -1,6 +1,6 @@
 """gRPC statuses to errors, with the hints that the command line gives.
 
-Reasons, texts and hints are declared in proto/declaration, for client/src/service_error.cpp too.
+Reasons and hints are declared in proto/declaration, for client/src/service_error.cpp too.
 """
 
 from __future__ import annotations
@@ -14,18 +14,14 @@ import grpc
 
 from . import _errors as errors
 from . import _tables
-from ._tables import ERRORS_BY_REASON, ERRORS_BY_STATUS, FAILURES, NEVER_CONNECTED, Failure
+from ._foreign_status import (
+    CallFacts,
+    foreign_hint,
+    foreign_message,
+    foreign_retry_delay,
+)
+from ._tables import ERRORS_BY_REASON, ERRORS_BY_STATUS
 from .v1 import error_details_pb2 as details_pb2
-
-
-@dataclass(frozen=True)
-class CallFacts:
-    """What is known of a call that failed."""
-
-    server: str  # as the user named it
-    timeout: float  # seconds
-    cancelled_by_caller: bool = False
-    answered: bool = True  # the server accepted the job
 
 
 class Status(Protocol):
@@ -52,10 +48,10 @@ def to_error(status: Status, facts: CallFacts) -> errors.Error:
         return _make(
             code,
             "",
-            _foreign_message(code, text, facts),
+            foreign_message(code, text, facts),
             {},
-            _foreign_hint(code, text, facts),
-            _foreign_retry_delay(code, text, facts),
+            foreign_hint(code, text, facts),
+            foreign_retry_delay(code, text, facts),
         )
     hint = ""
     if told.retry_delay is not None:
@@ -148,58 +144,3 @@ def _parse_details(value: bytes) -> _Details | None:
             delay = details_pb2.RetryInfo.FromString(detail.value).retry_delay
             retry_delay = delay.seconds + delay.nanos * 1e-9
     return _Details(info.reason, dict(info.metadata), retry_delay) if info.reason else None
-
-
-def _has(text: str, words: Iterable[str]) -> bool:
-    return any(word in text for word in words)
-
-
-def _never_connected(text: str) -> bool:
-    return _has(text, NEVER_CONNECTED)
-
-
-def _broken_off(code: str, text: str) -> bool:
-    """Whether a proxy's or a dying server's status hides that the connection broke.
-
-    HAProxy 2.6 ends the stream without a status, or resets it; a meshsmooth server that cancels a
-    job says why.
-    """
-    return (code == "UNKNOWN" and text == "Stream removed") or code == "CANCELLED"
-
-
-def _foreign_retry_delay(code: str, text: str, facts: CallFacts) -> float | None:
-    """A connection that broke may come back; an address where nobody answers does not."""
-    broke = code == "UNAVAILABLE" and not _never_connected(text)
-    if not broke and (facts.cancelled_by_caller or not _broken_off(code, text)):
-        return None
-    return 0.1
-
-
-def _foreign_message(code: str, text: str, facts: CallFacts) -> str:
-    if code == "DEADLINE_EXCEEDED":
-        return f"the call did not end within its {facts.timeout:.3g} s"
-    if facts.cancelled_by_caller:
-        return "cancelled"
-    return f"{facts.server}: {text or 'the call failed without a message'}"
-
-
-def _foreign_hint(code: str, text: str, facts: CallFacts) -> str:
-    """What an error that no meshsmooth server sent usually means; "" if that is not known."""
-    conditions = {
-        "": True,
-        "never_connected": _never_connected(text),
-        "unanswered": not facts.answered,
-        "cancelled": facts.cancelled_by_caller,
-    }
-    for failure in FAILURES:
-        if code in failure.statuses and conditions[failure.condition] and _shows(failure, text):
-            return failure.hint.replace("{server}", facts.server)
-    return ""
-
-
-def _shows(failure: Failure, text: str) -> bool:
-    """Whether the text of a call is one of a failure's."""
-    if failure.reset < 0 and not failure.texts:
-        return True
-    was_reset = "RST_STREAM" in text and text.endswith(f"error code {failure.reset}")
-    return was_reset or _has(text, failure.texts)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 from numpy.typing import ArrayLike, NDArray
 
-from ._job import Control
 from ._job_options import TOPOLOGY_OPTIONS, JobOptions
-from ._progress import make_display
-from ._request import Request, TopologyUse
+from ._request import Request
 from ._result import Finish, SmoothResult
 from ._signature import with_options
 from ._steps import Steps
@@ -17,26 +16,21 @@ from ._steps import Steps
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-    from ._client import Client
-
 Array = NDArray[Any]
 
 
-class Session:
-    """A mesh whose nodes move from job to job while its elements stay, as in a time-step loop.
+class SessionBase:
+    """What the sessions of both clients have in common."""
 
-    The same positions give the same bits, whatever the server has. Not thread-safe.
-    """
+    def __init__(self, run: Callable[[Request, Finish], Any], steps: Steps) -> None:
+        """Opens a session.
 
-    def __init__(self, client: Client, steps: Steps) -> None:
-        self._client = client
+        Args:
+            run: runs a job that names its topology.
+            steps: makes the jobs.
+        """
+        self._run_job = run
         self._steps = steps
-
-    def __enter__(self) -> Session:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def close(self) -> None:
         """Ends the session: its memory is returned, later steps raise ValueError."""
@@ -56,6 +50,19 @@ class Session:
         with a server on this host, they lie in it, and a step copies nothing.
         """
         return self._steps.positions
+
+
+class Session(SessionBase):
+    """A mesh whose nodes move from job to job while its elements stay, as in a time-step loop.
+
+    The same positions give the same bits, whatever the server has. Not thread-safe.
+    """
+
+    def __enter__(self) -> Session:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
     @overload
     def smooth(
@@ -141,9 +148,6 @@ class Session:
         return self._run(*self._steps.move(nodes, positions, out, full, options))
 
     def _run(self, request: Request, finish: Finish) -> Any:
-        display = make_display(request.options.get("progress"))
-        use = TopologyUse(named=True, routed=True)
-        result = self._client._connection.smooth(request, finish, Control(), display, use=use)
-        finish.warn()
+        result = self._run_job(request, finish)
         self._steps.end(finish)
         return result

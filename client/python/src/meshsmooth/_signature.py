@@ -6,7 +6,8 @@ import inspect
 from collections.abc import Callable, Collection
 from typing import Any, TypeVar
 
-from ._job_options import OPTIONS, Declared, Option, type_text
+from ._job_options import OPTIONS, Declared, type_text
+from ._option import Option
 
 F = TypeVar("F", bound=Callable[..., Any])
 

@@ -14,8 +14,9 @@ from ._job_options import TOPOLOGY_OPTIONS, JobOptions
 from ._periodic import node_pairs
 from ._prescribed import prescribe
 from ._region import Held
-from ._request import Request, Topology
+from ._request import Request
 from ._result import Finish
+from ._topology import Topology
 
 
 class Steps:
@@ -48,11 +49,7 @@ class Steps:
         return self._positions
 
     def smooth(
-        self,
-        points: NDArray[Any] | None,
-        out: NDArray[Any] | None,
-        full: bool,
-        options: JobOptions,
+        self, points: NDArray[Any] | None, out: NDArray[Any] | None, full: bool, options: JobOptions
     ) -> tuple[Request, Finish]:
         """Returns the request of a step, and what makes its result."""
         joined = self._joined(options)

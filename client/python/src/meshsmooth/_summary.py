@@ -5,30 +5,10 @@ Times are in seconds, lengths in the mesh's unit. Elements have the caller's num
 
 from __future__ import annotations
 
-import dataclasses
-import functools
-import json
-import types
-import typing
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from google.protobuf import duration_pb2, json_format
-
-from ._progress import enum_name
-from .v1 import mesh_pb2, smoothing_pb2
-
-_ENUMS = {
-    "stop_reason": (smoothing_pb2.StopReason, "STOP_REASON_"),
-    "metric": (smoothing_pb2.QualityMetric, "QUALITY_METRIC_"),
-    "element_type": (mesh_pb2.ElementType, "ELEMENT_TYPE_"),
-    "backend_kind": (smoothing_pb2.BackendKind, "BACKEND_KIND_"),
-    "state": (smoothing_pb2.State, "STATE_"),
-    "end_rule": (smoothing_pb2.EndRule, "END_RULE_"),
-    "priority": (smoothing_pb2.Priority, "PRIORITY_"),
-    "kind": (smoothing_pb2.BackendKind, "BACKEND_KIND_"),
-}
+from ._reported import Reported
 
 
 @dataclass(frozen=True)
@@ -76,7 +56,7 @@ class ElementQuality:
 
 
 @dataclass(frozen=True, repr=False)
-class QualityStats:
+class QualityStats(Reported):
     """The quality of a mesh."""
 
     element_count: int = 0
@@ -119,27 +99,9 @@ class QualityStats:
         edges = tuple(stats.histogram_lower + i * step for i in range(count + 1))
         return edges, stats.histogram
 
-    def to_dict(self) -> dict[str, Any]:
-        """Returns plain dicts, lists and numbers."""
-        return dict(_plain(self))
-
-    def to_json(self, indent: int | None = None) -> str:
-        """Returns `to_dict()` as JSON."""
-        return json.dumps(self.to_dict(), indent=indent)
-
     def __repr__(self) -> str:
         counts = f"{self.element_count:,} elements, {self.inverted_element_count:,} inverted"
         return f"<meshsmooth.QualityStats: {counts}>"
-
-    def __str__(self) -> str:
-        from ._report import describe_quality
-
-        return describe_quality(self)
-
-    def _repr_html_(self) -> str:
-        from ._report import quality_html
-
-        return quality_html(self)
 
 
 @dataclass(frozen=True)
@@ -254,7 +216,7 @@ class KeptQuality:
 
 
 @dataclass(frozen=True, repr=False)
-class Summary:
+class Summary(Reported):
     """The report on a job."""
 
     stop_reason: str = ""
@@ -294,14 +256,6 @@ class Summary:
                 lower.append((f"mean {name}", before.mean, after.mean))
         return lower
 
-    def to_dict(self) -> dict[str, Any]:
-        """Returns plain dicts, lists and numbers."""
-        return dict(_plain(self))
-
-    def to_json(self, indent: int | None = None) -> str:
-        """Returns `to_dict()` as JSON."""
-        return json.dumps(self.to_dict(), indent=indent)
-
     def to_pandas(self) -> Any:
         """Returns a DataFrame of one row per metric, with its values before and after.
 
@@ -324,68 +278,3 @@ class Summary:
 
     def __repr__(self) -> str:
         return f"<meshsmooth.Summary: {self.stop_reason}; {self.quality_after!r} after>"
-
-    def __str__(self) -> str:
-        from ._report import describe
-
-        return describe(self)
-
-    def _repr_html_(self) -> str:
-        from ._report import summary_html
-
-        return summary_html(self)
-
-
-def _plain(value: Any) -> Any:
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {f.name: _plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
-    if isinstance(value, tuple):
-        return [_plain(item) for item in value]
-    return value
-
-
-def decode_summary(message: smoothing_pb2.Summary, caller_element: Callable[[int], int]) -> Summary:
-    """Returns a summary with the caller's numbers of elements."""
-    summary: Summary = _decode(Summary, message, caller_element)
-    return summary
-
-
-@functools.cache
-def _field_types(kind: type) -> dict[str, Any]:
-    return typing.get_type_hints(kind, globals())  # its __module__ is the package
-
-
-def _decode(kind: Any, message: Any, caller_element: Callable[[int], int]) -> Any:
-    """A dataclass of a message whose fields have the same names."""
-    values: dict[str, Any] = {}
-    for name, hint in _field_types(kind).items():
-        value = getattr(message, name)
-        origin = typing.get_origin(hint)
-        if origin is types.UnionType:
-            hint = next(option for option in typing.get_args(hint) if option is not type(None))
-            if not message.HasField(name):
-                values[name] = None
-                continue
-        if name in _ENUMS and hint is str:
-            values[name] = enum_name(*_ENUMS[name], value)
-        elif dataclasses.is_dataclass(hint):
-            values[name] = _decode(hint, value, caller_element)
-        elif name in ("blocking_elements", "mirrored_elements"):
-            values[name] = tuple(map(caller_element, value))
-        elif origin is tuple:
-            item = typing.get_args(hint)[0]
-            plain = not dataclasses.is_dataclass(item)
-            values[name] = (
-                tuple(value)
-                if plain
-                else tuple(_decode(item, entry, caller_element) for entry in value)
-            )
-        elif isinstance(value, duration_pb2.Duration):
-            values[name] = value.seconds + value.nanos * 1e-9
-        elif origin is dict:
-            values[name] = json_format.MessageToDict(value, preserving_proto_field_name=True)
-        elif kind is ElementQuality and name == "element":
-            values[name] = caller_element(value)
-        else:
-            values[name] = value
-    return kind(**values)

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._adapter import Adapter, Points
+from ._arrays import LazyArrays
 from ._errors import InvalidMesh
-from ._mesh import LazyArrays, MeshData
+from ._mesh import MeshData
 from ._multi_block import multi_block_adapter
 
 

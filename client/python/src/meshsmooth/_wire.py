@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 CHUNK_BYTES = 1 << 20  # smaller ones cost more CPU, larger ones only leave the caches
 
+SMALL_BYTES = 64 << 10  # arrays of less than this, together, are those of a small job
+
 # Numbers of meshsmooth.v1.ArrayId.
 ELEMENTS, FIXED_MASK, ELEMENT_REGIONS, COORDINATES, REFERENCE_COORDINATES, ELEMENT_QUALITY = range(
     1, 7

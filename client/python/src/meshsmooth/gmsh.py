@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ._arrays import LazyArrays
 from ._cell_types import WEDGE_OF_GMSH
 from ._default import default_client
 from ._errors import InvalidMesh
 from ._job_options import MOVE_OPTIONS, JobOptions, MoveOptions
-from ._mesh import LazyArrays, MeshData
+from ._mesh import MeshData
 from ._result import SmoothResult
 from ._signature import with_options
 from ._summary import QualityStats, Summary
