@@ -252,8 +252,7 @@ SmoothReactor::Action SmoothReactor::next_action(Clock::time_point now) {
   return next_read();
 }
 
-// Only a client that has half-closed gets the status for sure: some proxies lose one that comes
-// while an upload is under way. So it is told to stop, and its data are dropped for a while.
+// It is told to stop, and its data are dropped for a while.
 SmoothReactor::Action SmoothReactor::next_of_failure(Clock::time_point now) {
   const bool ingesting = input_ == Input::ingesting;
   if (Action cleanup = next_cleanup(ingesting)) return cleanup;
@@ -262,15 +261,26 @@ SmoothReactor::Action SmoothReactor::next_of_failure(Clock::time_point now) {
   if (!writing()) {
     if (input_ != Input::half_closed && ending_ == Ending::none) {
       ending_ = Ending::told_to_stop;
-      drop_until_ = now + engine_.config().drop_timeout;
       return write(stop_sending_message(), now);
     }
-    if (input_ == Input::half_closed || now >= drop_until_) {
-      return can_finish ? finish() : Action();
-    }
-    wake_at(drop_until_);
+    if (status_due(now)) return can_finish ? finish() : Action();
   }
   return next_read();
+}
+
+bool SmoothReactor::status_due(Clock::time_point now) {
+  if (input_ == Input::half_closed) return true;
+  if (!drop_until_) drop_until_ = now + engine_.config().drop_timeout;
+  if (now >= *drop_until_) return true;
+  wake_at(*drop_until_);
+  return false;
+}
+
+SmoothReactor::Action SmoothReactor::write_summary(grpc::ByteBuffer message,
+                                                   Clock::time_point now) {
+  if (input_ == Input::half_closed) return write_and_finish(std::move(message));
+  answer_ = Answer::status;
+  return write(std::move(message), now);
 }
 
 SmoothReactor::Action SmoothReactor::next_answer(const JobSnapshot& job, Clock::time_point now) {
@@ -290,7 +300,11 @@ SmoothReactor::Action SmoothReactor::next_answer(const JobSnapshot& job, Clock::
       answer_ = Answer::result;
       return write(stop_sending_message(), now);
     case Answer::result:
-      return result_stream_ ? next_of_result(job, now) : finish();
+      if (result_stream_) return next_of_result(job, now);
+      answer_ = Answer::status;
+      [[fallthrough]];
+    case Answer::status:
+      return status_due(now) ? finish() : Action();
   }
   __builtin_unreachable();
 }
