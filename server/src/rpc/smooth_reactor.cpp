@@ -5,11 +5,15 @@
 #include <string>
 #include <utility>
 
+#include "busy.hpp"
 #include "log.hpp"
 #include "meshsmooth/error.hpp"
 
 namespace meshsmooth::server {
 namespace {
+
+// By which an upload may fall behind while others are refused for lack of memory.
+constexpr auto kPatienceWithoutMemory = std::chrono::seconds(2);
 
 std::optional<Clock::time_point> call_deadline(const grpc::CallbackServerContext& context) {
   const auto left = context.deadline() - std::chrono::system_clock::now();
@@ -330,8 +334,14 @@ SmoothReactor::Action SmoothReactor::next_read() {
 void SmoothReactor::notice_slow_upload(Clock::time_point now) {
   if (error_ || !uploading()) return;
   const auto idle_at = last_read_ + engine_.config().stream_idle_timeout;
-  const auto slow_at = upload_rate_.deadline();
-  if (now >= idle_at) {
+  const bool is_short = engine_.memory_short(now);
+  const auto slow_at =
+      is_short ? upload_rate_.deadline(kPatienceWithoutMemory) : upload_rate_.deadline();
+  if (is_short && slow_at && now >= *slow_at) {
+    fail(std::make_exception_ptr(
+        Busy("HOST_MEMORY_BUSY", "the upload paused while others found no memory; send it again",
+             {}, kPatienceWithoutMemory)));
+  } else if (now >= idle_at) {
     fail(
         std::make_exception_ptr(DeadlineExceeded("STREAM_IDLE", "the upload paused for too long")));
   } else if (slow_at && now >= *slow_at) {
