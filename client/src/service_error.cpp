@@ -24,9 +24,12 @@ std::string seconds_text(double seconds) {
   return text;
 }
 
+// Newer gRPCs put the text in parentheses and more behind it.
 bool was_reset(std::string_view message, int code) {
-  return contains_any(message, {"RST_STREAM"}) &&
-         message.ends_with("error code " + std::to_string(code));
+  const std::string words = "error code " + std::to_string(code);
+  const std::size_t end = message.find(words) + words.size();
+  return contains_any(message, {"RST_STREAM"}) && contains_any(message, {words}) &&
+         (end == message.size() || message[end] < '0' || message[end] > '9');
 }
 
 bool never_connected(std::string_view message) {
@@ -39,7 +42,7 @@ bool never_connected(std::string_view message) {
 /// ours that cancels a job says why.
 bool broken_off(const grpc::Status& status) {
   return (status.error_code() == grpc::StatusCode::UNKNOWN &&
-          status.error_message() == "Stream removed") ||
+          status.error_message().starts_with("Stream removed")) ||
          status.error_code() == grpc::StatusCode::CANCELLED;
 }
 

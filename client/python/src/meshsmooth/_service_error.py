@@ -205,7 +205,8 @@ def _has(text: str, *words: str) -> bool:
 
 
 def _was_reset(text: str, code: int) -> bool:
-    return "RST_STREAM" in text and text.endswith(f"error code {code}")
+    # Newer gRPCs put the text in parentheses and more behind it.
+    return "RST_STREAM" in text and re.search(rf"error code {code}\b", text) is not None
 
 
 def _never_connected(text: str) -> bool:
@@ -231,7 +232,7 @@ def _broken_off(code: str, text: str) -> bool:
     HAProxy 2.6 ends the stream without a status, or resets it; a meshsmooth server that cancels a
     job says why.
     """
-    return (code == "UNKNOWN" and text == "Stream removed") or code == "CANCELLED"
+    return (code == "UNKNOWN" and text.startswith("Stream removed")) or code == "CANCELLED"
 
 
 def _foreign_retry_delay(code: str, text: str, facts: CallFacts) -> float | None:
