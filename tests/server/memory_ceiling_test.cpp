@@ -157,8 +157,7 @@ class Callers {
 };
 
 TEST(MemoryCeiling, IsNotPassedByCallsAtTheirLimits) {
-  ServerProgram server(
-      0, {"--host-memory-limit-bytes", "256MiB", "--admin-listen", "127.0.0.1:0"});
+  ServerProgram server(0, {"--host-memory-limit-bytes", "256MiB", "--admin-listen", "127.0.0.1:0"});
   const auto ceiling =
       static_cast<std::int64_t>(parse_metrics(http_get(server.admin_port(), "/metrics").text)
                                     .at("meshsmooth_memory_ceiling_bytes"));
