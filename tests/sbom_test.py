@@ -1,5 +1,6 @@
 """scripts/check-sbom finds what the list of vulnerabilities has."""
 
+import os
 import subprocess
 import sys
 import tempfile
@@ -29,6 +30,23 @@ class Sbom(unittest.TestCase):
         result = self.check("PackageSourceInfo: built from grpc 1.83.0-1\n")
         self.assertEqual(result.returncode, 0)
         self.assertNotIn("CVE", result.stdout)
+
+    def test_finds_none_open_in_what_this_build_links(self):
+        build = Path(os.environ.get("MESHSMOOTH_BUILD", ""))
+        if not (build / "build.ninja").is_file():
+            self.skipTest("no build by ninja")
+        script = """
+            set -euo pipefail
+            . scripts/lib.sh; . scripts/sbom.sh
+            compiled_packages "$1" meshsmooth-server | sed 's/$/ STATIC_LINK/' |
+              write_spdx test 0 test >"$2"
+            scripts/check-sbom "$2"
+            """
+        with tempfile.TemporaryDirectory() as folder:
+            result = subprocess.run(["bash", "-c", script, "-", build, Path(folder) / "sbom.spdx"],
+                                    cwd=ROOT, capture_output=True, text=True)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        self.assertIn("no open vulnerabilities", result.stdout)
 
     def test_fails_without_packages(self):
         self.assertEqual(self.check("").returncode, 1)

@@ -36,8 +36,13 @@ std::string seconds_text(double seconds) {
   return text;
 }
 
+/// Newer gRPCs put the text in parentheses and more behind it.
 bool was_reset(std::string_view text, int code) {
-  return contains(text, "RST_STREAM") && text.ends_with("error code " + std::to_string(code));
+  const std::string words = "error code " + std::to_string(code);
+  const std::size_t at = text.find(words);
+  if (!contains(text, "RST_STREAM") || at == std::string_view::npos) return false;
+  const std::size_t end = at + words.size();
+  return end == text.size() || text[end] < '0' || text[end] > '9';
 }
 
 bool never_connected(std::string_view text) {
@@ -90,7 +95,7 @@ std::string foreign_hint(const grpc::Status& status, const CallFacts& facts) {
 /// ours that cancels a job says why.
 bool broken_off(const grpc::Status& status) {
   return (status.error_code() == grpc::StatusCode::UNKNOWN &&
-          status.error_message() == "Stream removed") ||
+          status.error_message().starts_with("Stream removed")) ||
          status.error_code() == grpc::StatusCode::CANCELLED;
 }
 

@@ -18,6 +18,11 @@ std::string trim(std::string_view text) {
   return std::string(text);
 }
 
+// What is wrong in a file is shown on a terminal.
+bool is_text(std::string_view line) {
+  return std::ranges::none_of(line, [](unsigned char c) { return std::iscntrl(c) && c != '\t'; });
+}
+
 /// Removes the value from the front of `text`; false when there is none.
 bool take_value(std::string_view& text, std::string& value) {
   value.clear();
@@ -67,6 +72,7 @@ std::vector<GivenSetting> parse_config_file(std::istream& file, const std::strin
   for (std::string line; std::getline(file, line);) {
     const std::string source = fmt::format("file {}, line {}", name, ++number);
     line = trim(line);
+    if (!is_text(line)) throw_wrong_setting("config", source + " is not text");
     if (line.empty() || line.front() == '#') continue;
     const std::size_t equals = std::min(line.find('='), line.size());
     GivenSetting setting{trim(line.substr(0, equals)), "", source};

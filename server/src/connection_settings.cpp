@@ -117,8 +117,8 @@ void add_stream_settings(Table& table) {
            "Time to wait for the answer to a ping before closing the connection, in seconds",
            seconds)
       .add("min-client-ping-interval-seconds", &C::min_client_ping_interval,
-           "Minimum interval between pings of a client; clients that ping more often are "
-           "disconnected, in seconds",
+           "Minimum interval between pings of a client, in seconds; with gRPC before 1.54, clients "
+           "that ping more often are disconnected",
            seconds)
       .add("max-connection-age-seconds", &C::max_connection_age,
            "Age from which on a connection takes no new calls, in seconds; 0: no limit", seconds)

@@ -105,10 +105,28 @@ Subscription Engine::admit_or_make_room(const JobRequest& request, const Job::Ob
   try {
     return admission_.admit(request, observer);
   } catch (const OutOfMemory& error) {
-    // For the next attempt: regions come back when their callers have heard of it.
-    if (regions_ && error.reason() == "HOST_MEMORY_BUSY") regions_->want_back_idle();
-    throw;
+    if (error.reason() != "HOST_MEMORY_BUSY" && error.reason() != "DEVICE_MEMORY_BUSY") throw;
   }
+  make_room(Clock::now());
+  return admission_.admit(request, observer);
+}
+
+void Engine::make_room(Clock::time_point now) {
+  // For the next attempt: regions come back when their callers have heard of it.
+  if (regions_) regions_->want_back_idle();
+  // Many may be refused.
+  constexpr auto kInterval = std::chrono::milliseconds(20);
+  const Clock::time_point last = memory_short_at_.exchange(now);
+  if (last != Clock::time_point::min() && now - last < kInterval) return;
+  for (const auto& job : store_.living()) {
+    if (job->state() == JobState::receiving) job->notify();
+  }
+}
+
+bool Engine::memory_short(Clock::time_point now) const {
+  constexpr auto kMemory = std::chrono::seconds(2);
+  const Clock::time_point last = memory_short_at_;
+  return last != Clock::time_point::min() && now - last < kMemory;
 }
 
 void Engine::leave(Subscription& subscription, const std::exception_ptr& cause) {

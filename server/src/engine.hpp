@@ -66,6 +66,10 @@ class Engine {
     return admission_.subscribe(job, share, observer);
   }
 
+  /// Whether somebody was refused for lack of memory just now, so that uploads which pause have to
+  /// give theirs up.
+  [[nodiscard]] bool memory_short(Clock::time_point now) const;
+
   /// Ends a call's part in a job. A job whose mesh this call has not completely uploaded ends by
   /// `cause`, and so does one that is not kept and that no other call waits for.
   void leave(Subscription& subscription, const std::exception_ptr& cause);
@@ -135,6 +139,7 @@ class Engine {
   void close_device(int device);
   [[nodiscard]] Subscription admit_or_make_room(const JobRequest& request,
                                                 const Job::Observer& observer);
+  void make_room(Clock::time_point now);
   void finish(Job& job, SmoothSummary summary);
   void retire(const Job& job);
   void run_maintenance(const std::stop_token& stop);
@@ -153,6 +158,7 @@ class Engine {
   Admission admission_;
   Metrics metrics_;
   ResultStore results_;
+  std::atomic<Clock::time_point> memory_short_at_ = Clock::time_point::min();
   std::atomic<bool> draining_ = false;
   std::atomic<int> calls_ = 0;
   std::mutex idle_mutex_;

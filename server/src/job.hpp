@@ -166,6 +166,8 @@ class Job {
   [[nodiscard]] bool joinable() const;
   /// Its memory counts against the caller's share until it ends. Call it before anyone else has it.
   void count_against(UploadShare caller_share) { caller_share_ = std::move(caller_share); }
+  /// Calls the observers.
+  void notify(bool of_progress = false) const;
   /// Returns true when no observer is left, so that the job is asked to stop, with
   /// `cause` unless it was already.
   bool leave(int observer_id, const std::exception_ptr& cause);
@@ -235,7 +237,6 @@ class Job {
     Observer observer;
     bool of_progress;
   };
-  void notify(bool of_progress = false) const;
   [[nodiscard]] bool joinable_now() const;  // with the lock
 
   const std::string name_;

@@ -6,6 +6,7 @@
 #include <grpcpp/resource_quota.h>
 #include <grpcpp/server.h>
 #include <grpcpp/server_builder.h>
+#include <grpcpp/version_info.h>
 
 #include <algorithm>
 #include <atomic>
@@ -15,6 +16,7 @@
 
 #include "admin_server.hpp"
 #include "engine.hpp"
+#include "event_threads.hpp"
 #include "listener.hpp"
 #include "log.hpp"
 #include "meshsmooth/error.hpp"
@@ -55,6 +57,12 @@ void configure(grpc::ServerBuilder& builder, const ServerConfig& config,
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
                              to_milliseconds(config.min_client_ping_interval));
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
+#if GRPC_CPP_VERSION_MAJOR > 1 || GRPC_CPP_VERSION_MINOR >= 54
+  // Each ping beyond those that are allowed adds an error to those of the connection before it
+  // is closed, in time that grows with the square of the pings that were read at once: 4 MB of them
+  // held a thread for seconds. Answers that a client does not take stop the reading anyway.
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_MAX_PING_STRIKES, 0);
+#endif
   // For TLS, and for the first settings of HTTP/2.
   builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS,
                              to_milliseconds(kHandshakeTimeout));
@@ -173,6 +181,7 @@ void Server::start(std::function<void()> on_device_lost) {
   // Debian builds Abseil with its search for cycles of locks, which ends the process where
   // gRPC 1.83 takes two in either order.
   absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
+  reserve_event_threads();
   // Both apply to servers that are built afterwards.
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();

@@ -43,6 +43,11 @@ class UploadRate {
   /// When the upload is too slow unless more bytes arrive; nothing before `start` and without
   /// a minimum.
   [[nodiscard]] std::optional<Clock::time_point> deadline() const { return deadline_; }
+  /// The same if it may fall behind by `window` only.
+  [[nodiscard]] std::optional<Clock::time_point> deadline(Clock::duration window) const {
+    if (!deadline_) return std::nullopt;
+    return *deadline_ - window_ + std::min(window, window_);
+  }
 
  private:
   static constexpr double kMaxSeconds = 1e8;

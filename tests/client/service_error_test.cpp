@@ -32,6 +32,9 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(
         Foreign{"BodyLimit", grpc::StatusCode::INTERNAL, "Received RST_STREAM with error code 0",
                 "client_max_body_size"},
+        Foreign{"ProxyEndWithNewGrpc", grpc::StatusCode::INTERNAL,
+                "Stream removed (RST_STREAM (Received RST_STREAM with error code 2))",
+                "client_max_body_size"},
         Foreign{"ProxyPause", grpc::StatusCode::INTERNAL, "Received RST_STREAM with error code 1",
                 "grpc_read_timeout"},
         Foreign{"ProxyEnd", grpc::StatusCode::INTERNAL, "Received RST_STREAM with error code 2",

@@ -1,5 +1,6 @@
 // Floods of HTTP/2 frames by peers that keep to no limit, and what another caller feels meanwhile:
-// through HAProxy with the configuration that we ship.
+// through HAProxy with the configuration that we ship, and with a new gRPC without it.
+#include <grpcpp/version_info.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -144,23 +145,11 @@ std::int64_t memory_ceiling(int admin_port) {
   return static_cast<std::int64_t>(std::stod(metrics.substr(metrics.find(name) + name.size())));
 }
 
-class FloodsBehindSampleConfig : public ::testing::Test {
+class Floods : public ::testing::Test {
  protected:
-  void SetUp() override {
-    if (find_program("haproxy").empty()) {
-      GTEST_SKIP() << "WARNING: haproxy is not installed (apt-get install haproxy): "
-                      "the floods through it are SKIPPED";
-    }
-    server_ = std::make_unique<ServerProgram>(
-        0, std::vector<std::string>{"--admin-listen", "127.0.0.1:0", "--host-memory-limit-bytes",
-                                    "256MiB", "--log-level", "info"});
-    proxy_ = std::make_unique<Proxy>(
-        ProxyKind::haproxy, std::vector{Proxy::Backend{server_->port(), server_->admin_port()}});
-    stub_ = std::make_unique<Stub>(
-        grpc::CreateChannel(proxy_->target(), grpc::InsecureChannelCredentials()));
-    // HAProxy has to find the server ready first.
-    ASSERT_TRUE(eventually([&] { return answer_time() < kLongestAnswer; }));
-  }
+  Floods()
+      : server_(0, {"--admin-listen", "127.0.0.1:0", "--host-memory-limit-bytes", "256MiB",
+                    "--log-level", "info"}) {}
 
   /// Of a small job; an hour if it fails.
   Seconds answer_time() {
@@ -171,27 +160,32 @@ class FloodsBehindSampleConfig : public ::testing::Test {
     return Clock::now() - begin;
   }
 
-  std::unique_ptr<ServerProgram> server_;
-  std::unique_ptr<Proxy> proxy_;
+  void expect_others_served(int port);
+
+  ServerProgram server_;
   std::unique_ptr<Stub> stub_;
 };
 
-TEST_F(FloodsBehindSampleConfig, LeaveOthersServed) {
-  const pid_t process = server_->process().id();
-  const std::int64_t ceiling = memory_ceiling(server_->admin_port());
+void Floods::expect_others_served(int port) {
+  stub_ = std::make_unique<Stub>(
+      grpc::CreateChannel("127.0.0.1:" + std::to_string(port), grpc::InsecureChannelCredentials()));
+  // A proxy has to find the server ready first.
+  ASSERT_TRUE(eventually([&] { return answer_time() < kLongestAnswer; }));
+  const pid_t process = server_.process().id();
+  const std::int64_t ceiling = memory_ceiling(server_.admin_port());
   const std::int64_t threads = count_of(process, "task"), descriptors = count_of(process, "fd");
   for (const Flood& flood : floods()) {
     SCOPED_TRACE(flood.name);
     std::vector<Seconds> times;
     std::int64_t resident = 0;
     {
-      const Attackers attackers(proxy_->port(), flood);
+      const Attackers attackers(port, flood);
       ASSERT_TRUE(eventually([&] { return attackers.batches() > kAttackers; }));
       for (int i = 0; i < kProbes; ++i) {
         times.push_back(answer_time());
         resident = std::max(resident, resident_bytes(process));
       }
-      EXPECT_EQ(http_get(server_->admin_port(), "/readyz").status, 200);
+      EXPECT_EQ(http_get(server_.admin_port(), "/readyz").status, 200);
     }
     std::ranges::sort(times);
     EXPECT_LE(times[kProbes / 2], kLongestAnswer);
@@ -206,6 +200,22 @@ TEST_F(FloodsBehindSampleConfig, LeaveOthersServed) {
                 1e3 * times[kProbes / 2].count(), 1e3 * times.back().count(),
                 static_cast<long>(resident >> 20));
   }
+}
+
+TEST_F(Floods, LeaveOthersServedBehindSampleConfig) {
+  if (find_program("haproxy").empty()) {
+    GTEST_SKIP() << "WARNING: haproxy is not installed (apt-get install haproxy): "
+                    "the floods through it are SKIPPED";
+  }
+  const Proxy proxy(ProxyKind::haproxy, {Proxy::Backend{server_.port(), server_.admin_port()}});
+  expect_others_served(proxy.port());
+}
+
+TEST_F(Floods, LeaveOthersServedWithoutProxy) {
+  if (GRPC_CPP_VERSION_MAJOR == 1 && GRPC_CPP_VERSION_MINOR < 66) {
+    GTEST_SKIP() << "gRPC " GRPC_CPP_VERSION_STRING " does not survive them";
+  }
+  expect_others_served(server_.port());
 }
 
 }  // namespace

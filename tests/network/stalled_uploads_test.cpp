@@ -30,13 +30,14 @@ v1::JobSpec spec_of(std::int64_t element_count) {
   return spec;
 }
 
-/// Anonymous calls over two connections, each of which sends 1 MiB of its mesh and stops.
+/// Anonymous calls over some connections, each of which sends 1 MiB of its mesh and stops.
 class StalledUploads {
  public:
-  StalledUploads(const ServerProgram& server, int count, std::int64_t element_count) {
-    for (int i = 0; i < 2; ++i) stubs_.push_back(std::make_unique<Stub>(server.connect()));
+  StalledUploads(const ServerProgram& server, int count, std::int64_t element_count,
+                 std::size_t connections = 2) {
+    while (stubs_.size() < connections) stubs_.push_back(std::make_unique<Stub>(server.connect()));
     for (int i = 0; i < count; ++i) {
-      SmoothCall& call = calls_.emplace_back(*stubs_[static_cast<std::size_t>(i) % 2]);
+      SmoothCall& call = calls_.emplace_back(*stubs_[static_cast<std::size_t>(i) % connections]);
       call.send(spec_of(element_count));
     }
     for (SmoothCall& call : calls_) {
@@ -93,6 +94,29 @@ TEST(StalledUploadsTest, LeaveMemoryToStrangersWhereAllOfThemDoNotFit) {
   EXPECT_GT(stalled.accepted(), 2);
 
   EXPECT_LE(server_info(stub).backends(0).reserved_bytes(), 1024 * kMiB);
+  EXPECT_LE(time_of_small_job(server), 1s);
+}
+
+// Callers without credentials are told apart by their connections, and one can open many.
+TEST(StalledUploadsTest, GiveTheirMemoryUpWhereSomebodyFindsNone) {
+  const ServerProgram server;
+  Stub stub(server.connect());
+  time_of_small_job(server);
+
+  const StalledUploads large(server, 150, kLarge, 10);
+  const StalledUploads rest(server, 20, kModerate / 2, 10);  // no room for a small job either
+  EXPECT_GT(server_info(stub).backends(0).reserved_bytes(), (2048 - 17) * kMiB);
+  const auto begin = Clock::now();
+  EXPECT_TRUE(eventually([&] {
+    try {
+      time_of_small_job(server);
+      return true;
+    } catch (const client::ServiceError& error) {
+      EXPECT_EQ(error.reason(), "HOST_MEMORY_BUSY");
+      return false;
+    }
+  }));
+  EXPECT_LE(Clock::now() - begin, 6s);
   EXPECT_LE(time_of_small_job(server), 1s);
 }
 

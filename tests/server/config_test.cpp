@@ -170,6 +170,7 @@ TEST_F(Config, SaysWhatIsWrongWithAFile) {
   EXPECT_THAT(error_of_file("[server]"), HasSubstr("no value"));
   EXPECT_THAT(error_of_file("lanes = [4]"), HasSubstr("neither a number"));
   EXPECT_THAT(error_of_file("lanes ="), HasSubstr("neither a number"));
+  EXPECT_THAT(error_of_file("lanes = 4\n\x1b[2J = 1"), HasSubstr("line 2 is not text"));
   EXPECT_THAT(error_of_file("listen = \"a:1"), HasSubstr("neither a number"));
   EXPECT_THAT(error_of_file("listen = \"a:1\" b"), HasSubstr("neither a number"));
   EXPECT_THAT(error_of({"--config", "/nowhere/at/all.toml"}), HasSubstr("cannot read"));

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cstdio>
+#include <cstdlib>
 #include <functional>
 #include <memory>
 #include <string>
@@ -21,9 +23,19 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 const Metadata kA = {{"authorization", "Bearer aaa"}}, kB = {{"authorization", "Bearer bbb"}};
-constexpr int kProbes = 30;
+constexpr std::size_t kProbes = 30;  // at least
 
 std::chrono::system_clock::time_point soon() { return std::chrono::system_clock::now() + 30s; }
+
+/// For which the one is busy, at least; MESHSMOOTH_TENANT_SECONDS.
+std::chrono::seconds busy_time() {
+  const char* const seconds = std::getenv("MESHSMOOTH_TENANT_SECONDS");
+  return std::chrono::seconds(seconds == nullptr ? 0 : std::stoi(seconds));
+}
+
+void authorize(grpc::ClientContext& context, const Metadata& metadata) {
+  for (const auto& [key, value] : metadata) context.AddMetadata(key, value);
+}
 
 /// Everything that one caller does at once, each by a thread with a connection of its own.
 class BusyCaller {
@@ -39,6 +51,7 @@ class BusyCaller {
       });
       run(server, [](Stub& stub) { stall_uploads(stub); });
     }
+    run(server, [](Stub& stub) { lease(stub); });
   }
   ~BusyCaller() {
     stopped_ = true;
@@ -68,7 +81,7 @@ class BusyCaller {
   static void attach(Stub& stub, const std::string& name) {
     grpc::ClientContext context;
     context.set_deadline(soon());
-    for (const auto& [key, value] : kA) context.AddMetadata(key, value);
+    authorize(context, kA);
     v1::AttachJobRequest request;
     request.set_name(name);
     const auto reader = stub.AttachJob(&context, request);
@@ -76,6 +89,15 @@ class BusyCaller {
     while (reader->Read(&response)) {
     }
     reader->Finish();
+  }
+  // Shared memory that nobody comes for.
+  static void lease(Stub& stub) {
+    grpc::ClientContext context;
+    authorize(context, kA);
+    v1::LeaseRegionRequest request;
+    request.set_size_bytes(1 << 20);
+    v1::LeaseRegionResponse response;
+    stub.LeaseRegion(&context, request, &response);
   }
   // As much as it may announce, without sending it.
   static void stall_uploads(Stub& stub) {
@@ -110,7 +132,8 @@ TEST(Tenants, AreServedWhateverAnotherDoes) {
   {
     const BusyCaller a(server);
     ASSERT_TRUE(eventually([&] { return a.jobs() > 100; }));
-    for (int i = 0; i < kProbes; ++i) {
+    const auto end = Clock::now() + busy_time();
+    while (times.size() < kProbes || Clock::now() < end) {
       const auto begin = Clock::now();
       SmoothCall call(stub, soon(), kB);
       call.send_all(TwoTetrahedra());
@@ -119,13 +142,17 @@ TEST(Tenants, AreServedWhateverAnotherDoes) {
     }
     // More than are listed for all callers together.
     ASSERT_TRUE(eventually([&] { return a.jobs() > 1100; }));
+    std::printf("%d jobs of the one meanwhile\n", a.jobs());
   }
   std::ranges::sort(times);
-  EXPECT_LE(times[kProbes / 2], 1s);
-  EXPECT_LE(times[kProbes - 2], 2s);
+  const auto median = times[times.size() / 2], late = times[times.size() * 99 / 100 - 1];
+  EXPECT_LE(median, 1s);
+  EXPECT_LE(late, 2s);
+  std::printf("%zu jobs of the other: %.1f ms, 99 %% within %.1f ms, all within %.1f ms\n",
+              times.size(), 1e3 * median.count(), 1e3 * late.count(), 1e3 * times.back().count());
 
   grpc::ClientContext context;
-  for (const auto& [key, value] : kB) context.AddMetadata(key, value);
+  authorize(context, kB);
   v1::GetJobRequest request;
   request.set_name(name);
   v1::GetJobResponse response;

@@ -40,6 +40,14 @@ TEST_F(UploadRateTest, EndsAnUploadThatStopsAfterTheWindow) {
   EXPECT_EQ(*rate_.deadline(), now_ + kWindow);
 }
 
+TEST_F(UploadRateTest, EndsAnUploadThatStopsEarlierWhereItMayFallBehindByLess) {
+  for (int i = 0; i < 1000; ++i) rate_.add(1 << 20, now_ += 1ms);
+
+  EXPECT_EQ(*rate_.deadline(2s), now_ + 2s);
+  EXPECT_EQ(*rate_.deadline(2 * kWindow), now_ + kWindow);
+  EXPECT_FALSE(UploadRate(0, kWindow).deadline(2s));
+}
+
 TEST_F(UploadRateTest, EndsALargeUploadThatWouldTakeTooLong) {
   UploadRate rate(kRate, kWindow);
   rate.require(2 * kRate);

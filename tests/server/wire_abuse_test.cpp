@@ -4,6 +4,7 @@
 #include <malloc.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <fstream>
@@ -94,15 +95,51 @@ TEST_F(WireAbuse, GarbageAfterThePreface) {
   }
 }
 
-int count_frames(const std::string& bytes, int kind) {
+struct ReceivedFrame {
+  int kind, flags;
+  std::string payload;
+};
+
+/// Those that are complete.
+std::vector<ReceivedFrame> frames_of(const std::string& bytes) {
   constexpr std::size_t kHead = 9;
-  int count = 0;
+  std::vector<ReceivedFrame> frames;
   for (std::size_t at = 0; at + kHead <= bytes.size();) {
     const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(bytes[at + i]); };
-    if (byte(3) == kind) ++count;
-    at += kHead + (byte(0) << 16 | byte(1) << 8 | byte(2));
+    const std::size_t size = byte(0) << 16 | byte(1) << 8 | byte(2);
+    if (at + kHead + size > bytes.size()) break;
+    frames.push_back({byte(3), byte(4), bytes.substr(at + kHead, size)});
+    at += kHead + size;
   }
-  return count;
+  return frames;
+}
+
+/// Of that kind, with all of the flags.
+int count_frames(const std::string& bytes, int kind, int flags = 0) {
+  const std::vector<ReceivedFrame> frames = frames_of(bytes);
+  return static_cast<int>(std::ranges::count_if(frames, [&](const ReceivedFrame& frame) {
+    return frame.kind == kind && (frame.flags & flags) == flags;
+  }));
+}
+
+/// Whether the summary, which comes last, is among the messages of the only call.
+bool has_summary(const std::string& bytes) {
+  constexpr std::size_t kPrefix = 5;
+  std::string data;
+  for (const ReceivedFrame& frame : frames_of(bytes)) {
+    if (frame.kind == kData) data += frame.payload;
+  }
+  for (std::size_t at = 0; at + kPrefix <= data.size();) {
+    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(data[at + i]); };
+    const std::size_t size = byte(1) << 24 | byte(2) << 16 | byte(3) << 8 | byte(4);
+    v1::SmoothResponse response;
+    if (at + kPrefix + size <= data.size() &&
+        response.ParseFromString(data.substr(at + kPrefix, size)) && response.has_summary()) {
+      return true;
+    }
+    at += kPrefix + size;
+  }
+  return false;
 }
 
 TEST_F(WireAbuse, ManyHalfOpenConnections) {
@@ -187,6 +224,38 @@ TEST_F(WireAbuse, MessagesThatAreNone) {
               frame(kData, kEndStream, 1, message(bytes)));
     peer.leave();
   }
+}
+
+// HAProxy resets a stream whose answer has ended before the request has, and clients of gRPC then
+// take a job that succeeded for one that was cancelled.
+TEST_F(WireAbuse, AResultThatComesBeforeTheHalfClose) {
+  const auto data = [](const v1::SmoothRequest& request) {
+    return frame(kData, 0, 1, message(request.SerializeAsString()));
+  };
+  const TwoTetrahedra mesh;
+  v1::SmoothRequest spec, elements, fixed, coordinates;
+  *spec.mutable_spec() = TwoTetrahedra::spec();
+  *elements.mutable_chunk() = chunk(v1::ARRAY_ID_ELEMENTS, 0, mesh.elements);
+  *fixed.mutable_chunk() = chunk(v1::ARRAY_ID_FIXED_MASK, 0, mesh.fixed);
+  *coordinates.mutable_chunk() = chunk(v1::ARRAY_ID_COORDINATES, 0, bytes_of(mesh.coordinates));
+  const Peer peer(port());
+  peer.send(kPreface + frame(kSettings, 0, 0, "") + begin_call(1) + data(spec) + data(elements) +
+            data(fixed) + data(coordinates));
+  std::string answer;
+  const auto read_until = [&](const auto& done) {
+    while (!done()) {
+      const std::string more = peer.read_some();
+      if (more.empty()) return false;
+      answer += more;
+    }
+    return true;
+  };
+  ASSERT_TRUE(read_until([&] { return has_summary(answer); }));
+  peer.send(frame(kPing, 0, 0, "12345678"));
+  ASSERT_TRUE(read_until([&] { return count_frames(answer, kPing, kAck) > 0; }));
+  EXPECT_EQ(count_frames(answer, kHeaders, kEndStream), 0) << "the status came too early";
+  peer.send(frame(kData, kEndStream, 1, ""));
+  EXPECT_TRUE(read_until([&] { return count_frames(answer, kHeaders, kEndStream) > 0; }));
 }
 
 // A right spec, then the peer is cut off in the middle of a chunk.

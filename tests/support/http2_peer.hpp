@@ -89,6 +89,12 @@ class Peer {
     }
     return count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK);
   }
+  /// What comes next; empty when the server closes the connection, or after 5 s.
+  [[nodiscard]] std::string read_some() const {
+    char buffer[4096];
+    const ssize_t count = recv(socket_, buffer, sizeof buffer, 0);
+    return {buffer, count > 0 ? static_cast<std::size_t>(count) : 0};
+  }
   /// Ends its side and takes what the server still says.
   void leave() const {
     shutdown(socket_, SHUT_WR);

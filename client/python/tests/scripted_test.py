@@ -180,6 +180,7 @@ def test_draining_server_is_left(mock: MockServer, smooth: Smooth) -> None:
     [
         (Code.UNAVAILABLE, "Socket closed"),
         (Code.UNKNOWN, "Stream removed"),
+        (Code.UNKNOWN, "Stream removed (RST_STREAM (Received RST_STREAM with error code 2))"),
         (Code.CANCELLED, "Received RST_STREAM with error code 8"),
     ],
 )

@@ -39,6 +39,9 @@ class AttachReactor final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
   /// Throws why the call cannot attach.
   void attach(const grpc::ByteBuffer& request, const AuthResult& auth);
   Action next_action(Clock::time_point now);  // with the lock
+  Action write_summary(grpc::ByteBuffer message, Clock::time_point /*now*/) {
+    return write_and_finish(std::move(message));
+  }
   void report_failure() {}
 
   const CallPlace place_;

@@ -110,7 +110,7 @@ class JobCall : public CallLoop<Reactor> {
       case ResultStream::Action::complete_job:
         return [this] { engine_.complete(*job_); };
       case ResultStream::Action::send_summary:
-        return write_and_finish(encode_step<Response>(step, *job_, job, position));
+        return reactor().write_summary(encode_step<Response>(step, *job_, job, position), now);
       default:
         written_positions_ = static_cast<std::int64_t>(step.data.size());
         return write(encode_step<Response>(step, *job_, job, position), now,

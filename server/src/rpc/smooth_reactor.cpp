@@ -5,11 +5,15 @@
 #include <string>
 #include <utility>
 
+#include "busy.hpp"
 #include "log.hpp"
 #include "meshsmooth/error.hpp"
 
 namespace meshsmooth::server {
 namespace {
+
+// By which an upload may fall behind while others are refused for lack of memory.
+constexpr auto kPatienceWithoutMemory = std::chrono::seconds(2);
 
 std::optional<Clock::time_point> call_deadline(const grpc::CallbackServerContext& context) {
   const auto left = context.deadline() - std::chrono::system_clock::now();
@@ -252,8 +256,7 @@ SmoothReactor::Action SmoothReactor::next_action(Clock::time_point now) {
   return next_read();
 }
 
-// Only a client that has half-closed gets the status for sure: some proxies lose one that comes
-// while an upload is under way. So it is told to stop, and its data are dropped for a while.
+// It is told to stop, and its data are dropped for a while.
 SmoothReactor::Action SmoothReactor::next_of_failure(Clock::time_point now) {
   const bool ingesting = input_ == Input::ingesting;
   if (Action cleanup = next_cleanup(ingesting)) return cleanup;
@@ -262,15 +265,26 @@ SmoothReactor::Action SmoothReactor::next_of_failure(Clock::time_point now) {
   if (!writing()) {
     if (input_ != Input::half_closed && ending_ == Ending::none) {
       ending_ = Ending::told_to_stop;
-      drop_until_ = now + engine_.config().drop_timeout;
       return write(stop_sending_message(), now);
     }
-    if (input_ == Input::half_closed || now >= drop_until_) {
-      return can_finish ? finish() : Action();
-    }
-    wake_at(drop_until_);
+    if (status_due(now)) return can_finish ? finish() : Action();
   }
   return next_read();
+}
+
+bool SmoothReactor::status_due(Clock::time_point now) {
+  if (input_ == Input::half_closed) return true;
+  if (!drop_until_) drop_until_ = now + engine_.config().drop_timeout;
+  if (now >= *drop_until_) return true;
+  wake_at(*drop_until_);
+  return false;
+}
+
+SmoothReactor::Action SmoothReactor::write_summary(grpc::ByteBuffer message,
+                                                   Clock::time_point now) {
+  if (input_ == Input::half_closed) return write_and_finish(std::move(message));
+  answer_ = Answer::status;
+  return write(std::move(message), now);
 }
 
 SmoothReactor::Action SmoothReactor::next_answer(const JobSnapshot& job, Clock::time_point now) {
@@ -290,7 +304,11 @@ SmoothReactor::Action SmoothReactor::next_answer(const JobSnapshot& job, Clock::
       answer_ = Answer::result;
       return write(stop_sending_message(), now);
     case Answer::result:
-      return result_stream_ ? next_of_result(job, now) : finish();
+      if (result_stream_) return next_of_result(job, now);
+      answer_ = Answer::status;
+      [[fallthrough]];
+    case Answer::status:
+      return status_due(now) ? finish() : Action();
   }
   __builtin_unreachable();
 }
@@ -316,8 +334,14 @@ SmoothReactor::Action SmoothReactor::next_read() {
 void SmoothReactor::notice_slow_upload(Clock::time_point now) {
   if (error_ || !uploading()) return;
   const auto idle_at = last_read_ + engine_.config().stream_idle_timeout;
-  const auto slow_at = upload_rate_.deadline();
-  if (now >= idle_at) {
+  const bool is_short = engine_.memory_short(now);
+  const auto slow_at =
+      is_short ? upload_rate_.deadline(kPatienceWithoutMemory) : upload_rate_.deadline();
+  if (is_short && slow_at && now >= *slow_at) {
+    fail(std::make_exception_ptr(
+        Busy("HOST_MEMORY_BUSY", "the upload paused while others found no memory; send it again",
+             {}, kPatienceWithoutMemory)));
+  } else if (now >= idle_at) {
     fail(
         std::make_exception_ptr(DeadlineExceeded("STREAM_IDLE", "the upload paused for too long")));
   } else if (slow_at && now >= *slow_at) {

@@ -6,6 +6,7 @@
 
 #include <exception>
 #include <memory>
+#include <optional>
 
 #include "engine.hpp"
 #include "job.hpp"
@@ -33,8 +34,8 @@ class SmoothReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grp
 
   /// What the client still has to send. `over`: the job is queued, or needs no mesh of this call.
   enum class Upload { awaiting_spec, receiving, complete, over };
-  /// What is written next; `result` leaves it to the stream.
-  enum class Answer { none, accepted, input_taken, stop_sending, result };
+  /// What is written next; `result` leaves it to the stream, `status` is the end.
+  enum class Answer { none, accepted, input_taken, stop_sending, result, status };
   /// `ingesting`: a thread works on the mesh without the lock.
   enum class Input { idle, reading, ingesting, half_closed };
   /// Of the result in a region.
@@ -61,6 +62,11 @@ class SmoothReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grp
   Action next_answer(const JobSnapshot& job, Clock::time_point now);
   Action next_of_result(const JobSnapshot& job, Clock::time_point now);
   Action next_read();
+  /// With the status, or before it.
+  Action write_summary(grpc::ByteBuffer message, Clock::time_point now);
+  /// Whether the client has half-closed, or had time to: some proxies lose a status that comes
+  /// before.
+  [[nodiscard]] bool status_due(Clock::time_point now);
   void check_end_of_upload();
   void notice_slow_upload(Clock::time_point now);
   [[nodiscard]] bool uploading() const {
@@ -83,7 +89,7 @@ class SmoothReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grp
   Output output_ = Output::none;
   Clock::time_point last_read_;
   UploadRate upload_rate_;
-  Clock::time_point drop_until_;  // for a refused client to half-close
+  std::optional<Clock::time_point> drop_until_;  // for the client to half-close
 };
 
 }  // namespace meshsmooth::server
