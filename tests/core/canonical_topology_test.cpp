@@ -144,9 +144,7 @@ TEST(CollapsedElements, AreRefusedByNameWhereTheyFormNoType) {
 }
 
 class Interfaces : public ::testing::TestWithParam<ElementType> {};
-INSTANTIATE_TEST_SUITE_P(Types, Interfaces,
-                         ::testing::Values(ElementType::triangle, ElementType::quad,
-                                           ElementType::tetrahedron, ElementType::hexahedron),
+INSTANTIATE_TEST_SUITE_P(Types, Interfaces, ::testing::ValuesIn(kLinearTypes),
                          [](const auto& of) { return std::string(element_name(of.param)); });
 
 void expect_matched(const test::Cut& cut, const test::Job& job, std::string_view way = "") {
