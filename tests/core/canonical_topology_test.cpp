@@ -145,6 +145,33 @@ TEST(CollapsedElements, AreRefusedByNameWhereTheyFormNoType) {
   }
 }
 
+TEST(ExtraMemory, IsAskedForWhereTheConnectivityIsHeldTwice) {
+  const auto smoother = make_smoother("cpu", 1);
+  for (const ElementType type : kElementTypes) {
+    const Mesh plain = test::lattice_of(type, 4);
+    Mesh half = plain;
+    std::vector<std::uint8_t> mirrored(plain.element_count());
+    for (std::size_t e = 0; e < mirrored.size(); e += 2) mirrored[e] = 1;
+    mirror_elements(half.blocks, mirrored);
+    std::int64_t extra = 0;
+    JobControl control;
+    control.on_extra_memory = [&](std::int64_t bytes) { extra += bytes; };
+
+    Mesh mesh = plain;
+    const std::int64_t peak = smoother->smooth(mesh, SmoothOptions{}, control).host_peak_bytes;
+    EXPECT_EQ(extra, 0) << element_name(type);
+    mesh = half;
+    const std::int64_t twice = smoother->smooth(mesh, SmoothOptions{}, control).host_peak_bytes;
+    EXPECT_EQ(twice, peak + extra) << element_name(type);
+    EXPECT_GE(extra, static_cast<std::int64_t>(plain.blocks[0].nodes.size() * sizeof(NodeId)));
+
+    mesh = half;
+    control.on_extra_memory = [](std::int64_t) { throw OutOfMemory("MESH_TOO_LARGE", "full"); };
+    EXPECT_THROW(smoother->smooth(mesh, SmoothOptions{}, control), OutOfMemory);
+    EXPECT_TRUE(test::same_bits(mesh, half)) << element_name(type);
+  }
+}
+
 class Interfaces : public ::testing::TestWithParam<ElementType> {};
 INSTANTIATE_TEST_SUITE_P(Types, Interfaces, ::testing::ValuesIn(kLinearTypes),
                          [](const auto& of) { return std::string(element_name(of.param)); });

@@ -112,6 +112,7 @@ class CanonicalSmoother final : public ForwardingSmoother {
     const CanonicalTopology canonical(topology, positions.given,
                                       options.boundary != BoundaryPolicy::fixed);
     interrupt.check();
+    if (control.on_extra_memory) control.on_extra_memory(canonical.bytes());
     try {
       SmoothSummary summary = inner().smooth(canonical.view(), positions, options, control);
       complete(canonical, summary);
