@@ -155,6 +155,12 @@ void add_job_flags(CLI::App& command, JobFlags& flags, const std::string& input_
           "each other: their nodes stay matched, being held; may be repeated")
       ->allow_extra_args(false)
       ->type_name("SET_A SET_B");
+  command
+      .add_option("--file-pairs", flags.file_pairs,
+                  "Pairs of nodes that the file names, as $Periodic of MSH, *EQUATION of Abaqus, "
+                  "connectivities of CGNS or cyclic patches of OpenFOAM; off: they are ignored")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->capture_default_str();
   command.add_flag("--merge-coincident", flags.merge_coincident,
                    "Smooth nodes at the same position as one, as of separate triangles; the file "
                    "keeps all its nodes");

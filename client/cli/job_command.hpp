@@ -25,6 +25,7 @@ struct JobFlags {
   std::vector<std::string> fixed_sets;
   std::vector<std::string> fixed_types;
   std::vector<std::pair<std::string, std::string>> periodic;  // names of sets
+  std::string file_pairs = "on";
   bool merge_coincident = false;
   std::string regions = "auto";
   std::vector<std::string> element_quality;  // names of metrics

@@ -62,7 +62,8 @@ void fix_named_nodes(formats::MeshFile& file, const JobFlags& flags) {
 }
 
 std::vector<NodePair> find_node_pairs(const formats::MeshFile& file, const JobFlags& flags) {
-  std::vector<NodePair> pairs = file.node_pairs();
+  std::vector<NodePair> pairs;
+  if (flags.file_pairs == "on") pairs = file.node_pairs();
   for (const auto& [name_a, name_b] : flags.periodic) {
     const std::vector<NodeId> a = formats::find_node_set(file, name_a);
     const std::vector<NodeId> b = formats::find_node_set(file, name_b);

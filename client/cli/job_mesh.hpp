@@ -13,8 +13,8 @@ namespace meshsmooth::cli {
 /// Marks the nodes that the caller names as fixed.
 void fix_named_nodes(formats::MeshFile& file, const JobFlags& flags);
 
-/// The pairs of nodes that the file names, and those on the sides that the caller names as
-/// periodic. Throws `InvalidOption` (NAME_UNKNOWN, PERIODIC_MISMATCH).
+/// The pairs of nodes that the file names, unless they are ignored, and those on the sides that the
+/// caller names as periodic. Throws `InvalidOption` (NAME_UNKNOWN, PERIODIC_MISMATCH).
 [[nodiscard]] std::vector<NodePair> find_node_pairs(const formats::MeshFile& file,
                                                     const JobFlags& flags);
 

@@ -216,6 +216,11 @@ bool Job::end(std::exception_ptr error) {
   return true;
 }
 
+void Job::reserve_more(std::int64_t host_bytes) {
+  const std::lock_guard lock(mutex_);
+  reservation_.grow(host_bytes);
+}
+
 void Job::expire() {
   std::shared_ptr<const JobResult> result;
   const std::lock_guard lock(mutex_);

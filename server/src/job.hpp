@@ -214,6 +214,9 @@ class Job {
   void finish_early() { finish_early_.store(true, std::memory_order_relaxed); }
   [[nodiscard]] const std::atomic<bool>& finish_early_flag() const { return finish_early_; }
 
+  /// Counts host memory that the running job needs beyond its estimate. Throws OutOfMemory.
+  void reserve_more(std::int64_t host_bytes);
+
   /// Replaces the previous progress.
   void report(const Progress& progress);
 

@@ -70,7 +70,8 @@ void Lane::run_job(Job& job) {
       .stop = job.stop_token(),
       .finish_early = &job.finish_early_flag(),
       .deadline = {},
-      .on_progress = [&job](const Progress& progress) { job.report(progress); }};
+      .on_progress = [&job](const Progress& progress) { job.report(progress); },
+      .on_extra_memory = [&job](std::int64_t bytes) { job.reserve_more(bytes); }};
   try {
     events_.finished(job, smooth(job, control));
   } catch (const DeviceError& error) {

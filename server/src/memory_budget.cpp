@@ -33,6 +33,12 @@ Reservation::~Reservation() {
   if (budget_ != nullptr) budget_->release(bytes_, device_);
 }
 
+void Reservation::grow(std::int64_t host_bytes) {
+  if (budget_ == nullptr) return;
+  budget_->grow(bytes_, host_bytes);
+  bytes_.host_bytes += host_bytes;
+}
+
 Reservation Reservation::split(MemoryEstimate part) {
   part = {std::min(part.host_bytes, bytes_.host_bytes),
           std::min(part.device_bytes, bytes_.device_bytes)};
@@ -101,7 +107,8 @@ Reservation MemoryBudget::take(int device, MemoryEstimate need) {
   if (closed_[static_cast<std::size_t>(device)]) {
     throw DeviceError("DEVICE_LOST", "the device has no lane left", true);
   }
-  const std::int64_t host_free = limit_.host_bytes - reserved_.host_bytes;
+  const std::int64_t host_free =
+      std::max<std::int64_t>(limit_.host_bytes - reserved_.host_bytes, 0);
   if (need.host_bytes > host_free) {
     throw_busy("HOST_MEMORY_BUSY", need.host_bytes, host_free, "host", host_freed_);
   }
@@ -112,6 +119,12 @@ Reservation MemoryBudget::take(int device, MemoryEstimate need) {
   reserved_.host_bytes += need.host_bytes;
   reserved_.device_bytes[device] += need.device_bytes;
   return {this, need, device};
+}
+
+void MemoryBudget::grow(MemoryEstimate held, std::int64_t host_bytes) {
+  check_limit(held.host_bytes + host_bytes, limit_.host_bytes, "host");
+  const std::lock_guard lock(mutex_);
+  reserved_.host_bytes += host_bytes;
 }
 
 MemoryBytes MemoryBudget::reserved() const {

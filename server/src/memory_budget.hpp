@@ -34,6 +34,8 @@ class Reservation {
   /// The device of its `device_bytes`.
   [[nodiscard]] int device() const { return device_; }
 
+  /// Adds bytes that its running job turns out to need; see `MemoryBudget::grow`.
+  void grow(std::int64_t host_bytes);
   /// Splits off a part, at most all of it, as a reservation of its own.
   [[nodiscard]] Reservation split(MemoryEstimate part);
 
@@ -86,6 +88,10 @@ class MemoryBudget {
   [[nodiscard]] int choose_device(std::int64_t need, std::span<const int> preferred) const;
   [[nodiscard]] Reservation take(int device, MemoryEstimate need);
 
+  /// Counts more bytes of a reservation. Not refused where they exceed what is free: jobs that
+  /// run would wait for those in the queue, which wait for them. New jobs are, until it has shrunk
+  /// to the limit. Throws OutOfMemory (MESH_TOO_LARGE) when the whole could never fit.
+  void grow(MemoryEstimate held, std::int64_t host_bytes);
   void release(MemoryEstimate bytes, int device);
 
   const MemoryBytes limit_;

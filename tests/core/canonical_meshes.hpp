@@ -123,10 +123,7 @@ inline Cut cut_lattice(ElementType volume, bool second_order) {
   if (!mesh.fixed.empty()) mesh.fixed.resize(points.size());
   const ElementShape& shape = element_shape(volume);
   const auto width = static_cast<std::size_t>(shape.node_count);
-  ElementBlock interfaces{axis == 1                           ? ElementType::quad
-                          : volume == ElementType::hexahedron ? ElementType::hexahedron
-                                                              : ElementType::wedge,
-                          {}};
+  ElementBlock interfaces;
   auto& nodes = mesh.blocks[0].nodes;
   for (std::size_t e = 0; e < nodes.size() / width; ++e) {
     NodeId* const own = &nodes[e * width];
@@ -139,6 +136,9 @@ inline Cut cut_lattice(ElementType volume, bool second_order) {
       for (int n = 0; n < facet.node_count; ++n) face.push_back(own[facet.nodes[n]]);
       if (!std::ranges::all_of(face, [&](NodeId n) { return other.contains(n); })) continue;
       ++cut.interface_count;
+      interfaces.type = axis == 1          ? ElementType::quad
+                        : face.size() == 4 ? ElementType::hexahedron
+                                           : ElementType::wedge;
       if (axis == 1) {
         for (const NodeId n : {face[0], face[1], other[face[1]], other[face[0]]})
           interfaces.nodes.push_back(n);

@@ -6,7 +6,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "core/canonical_meshes.hpp"
@@ -143,10 +145,35 @@ TEST(CollapsedElements, AreRefusedByNameWhereTheyFormNoType) {
   }
 }
 
+TEST(ExtraMemory, IsAskedForWhereTheConnectivityIsHeldTwice) {
+  const auto smoother = make_smoother("cpu", 1);
+  for (const ElementType type : kElementTypes) {
+    const Mesh plain = test::lattice_of(type, 4);
+    Mesh half = plain;
+    std::vector<std::uint8_t> mirrored(plain.element_count());
+    for (std::size_t e = 0; e < mirrored.size(); e += 2) mirrored[e] = 1;
+    mirror_elements(half.blocks, mirrored);
+    std::int64_t extra = 0;
+    JobControl control;
+    control.on_extra_memory = [&](std::int64_t bytes) { extra += bytes; };
+
+    Mesh mesh = plain;
+    const std::int64_t peak = smoother->smooth(mesh, SmoothOptions{}, control).host_peak_bytes;
+    EXPECT_EQ(extra, 0) << element_name(type);
+    mesh = half;
+    const std::int64_t twice = smoother->smooth(mesh, SmoothOptions{}, control).host_peak_bytes;
+    EXPECT_EQ(twice, peak + extra) << element_name(type);
+    EXPECT_GE(extra, static_cast<std::int64_t>(plain.blocks[0].nodes.size() * sizeof(NodeId)));
+
+    mesh = half;
+    control.on_extra_memory = [](std::int64_t) { throw OutOfMemory("MESH_TOO_LARGE", "full"); };
+    EXPECT_THROW(smoother->smooth(mesh, SmoothOptions{}, control), OutOfMemory);
+    EXPECT_TRUE(test::same_bits(mesh, half)) << element_name(type);
+  }
+}
+
 class Interfaces : public ::testing::TestWithParam<ElementType> {};
-INSTANTIATE_TEST_SUITE_P(Types, Interfaces,
-                         ::testing::Values(ElementType::triangle, ElementType::quad,
-                                           ElementType::tetrahedron, ElementType::hexahedron),
+INSTANTIATE_TEST_SUITE_P(Types, Interfaces, ::testing::ValuesIn(kLinearTypes),
                          [](const auto& of) { return std::string(element_name(of.param)); });
 
 void expect_matched(const test::Cut& cut, const test::Job& job, std::string_view way = "") {
@@ -184,12 +211,43 @@ TEST_P(Interfaces, StayTogetherAndAreInNoFigure) {
   }
 }
 
+/// Nodes at one position are at one position again, also those in the middle of edges and faces.
+void expect_together(const Mesh& before, const Mesh& after, std::string_view way) {
+  const auto& first = std::get<std::vector<Vec3d>>(before.positions);
+  const auto& last = std::get<std::vector<Vec3d>>(after.positions);
+  std::map<std::array<double, 3>, Vec3d> found;
+  std::size_t shared = 0;
+  for (std::size_t n = 0; n < first.size(); ++n) {
+    const std::array key = {first[n].x, first[n].y, first[n].z};
+    const auto [at, is_new] = found.try_emplace(key, last[n]);
+    shared += is_new ? 0 : 1;
+    EXPECT_EQ(at->second, last[n]) << way << ", node " << n;
+  }
+  EXPECT_GT(shared, 0U);
+}
+
 TEST_P(Interfaces, OfSecondOrderToo) {
   const test::Cut cut = test::cut_lattice(GetParam(), true);
-  const test::Job job = test::smooth(cut.mesh, {});
-  expect_matched(cut, job);
-  EXPECT_EQ(job.summary.quality_after.interface_count, cut.interface_count);
-  EXPECT_EQ(job.summary.quality_after.inverted_count, 0);
+  for (const Method& method : {Method{Optimize{}}, Method{SmartLaplacian{}}, Method{Taubin{}}}) {
+    for (const BoundaryPolicy boundary : {BoundaryPolicy::fixed, BoundaryPolicy::slide}) {
+      const test::Job job =
+          test::smooth(cut.mesh, {.method = method, .max_iterations = 5, .boundary = boundary});
+      expect_together(cut.mesh, job.mesh, method_name(method));
+      EXPECT_EQ(job.summary.quality_after.interface_count, cut.interface_count);
+      EXPECT_EQ(job.summary.quality_after.inverted_count, 0);
+    }
+  }
+}
+
+TEST_P(Interfaces, CracksOfSecondOrderStayClosed) {
+  test::Cut cut = test::cut_lattice(GetParam(), true);
+  cut.mesh.blocks.erase(cut.mesh.blocks.begin());
+  for (const Method& method : {Method{Optimize{}}, Method{SmartLaplacian{}}, Method{Taubin{}}}) {
+    const test::Job job = test::smooth(
+        cut.mesh, {.method = method, .max_iterations = 5, .boundary = BoundaryPolicy::slide});
+    expect_together(cut.mesh, job.mesh, method_name(method));
+    EXPECT_GT(job.summary.nodes.moved, 0);
+  }
 }
 
 TEST_P(Interfaces, HaveNoQualityOfTheirOwn) {

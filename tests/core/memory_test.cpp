@@ -120,6 +120,20 @@ TEST(Estimate, BoundsTheMemoryOfEveryElementType) {
   }
 }
 
+/// Poor elements are counted once more where nodes have gone back.
+TEST(Estimate, BoundsTheMemoryOfCountingPoorElements) {
+  for (const ElementType type : kLinearTypes) {
+    const Mesh mesh = test::mapped(large(type), [](Vec3d p) {
+      return Vec3d{p.x, 0.01 * p.y * p.y + p.y, 0.1 * p.z * p.z + 0.1 * p.z};
+    });
+    expect_bounded(std::string(element_name(type)), mesh,
+                   {.method = Optimize{.goal = Goal::average, .target = Target::ideal},
+                    .max_iterations = 2,
+                    .report_below = 0.9},
+                   test::oracle::is_surface(type) ? 3 : 2);
+  }
+}
+
 TEST(Estimate, BoundsTheMemoryOfSecondOrder) {
   for (const ElementType type : kLinearTypes) {
     const bool surface = test::oracle::is_surface(type);

@@ -223,6 +223,33 @@ TEST(NeverWorse, LeavesCurvedSectorsOfBoxesAsTheyAre) {
   }
 }
 
+TEST(NeverWorse, PoorElementsAreThoseOfTheResult) {
+  for (const bool curved : {false, true}) {
+    int restored = 0;
+    for (const ElementType type : kLinearTypes) {
+      // Flat layers at right angles: their least scaled Jacobian falls where they grow.
+      Mesh mesh = test::mapped(test::noisy(test::lattice(type, 4), 0.1, 1), [](Vec3d p) {
+        return Vec3d{p.x, 0.3 * p.y * p.y + 0.1 * p.y, 0.4 * p.z * p.z + 0.1 * p.z};
+      });
+      if (curved) mesh = test::noisy(test::second_order(mesh), 0.02, 3);
+      SmoothOptions options{.method = Optimize{.goal = Goal::average, .target = Target::ideal},
+                            .report_below = 0.8};
+      const test::Job job = test::smooth(mesh, options);
+      restored += job.summary.kept_quality.value().restored_node_count() > 0 ? 1 : 0;
+      options.max_iterations = 0;  // a job without sweeps reports the mesh that it gets
+
+      const PoorElements expected = test::smooth(job.mesh, options).summary.poor.value();
+
+      const PoorElements poor = job.summary.poor.value();
+      const std::string name = std::string(element_name(type)) + (curved ? " curved" : "");
+      EXPECT_EQ(poor.element_count, expected.element_count) << name;
+      EXPECT_EQ(poor.locked_count, expected.locked_count) << name;
+      EXPECT_EQ(poor.limited_count, expected.limited_count) << name;
+    }
+    EXPECT_GE(restored, 3);
+  }
+}
+
 TEST(NeverWorse, NamesOneOfTwoMetrics) {
   SmoothOptions options;
   options.metric = QualityMetric::radius_ratio;

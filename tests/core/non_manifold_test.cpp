@@ -74,12 +74,13 @@ struct Stiffened {
       }
     }
     mesh = test::make_mesh(std::move(at), {{linear_type(type), std::move(nodes)}});
-    if (is_second_order(type)) mesh = test::second_order(mesh);
+    if (is_second_order(type)) mesh = test::second_order(mesh, type == ElementType::quad9);
   }
 };
 
 constexpr ElementType kSurfaceTypes[] = {ElementType::triangle, ElementType::quad,
-                                         ElementType::triangle6, ElementType::quad8};
+                                         ElementType::triangle6, ElementType::quad8,
+                                         ElementType::quad9};
 
 bool stays(const Mesh& before, const Mesh& after, NodeId node) {
   return points(before)[node] == points(after)[node];

@@ -271,6 +271,28 @@ TEST_F(EngineTest, RunsJobsOfManyCallersAndGivesAllMemoryBack) {
   expect_balanced();
 }
 
+TEST_F(EngineTest, CountsWhatAJobNeedsBeyondItsEstimate) {
+  fake_->hold();
+  fake_->need_more(1000);
+  Caller caller(engine_);
+  ASSERT_TRUE(caller.admit());
+  const std::int64_t estimated = engine_.memory_budget().reserved().host_bytes;
+  caller.submit();
+  fake_->wait_started(1);
+  EXPECT_EQ(engine_.memory_budget().reserved().host_bytes, estimated + 1000);
+  fake_->release();
+  EXPECT_EQ(caller.finish(), JobState::succeeded);
+  expect_balanced();
+
+  fake_->need_more(engine_.memory_budget().limit().host_bytes);
+  Caller large(engine_);
+  ASSERT_TRUE(large.admit());
+  large.submit();
+  EXPECT_EQ(large.finish(), JobState::failed);
+  EXPECT_EQ(large.failure(), "MESH_TOO_LARGE");
+  expect_balanced();
+}
+
 // Cancels race with submission, lane and result.
 TEST_F(EngineTest, EndsEveryJobOnceWhoeverCancelsItWhenever) {
   std::vector<std::thread> threads;

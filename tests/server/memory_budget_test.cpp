@@ -75,6 +75,21 @@ TEST(Reservation, GivesBackOnceHoweverOftenItIsMoved) {
   EXPECT_EQ(budget.reserved().host_bytes, 0);
 }
 
+TEST(Reservation, GrowsBeyondWhatIsFreeButNotBeyondTheLimit) {
+  MemoryBudget budget({100, {0}});
+  {
+    Reservation running = budget.reserve({50, 0});
+    const Reservation waiting = budget.reserve({45, 0});
+    running.grow(20);
+    EXPECT_EQ(running.bytes().host_bytes, 70);
+    EXPECT_EQ(budget.reserved().host_bytes, 115);
+    EXPECT_EQ(reason_of(budget, {1, 0}), "HOST_MEMORY_BUSY");
+    EXPECT_THROW(running.grow(31), OutOfMemory);
+    EXPECT_EQ(budget.reserved().host_bytes, 115);
+  }
+  EXPECT_EQ(budget.reserved().host_bytes, 0);
+}
+
 TEST(MemoryBudget, StaysBalancedWithManyThreads) {
   MemoryBudget budget({1000, {0}});
   std::vector<std::thread> threads;

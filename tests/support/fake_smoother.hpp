@@ -64,6 +64,8 @@ class FakeControl {
   }
   /// Progress that a job reports at its start, iterations 1..count.
   void report_progress(int count) { progress_count_ = count; }
+  /// Bytes beyond the estimate, that each job asks for at its start.
+  void need_more(std::int64_t host_bytes) { extra_bytes_ = host_bytes; }
   /// As a device does, at the end of a job.
   void read_positions_once() { reads_positions_once_ = true; }
   void set_estimate(MemoryEstimate estimate) {
@@ -124,6 +126,7 @@ class FakeControl {
   MemoryEstimate estimate_;
   DeviceSpace device_space_;
   std::atomic<int> progress_count_ = 0;
+  std::atomic<std::int64_t> extra_bytes_ = 0;
   std::atomic<bool> reads_positions_once_ = false;
 };
 
@@ -185,6 +188,7 @@ class FakeSmoother final : public Smoother {
   using Smoother::smooth;
   SmoothSummary smooth(const TopologyView& topology, const JobPositions& positions,
                        const SmoothOptions& options, const JobControl& job) override {
+    if (control_->extra_bytes_ > 0) job.on_extra_memory(control_->extra_bytes_);
     start();
     const bool at_reference =
         std::holds_alternative<Move>(options.method) && position_count(options.reference) > 0;

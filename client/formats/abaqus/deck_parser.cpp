@@ -115,6 +115,7 @@ class DeckParser {
       reader_.read_input_of(keyword);
       return read_equations();
     }
+    if (name == "SURFACE") return read_surface(keyword);
     if (name == "SYSTEM") return read_system(keyword);
     if (name == "USERELEMENT") elements_.define(keyword);
     if (name.ends_with("SECTION")) read_section(keyword);
@@ -199,6 +200,23 @@ class DeckParser {
           model_.add_to_set(scope_, kind, name, read_member(trimmed(word), kind, scope));
         }
       }
+    }
+  }
+
+  /// A line names an element or a set of them, and the number of their faces: "S2". Surfaces of
+  /// nodes, of all free faces and of the sides of shells lie on the boundary or have no faces.
+  bool read_surface(const DeckKeyword& keyword) {
+    const std::string name = keyword.value("NAME"), type = in_capitals(keyword.value("TYPE"));
+    while (true) {
+      if (!reader_.next()) return false;
+      if (reader_.at_keyword()) return true;
+      split_data(line(), words_);
+      if (name.empty() || (!type.empty() && type != "ELEMENT") || words_.size() < 2) continue;
+      const std::string side = in_capitals(trimmed(words_[1]));
+      const std::string_view of = trimmed(words_.front());
+      const bool face = side.size() == 2 && side[0] == 'S' && side[1] >= '1' && side[1] <= '6';
+      if (!face || of.empty()) continue;
+      model_.add_to_surface(scope_, name, read_member(of, Kind::elements, scope_), side[1] - '0');
     }
   }
 

@@ -64,6 +64,8 @@ class AbaqusModel {
   /// The nodes or sets of nodes of an equation's terms, which have to match. Of sets it is one for
   /// each of their nodes, in their order.
   void add_equation(std::vector<Entry> terms) { equations_.push_back(std::move(terms)); }
+  /// The faces of one number of an element or a set of elements, on a surface.
+  void add_to_surface(ScopeId scope, const std::string& name, Entry elements, int face);
   void add_section(ScopeId scope, const std::string& element_set, const std::string& material,
                    DeckPlace place);
 
@@ -81,6 +83,10 @@ class AbaqusModel {
     bool resolving = false;
   };
   using Sets = std::map<std::string, Set>;  // by the name in capitals
+  struct Surface {
+    std::string name;
+    std::vector<std::pair<Entry, int>> parts;  // elements, and the number of their faces
+  };
   struct Section {
     std::string element_set;
     std::int32_t material;
@@ -92,6 +98,7 @@ class AbaqusModel {
     std::unordered_map<std::int64_t, std::int64_t> elements;  // by label
     Sets node_sets;
     Sets element_sets;
+    std::map<std::string, Surface> surfaces;  // by the name in capitals
     std::vector<Section> sections;
   };
   struct Element {
@@ -118,6 +125,8 @@ class AbaqusModel {
   void resolve_corners(const DeckReader& reader, Notes& notes);
   void store_cells(FileContent& content, PlainDataset& dataset) const;
   void store_sets(const DeckReader& reader, FileContent& content, Notes& notes);
+  void append_face(std::size_t element, int face, std::vector<NodeId>& nodes) const;
+  void store_surfaces(const DeckReader& reader, FileContent& content, Notes& notes);
   void store_equations(const DeckReader& reader, FileContent& content, Notes& notes);
   void store_materials(const DeckReader& reader, PlainDataset& dataset, Notes& notes);
   [[nodiscard]] std::vector<std::string> names_of(ScopeId scope) const;

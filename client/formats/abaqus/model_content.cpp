@@ -266,6 +266,7 @@ std::shared_ptr<PlainDataset> AbaqusModel::store(const DeckReader& reader, FileC
   resolve_corners(reader, notes);
   store_cells(content, *dataset);
   store_sets(reader, content, notes);
+  store_surfaces(reader, content, notes);
   store_equations(reader, content, notes);
   store_materials(reader, *dataset, notes);
   return dataset;

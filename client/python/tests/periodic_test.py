@@ -50,7 +50,7 @@ def two_sides(map_points: Any, seed: int = 3) -> tuple[Mesh, Any]:
 )
 def test_finds_translations_and_rotations(motion: Any) -> None:
     mesh, partners = two_sides(motion)
-    pairs = node_pairs(mesh, ("left", "right"))
+    pairs = node_pairs(mesh, {"periodic": ("left", "right")})
     assert pairs is not None
     assert pairs.tolist() == np.column_stack([np.arange(40), partners]).tolist()
 
@@ -61,9 +61,19 @@ def test_ways_to_say_which() -> None:
     sides: list[Any] = [("left", "right")]
     ids: list[Any] = [(np.arange(40), np.arange(40, 80))]
     for given in (sides, ids, expected, expected.tolist()):
-        assert np.array_equal(node_pairs(mesh, given), expected)
-    assert node_pairs(mesh, None) is None
-    assert node_pairs(mesh, []) is None
+        assert np.array_equal(node_pairs(mesh, {"periodic": given}), expected)
+    assert node_pairs(mesh, {}) is None
+    assert node_pairs(mesh, {"periodic": []}) is None
+
+
+def test_pairs_of_the_mesh_can_be_ignored() -> None:
+    mesh, _ = two_sides(lambda p: p + [0, 5, 0])
+    own = Mesh(MeshData(mesh.points, mesh.data.cells, node_pairs=np.array([[0, 40], [1, 41]])))
+    given = np.array([[2, 42]])
+    assert node_pairs(own, {}).tolist() == [[0, 40], [1, 41]]
+    assert node_pairs(own, {"periodic": given}).tolist() == [[0, 40], [1, 41], [2, 42]]
+    assert node_pairs(own, {"file_pairs": False}) is None
+    assert node_pairs(own, {"file_pairs": False, "periodic": given}).tolist() == [[2, 42]]
 
 
 @pytest.mark.parametrize(
@@ -81,7 +91,7 @@ def test_ways_to_say_which() -> None:
 def test_refused_before_anything_is_sent(periodic: Any, reason: str, text: str) -> None:
     mesh, _ = two_sides(lambda p: np.add(p, [0, 5, 0]))
     with pytest.raises(ms.InvalidOption) as caught:
-        node_pairs(mesh, periodic)
+        node_pairs(mesh, {"periodic": periodic})
     assert caught.value.reason == reason
     assert text in str(caught.value)
 
@@ -90,7 +100,7 @@ def test_names_the_node_that_does_not_match() -> None:
     mesh, partners = two_sides(lambda p: np.add(p, [0, 5, 0]))
     mesh.points[partners[11], 1] += 0.25
     with pytest.raises(ms.InvalidOption) as caught:
-        node_pairs(mesh, ("left", "right"))
+        node_pairs(mesh, {"periodic": ("left", "right")})
     assert caught.value.reason == "PERIODIC_MISMATCH"
     assert "translated, node 11 is " in str(caught.value)
 

@@ -39,6 +39,10 @@ struct JobControl {
   std::optional<std::chrono::steady_clock::time_point> deadline;
   /// Called on the job's thread, at most once per sweep; must not block.
   std::function<void(const Progress&)> on_progress;
+  /// Called on the job's thread with the host memory that the job holds beyond
+  /// `Smoother::estimate`, in bytes: of meshes that are not canonical (canonical_topology.hpp), for
+  /// a second connectivity. What it throws ends the job.
+  std::function<void(std::int64_t)> on_extra_memory;
 };
 
 /// The positions of a job: where they are read, and where the result is written.
@@ -110,8 +114,8 @@ class Smoother {
   [[nodiscard]] virtual DeviceSpace device_space() const { return {}; }
 
   /// @returns an upper bound of the bytes that `smooth` allocates for a conforming mesh of this
-  /// size, without the caller's arrays. For sliding it assumes that the nodes between regions are
-  /// at most a quarter as many as a cube's boundary has.
+  /// size, without the caller's arrays and `JobControl::on_extra_memory`. For sliding it assumes
+  /// that the nodes between regions are at most a quarter as many as a cube's boundary has.
   [[nodiscard]] virtual MemoryEstimate estimate(const MeshSize& size,
                                                 const SmoothOptions& options) const = 0;
 

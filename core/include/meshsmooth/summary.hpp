@@ -68,7 +68,9 @@ struct BoundaryDeviation {
   double input_to_result = 0;  ///< Largest distance of an input position from the result.
 };
 
-/// The elements of the result below `SmoothOptions::report_below`, by what holds them there.
+/// The elements of the result below `SmoothOptions::report_below`, by what holds them there. Of
+/// second order it is the mesh of their corners; with `Optimize::stay`, `only_below` or a movement
+/// limit as the sweeps left it, before curved elements were repaired or went back.
 struct PoorElements {
   double below = 0;  ///< A mean ratio, against the target.
   std::int64_t element_count = 0;

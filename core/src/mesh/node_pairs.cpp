@@ -46,7 +46,8 @@ HeldPairs hold_node_pairs(const TopologyView& topology, const SmoothOptions& opt
       const bool a_prescribed = (mark_a & kPrescribed) != 0;
       refuse_pair("PAIR_HALF_PRESCRIBED", pair, a_prescribed ? a : b,
                   "is prescribed, but its partner, node " + std::to_string(a_prescribed ? b : a) +
-                      ", is not; prescribe both or none");
+                      ", is not; prescribe both or none, or ignore the pairs that the file names "
+                      "(--file-pairs off, file_pairs=False)");
     }
     mark_a |= kPaired;
     mark_b |= kPaired;

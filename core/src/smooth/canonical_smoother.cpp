@@ -6,6 +6,7 @@
 #include "meshsmooth/canonical_topology.hpp"
 #include "meshsmooth/error.hpp"
 #include "smooth/base/find_not_canonical.hpp"
+#include "smooth/base/forwarding_smoother.hpp"
 #include "smooth/base/interrupt.hpp"
 
 namespace meshsmooth::detail {
@@ -59,33 +60,20 @@ void complete(const CanonicalTopology& canonical, SmoothSummary& summary) {
   throw InvalidMesh(error.reason(), text, details);
 }
 
-class CanonicalSmoother final : public Smoother {
+class CanonicalSmoother final : public ForwardingSmoother {
  public:
-  explicit CanonicalSmoother(std::unique_ptr<Smoother> inner) : inner_(std::move(inner)) {}
-
-  [[nodiscard]] std::string_view backend() const override { return inner_->backend(); }
-  [[nodiscard]] DeviceSpace device_space() const override { return inner_->device_space(); }
-  [[nodiscard]] MemoryEstimate estimate(const MeshSize& size,
-                                        const SmoothOptions& options) const override {
-    return inner_->estimate(size, options);
-  }
-  [[nodiscard]] MemoryEstimate estimate_prepared(const MeshSize& size) const override {
-    return inner_->estimate_prepared(size);
-  }
-  [[nodiscard]] bool reads_positions_once(const MeshSize& size) const override {
-    return inner_->reads_positions_once(size);
-  }
+  using ForwardingSmoother::ForwardingSmoother;
 
   [[nodiscard]] std::shared_ptr<const PreparedTopology> prepare(
       const TopologyView& topology, const JobControl& control,
       const PositionsView& reference) override {
     try {
-      return inner_->prepare(topology, control, reference);
+      return inner().prepare(topology, control, reference);
     } catch (const InvalidMesh& error) {
       if (error.reason() != "REPEATED_NODE") throw;
     }
     auto expanded = std::make_shared<PreparedExpanded>(topology);
-    expanded->inner = inner_->prepare(expanded->canonical.view(), control, reference);
+    expanded->inner = inner().prepare(expanded->canonical.view(), control, reference);
     expanded->reference = expanded->inner->reference;
     return expanded;
   }
@@ -94,7 +82,7 @@ class CanonicalSmoother final : public Smoother {
   SmoothSummary smooth(const TopologyView& topology, const JobPositions& positions,
                        const SmoothOptions& options, const JobControl& control) override {
     try {
-      return inner_->smooth(topology, positions, options, control);
+      return inner().smooth(topology, positions, options, control);
     } catch (const NotCanonical&) {
     } catch (const InvalidMesh& error) {
       if (error.reason() != "REPEATED_NODE") throw;
@@ -106,8 +94,8 @@ class CanonicalSmoother final : public Smoother {
                        const SmoothOptions& options, const JobControl& control) override {
     try {
       const auto* expanded = dynamic_cast<const PreparedExpanded*>(&prepared);
-      if (expanded == nullptr) return inner_->smooth(prepared, positions, options, control);
-      SmoothSummary summary = inner_->smooth(*expanded->inner, positions, options, control);
+      if (expanded == nullptr) return inner().smooth(prepared, positions, options, control);
+      SmoothSummary summary = inner().smooth(*expanded->inner, positions, options, control);
       complete(expanded->canonical, summary);
       return summary;
     } catch (const NotCanonical&) {
@@ -124,16 +112,15 @@ class CanonicalSmoother final : public Smoother {
     const CanonicalTopology canonical(topology, positions.given,
                                       options.boundary != BoundaryPolicy::fixed);
     interrupt.check();
+    if (control.on_extra_memory) control.on_extra_memory(canonical.bytes());
     try {
-      SmoothSummary summary = inner_->smooth(canonical.view(), positions, options, control);
+      SmoothSummary summary = inner().smooth(canonical.view(), positions, options, control);
       complete(canonical, summary);
       return summary;
     } catch (const InvalidMesh& error) {
       rethrow(error, canonical);
     }
   }
-
-  std::unique_ptr<Smoother> inner_;
 };
 
 }  // namespace

@@ -119,6 +119,10 @@ class JobOptions(TypedDict, total=False):
             takes="pairs of sides, or array [pairs, 2]",
         ),
     ]
+    file_pairs: Annotated[
+        bool,
+        Option("nodes that the mesh itself pairs, as gmsh's periodic ones, are held too", "True"),
+    ]
     movement_limit: Annotated[
         float | str,
         Option(

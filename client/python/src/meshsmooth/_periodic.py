@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._errors import InvalidOption
+from ._job_options import JobOptions
 from ._mesh import Mesh, chosen_nodes
 
 Points = NDArray[np.float64]
@@ -19,19 +20,20 @@ _TOLERANCE = 1e-5  # of the diagonal of the larger side's bounding box
 _MOST_ROTATIONS = 20000  # that are tried: of a sphere all nodes are as far from the centre
 
 
-def node_pairs(mesh: Mesh, periodic: Any) -> NDArray[np.int32] | None:
+def node_pairs(mesh: Mesh, options: JobOptions) -> NDArray[np.int32] | None:
     """Returns pairs of nodes, [pairs, 2], or None without any.
 
     Args:
-        mesh: the mesh; pairs of its own are among them.
-        periodic: integers [pairs, 2]; or two sides, or a list of two sides each, each side as
-            `chosen_nodes` takes it.
+        mesh: the mesh; pairs of its own are among them, unless `file_pairs` is False.
+        options: `periodic` is integers [pairs, 2]; or two sides, or a list of two sides each, each
+            side as `chosen_nodes` takes it.
 
     Raises:
         InvalidOption: OPTION_OUT_OF_RANGE for a node that is not in the mesh; PERIODIC_MISMATCH
             where no translation or rotation takes one side to the other; NAME_UNKNOWN.
     """
-    own = mesh.data.node_pairs
+    own = mesh.data.node_pairs if options.get("file_pairs", True) else None
+    periodic = options.get("periodic")
     given = np.zeros((0, 2), np.int64) if periodic is None else _given_pairs(mesh, periodic)
     if own is not None:
         given = np.unique(np.concatenate([given, own]), axis=0)

@@ -64,7 +64,7 @@ class Request:
         self.metrics: list[Any] = _options.to_metrics(options.get("element_quality"))
         self.topology = topology or Topology.of(mesh, options)
         self.reference = self._read_reference()
-        self.node_pairs = node_pairs(mesh, options.get("periodic"))
+        self.node_pairs = node_pairs(mesh, options)
         of = self.topology.representatives
         if self.node_pairs is not None and of is not None:
             self.node_pairs = np.ascontiguousarray(merged(self.node_pairs, of), np.dtype("<i4"))

@@ -31,7 +31,7 @@ class Steps:
         # A copy: `move` begins at these positions, and the caller may change theirs in place.
         self._mesh = read.moved(np.array(read.data.points))
         self._options = options
-        pairs = node_pairs(self._mesh, options.get("periodic"))  # once, where the mesh is at first
+        pairs = node_pairs(self._mesh, options)  # once, where the mesh is at first
         if pairs is not None:
             self._options = {**options, "periodic": pairs}
         self.topology = Topology.of(self._mesh, options)

@@ -10,6 +10,7 @@
 #include "smooth/cpu/job_elements.hpp"
 #include "smooth/energy/find_targets.hpp"
 #include "smooth/guard/keep_quality.hpp"
+#include "smooth/optimize/recount_poor.hpp"
 #include "smooth/plan/iterate.hpp"
 #include "smooth/plan/needs_balls.hpp"
 
@@ -57,7 +58,9 @@ namespace meshsmooth::detail {
       found + (moves ? motion_bytes(mesh, given, size.reference, sweeping) : sweeping) +
       (colours ? colouring_bytes(n) : 0);
   const std::int64_t evaluating = found + element_quality_bytes(mesh, options);
-  const std::int64_t keeping = found - rings + keep_quality_bytes(mesh, options);
+  const bool recounts = may_recount_poor(options);
+  const std::int64_t keeping = found - (recounts ? 0 : rings) + keep_quality_bytes(mesh, options);
+  const std::int64_t recounting = recounts ? iterating + recount_poor_bytes(mesh, options) : 0;
   const std::int64_t peak =
       kept + std::max({n * 4 + renumbering_bytes(mesh), rows + finding_rings_bytes(mesh),
                        rows + n + (colours ? colouring_nodes_bytes(n) : 0),
@@ -65,7 +68,7 @@ namespace meshsmooth::detail {
                        rows + n + finding_coincident_bytes(mesh, options),
                        rows + n + normals + only_below_bytes(mesh, options),
                        rows + n + normals + finding_boxes_bytes(mesh, options), iterating,
-                       evaluating, keeping});
+                       evaluating, keeping, recounting});
   const std::int64_t histograms = (1 + thread_count) * (std::int64_t{192} << 10);
   return peak + peak / 50 + histograms;
 }

@@ -9,6 +9,7 @@
 #include "smooth/cuda/topology/prepare.cuh"
 #include "smooth/energy/find_targets.hpp"
 #include "smooth/guard/keep_quality.hpp"
+#include "smooth/optimize/recount_poor.hpp"
 #include "smooth/plan/iterate.hpp"
 #include "smooth/plan/needs_balls.hpp"
 
@@ -88,7 +89,11 @@ namespace meshsmooth::detail {
   const std::int64_t result = keeps_quality(options) ? n * mesh.position_bytes : 0;
   const std::int64_t evaluating =
       std::max(found, held + normals) + CudaEvaluator::device_bytes(mesh, options) + result;
-  const std::int64_t keeping = found - rings + keep_quality_bytes(mesh, options) + result;
+  const bool recounts = may_recount_poor(options);
+  const std::int64_t keeping =
+      found - (recounts ? 0 : rings) + keep_quality_bytes(mesh, options) + result;
+  const std::int64_t recounting =
+      recounts ? iterating + recount_poor_bytes(mesh, options) + result : 0;
   const std::int64_t regions =
       size.regions && (surface || options.boundary != BoundaryPolicy::free) ? mesh.elements * 4 : 0;
   const std::int64_t given = has_reference(options) ? padded_bytes(mesh) : 0;  // the reference
@@ -101,7 +106,7 @@ namespace meshsmooth::detail {
                        held + finding_coincident_bytes(mesh, options), held + given,
                        held + only_below_bytes(mesh, options) + normals,
                        held + finding_boxes_bytes(mesh, options) + normals, iterating, evaluating,
-                       keeping});
+                       keeping, recounting});
   const std::int64_t histograms = std::int64_t{128} << 10;
   return peak + peak / 50 + batch_bytes(blocks) + histograms;
 }

@@ -11,6 +11,7 @@
 #include "smooth/constraints/find_coincident.hpp"
 #include "smooth/energy/find_targets.hpp"
 #include "smooth/guard/keep_quality.hpp"
+#include "smooth/optimize/recount_poor.hpp"
 #include "smooth/plan/iterate.hpp"
 #include "smooth/plan/needs_balls.hpp"
 
@@ -105,9 +106,16 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
           summary.kept_quality.emplace(KeptQuality{metric_in_force(topology, options)});
       if (may_be_worse(summary.quality_before, report.quality, report.locked, options,
                        kept.metric)) {
-        job.rings = {};  // its memory serves the step
+        if (!summary.poor) job.rings = {};  // its memory serves the step
         keep_quality(executor, surroundings(), options, job, kept);
-        if (kept.restored_node_count() > 0) report = backend.evaluate_result(job, orientation);
+        if (kept.restored_node_count() > 0) {
+          report = backend.evaluate_result(job, orientation);
+          if (summary.poor) {
+            Surroundings around = surroundings();
+            around.targets = targets.view;
+            summary.poor = recount_poor(backend, around, sweeping, control, job);
+          }
+        }
       }
     }
     summary.quality_after = std::move(report.quality);

@@ -68,4 +68,16 @@ class CornerMesh {
 [[nodiscard]] bool is_second_order(const TopologyView& topology);
 [[nodiscard]] bool is_second_order(const MeshSize& size);
 
+/// The positions of the corners.
+template <class Real>
+[[nodiscard]] std::vector<Vec3<Real>> gather(std::span<const Vec3<Real>> positions,
+                                             const CornerMesh& mesh) {
+  std::vector<Vec3<Real>> corners;
+  corners.reserve(mesh.nodes().size());
+  for (const NodeId node : mesh.nodes()) {
+    corners.push_back(positions[static_cast<std::size_t>(node)]);
+  }
+  return corners;
+}
+
 }  // namespace meshsmooth::detail

@@ -12,6 +12,7 @@
 #include "smooth/base/refusals.hpp"
 #include "smooth/move/prescribed.hpp"
 #include "smooth/second_order/carry.hpp"
+#include "smooth/second_order/count_poor.hpp"
 #include "smooth/second_order/cure.hpp"
 #include "smooth/second_order/keep_curved_quality.hpp"
 #include "smooth/second_order/prescribed_parts.hpp"
@@ -20,16 +21,6 @@
 
 namespace meshsmooth::detail {
 namespace {
-
-template <class Real>
-std::vector<Vec3<Real>> gather(std::span<const Vec3<Real>> positions, const CornerMesh& mesh) {
-  std::vector<Vec3<Real>> corners;
-  corners.reserve(mesh.nodes().size());
-  for (const NodeId node : mesh.nodes()) {
-    corners.push_back(positions[static_cast<std::size_t>(node)]);
-  }
-  return corners;
-}
 
 template <class Real>
 class Job {
@@ -71,6 +62,12 @@ class Job {
     SmoothSummary summary = moves ? move(held, after) : sweep(held, after);
     summary.nodes.curved += static_cast<std::int64_t>(held.size());
     if (carry_.any_curved()) evaluate(summary, std::move(before), after);
+    if (recounts_poor()) {
+      const Stopwatch stopwatch(iterate_seconds_);
+      const std::vector<Vec3<Real>> first = gather(positions_, mesh_);
+      count_poor<Real>(run_, with_reference(options_), first, gather<Real>(after, mesh_), held,
+                       summary);
+    }
     report(summary, after);
     summary.times.iterate_seconds += iterate_seconds_;
     summary.times.evaluate_seconds += evaluate_seconds_;
@@ -83,10 +80,16 @@ class Job {
     return element_shape(topology_.blocks.front().type).dimension;
   }
 
+  /// Whether poor elements are counted when curved elements have been repaired.
+  [[nodiscard]] bool recounts_poor() const {
+    return carry_.any_curved() && can_count_poor(options_);
+  }
+
   SmoothSummary sweep(const std::vector<NodeId>& held, std::vector<Vec3<Real>>& after) {
     std::vector<Vec3<Real>> corners = gather(positions_, mesh_);
     SmoothOptions of_corners = with_reference(options_);
     if (carry_.any_curved()) of_corners.never_worse = false;  // whole elements are kept below
+    if (recounts_poor()) of_corners.report_below = {};
     SmoothSummary summary = run_(corners, of_corners, held);
     const Stopwatch stopwatch(iterate_seconds_);
     const std::vector<std::uint8_t> right_angled = find_right_angled();

@@ -6,6 +6,7 @@
 
 #include "mesh/parallel.hpp"
 #include "meshsmooth/error.hpp"
+#include "smooth/base/forwarding_smoother.hpp"
 #include "smooth/base/mesh_counts.hpp"
 #include "smooth/base/refusals.hpp"
 #include "smooth/move/prescribed.hpp"
@@ -33,18 +34,15 @@ struct PreparedSecondOrder final : PreparedTopology {
   std::shared_ptr<const PreparedTopology> linear;  // of `corners`
 };
 
-class SecondOrderSmoother final : public Smoother {
+class SecondOrderSmoother final : public ForwardingSmoother {
  public:
   SecondOrderSmoother(std::unique_ptr<Smoother> linear, int thread_count)
-      : linear_(std::move(linear)),
+      : ForwardingSmoother(std::move(linear)),
         arena_(thread_count > 0 ? thread_count : tbb::task_arena::automatic) {}
-
-  [[nodiscard]] std::string_view backend() const override { return linear_->backend(); }
-  [[nodiscard]] DeviceSpace device_space() const override { return linear_->device_space(); }
 
   [[nodiscard]] MemoryEstimate estimate(const MeshSize& size,
                                         const SmoothOptions& options) const override {
-    MemoryEstimate sum = linear_->estimate(CornerMesh::size_of(size), options);
+    MemoryEstimate sum = inner().estimate(CornerMesh::size_of(size), options);
     if (std::holds_alternative<Optimize>(options.method) && iteration_limit(options) > 0) {
       sum.host_bytes = std::max(sum.host_bytes, cure_bytes(size));  // one after the other
     }
@@ -55,30 +53,30 @@ class SecondOrderSmoother final : public Smoother {
     return sum;
   }
   [[nodiscard]] MemoryEstimate estimate_prepared(const MeshSize& size) const override {
-    MemoryEstimate sum = linear_->estimate_prepared(CornerMesh::size_of(size));
+    MemoryEstimate sum = inner().estimate_prepared(CornerMesh::size_of(size));
     sum.host_bytes += CornerMesh::estimate_bytes(size);
     return sum;
   }
 
   [[nodiscard]] bool reads_positions_once(const MeshSize& size) const override {
-    return !is_second_order(size) && linear_->reads_positions_once(size);
+    return !is_second_order(size) && inner().reads_positions_once(size);
   }
 
   [[nodiscard]] std::shared_ptr<const PreparedTopology> prepare(
       const TopologyView& topology, const JobControl& control,
       const PositionsView& reference) override {
-    if (!is_second_order(topology)) return linear_->prepare(topology, control, reference);
+    if (!is_second_order(topology)) return inner().prepare(topology, control, reference);
     run_in(arena_, [&] { validate(topology); });
     auto result = std::make_shared<PreparedSecondOrder>(topology);
-    result->linear = with_own_facets(
-        topology, [&] { return linear_->prepare(result->corners.view(), control); });
+    result->linear =
+        with_own_facets(topology, [&] { return inner().prepare(result->corners.view(), control); });
     return result;
   }
 
   using Smoother::smooth;
   SmoothSummary smooth(const TopologyView& topology, const JobPositions& positions,
                        const SmoothOptions& options, const JobControl& control) override {
-    if (!is_second_order(topology)) return linear_->smooth(topology, positions, options, control);
+    if (!is_second_order(topology)) return inner().smooth(topology, positions, options, control);
     validate(options);
     run_in(arena_, [&] {
       validate(topology);
@@ -92,7 +90,7 @@ class SecondOrderSmoother final : public Smoother {
   SmoothSummary smooth(const PreparedTopology& prepared, const JobPositions& positions,
                        const SmoothOptions& options, const JobControl& control) override {
     const auto* own = dynamic_cast<const PreparedSecondOrder*>(&prepared);
-    if (own == nullptr) return linear_->smooth(prepared, positions, options, control);
+    if (own == nullptr) return inner().smooth(prepared, positions, options, control);
     validate(options);
     run_in(arena_, [&] {
       validate_given(own->topology, positions, options);
@@ -134,7 +132,7 @@ class SecondOrderSmoother final : public Smoother {
             return with_own_facets(topology, [&] {
               const std::span<Vec3<Real>> all(corners);
               if (held.empty() && prepared != nullptr) {
-                return linear_->smooth(*prepared, all, of_corners, control);
+                return inner().smooth(*prepared, all, of_corners, control);
               }
               TopologyView view = mesh.view();
               std::vector<std::uint8_t> fixed(view.fixed.begin(), view.fixed.end());
@@ -143,7 +141,7 @@ class SecondOrderSmoother final : public Smoother {
                 for (const NodeId node : held) fixed[static_cast<std::size_t>(node)] = 1;
                 view.fixed = fixed;
               }
-              return linear_->smooth(view, all, of_corners, control);
+              return inner().smooth(view, all, of_corners, control);
             });
           };
           SmoothSummary summary =
@@ -155,7 +153,6 @@ class SecondOrderSmoother final : public Smoother {
         positions.result);
   }
 
-  std::unique_ptr<Smoother> linear_;
   tbb::task_arena arena_;
 };
 
