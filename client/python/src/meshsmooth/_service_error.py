@@ -1,6 +1,6 @@
 """gRPC statuses to errors, with the hints that the command line gives.
 
-Mirrors client/src/service_error.cpp. The texts of gRPC and of proxies are those of gRPC 1.51 to
+Mirrors client/library/src/service_error.cpp. The texts of gRPC and of proxies are those of gRPC 1.51 to
 1.85, HAProxy 2.6 and nginx 1.22.
 """
 
