@@ -28,7 +28,7 @@ if(TARGET meshsmooth)
   install(TARGETS meshsmooth COMPONENT client)
 endif()
 
-install(DIRECTORY core/include/ client/include/ TYPE INCLUDE COMPONENT libraries
+install(DIRECTORY core/include/ client/library/include/ TYPE INCLUDE COMPONENT libraries
   FILES_MATCHING PATTERN "*.hpp")
 install(DIRECTORY ${PROJECT_BINARY_DIR}/proto/generated/ TYPE INCLUDE COMPONENT libraries
   FILES_MATCHING PATTERN "*.pb.h")

@@ -74,7 +74,7 @@ function(find_circles)
     foreach(line IN LISTS lines)
       string(REGEX REPLACE "^[^\"]*\"([^\"]*)\".*" "\\1" name "${line}")
       foreach(root ${folder} core/src core/include proto server/src server/include client
-          client/src client/include tests tests/bench)
+          client/library/src client/library/include client/cli client/formats tests tests/bench)
         if(DEFINED known_${root}/${name})
           list(APPEND needs_${file} ${root}/${name})
           list(APPEND users_${root}/${name} ${file})
@@ -123,14 +123,16 @@ if(file_count LESS 20)
 endif()
 
 forbid("(grpc|grpcpp)/" "gRPC belongs to the server's edge and the client's inside"
-  server/src/rpc/ server/src/server\\.cpp server/include/ client/src/ tests/
+  server/src/rpc/ server/src/server\\.cpp server/include/ client/library/src/ tests/
   proto/wire/raw_message\\.) # its buffers, which both read and write
 forbid("[^>\"]*\\.pb\\.h" "generated messages stay behind the codec"
-  proto/wire/ server/src/rpc/ server/src/server\\.cpp server/include/ client/src/ tests/)
+  proto/wire/ server/src/rpc/ server/src/server\\.cpp server/include/ client/library/src/ tests/)
 forbid("google/protobuf/" "protobuf stays behind the codec"
-  proto/wire/ server/src/rpc/ server/src/server\\.cpp client/src/ tests/)
-forbid("(vtk|gmsh|tetgen)[A-Za-z0-9_]*\\.h" "file formats live on the client's side"
-  client/formats/ tests/)
+  proto/wire/ server/src/rpc/ server/src/server\\.cpp client/library/src/ tests/)
+forbid("(vtk|gmsh)[A-Za-z0-9_]*\\.h" "file formats live on the client's side"
+  client/formats/ client/generate/ tests/)
+forbid("tetgen\\.h" "one file knows the library"
+  client/generate/delaunay\\.cpp tests/)
 forbid("vtk[A-Z][A-Za-z0-9]*\\.h" "builds without VTK have the other formats"
   client/formats/vtk/ client/formats/vtk_ client/formats/gmsh_ tests/)
 forbid("(hdf5|netcdf)\\.h" "one file each knows the library"
@@ -152,6 +154,10 @@ forbid("meshsmooth/client[./]" "the server and the wire do not know the client"
 forbid("meshsmooth/server[./]" "only the command line embeds a server"
   server/ client/cli/ tests/)
 
+# The houses of the client know the mesh; only the command line knows them all.
+keep_below(client/library/ "(formats|generate|bench)/" "the library reads no files")
+keep_below(client/formats/ "(meshsmooth/client|generate/|bench/)" "formats are a library of their own")
+keep_below(client/generate/ "(meshsmooth/client|bench/)" "test meshes need no service")
 keep_below(core/src/mesh/ "smooth/" "a mesh knows no job")
 
 # Which folders of core/src/smooth the files of each may include, besides their own.

@@ -1,8 +1,8 @@
 #include <CLI/Option.hpp>
 #include <memory>
 
-#include "generate.hpp"
 #include "generate/cases.hpp"
+#include "generate/generate.hpp"
 #include "generate_shapes.hpp"
 
 namespace meshsmooth::cli {

@@ -1,4 +1,4 @@
-#include "load.hpp"
+#include "bench/load.hpp"
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/smoothing.hpp"
-#include "generate.hpp"
+#include "generate/generate.hpp"
 #include "meshsmooth/error.hpp"
 #include "support/kept_reference.hpp"
 #include "support/motions.hpp"

@@ -8,7 +8,7 @@
 
 #include <random>
 
-#include "generate.hpp"
+#include "generate/generate.hpp"
 #include "scratch.hpp"
 
 namespace meshsmooth::formats {

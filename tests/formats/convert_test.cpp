@@ -17,7 +17,7 @@
 #include <cmath>
 #include <limits>
 
-#include "generate.hpp"
+#include "generate/generate.hpp"
 #include "node_sets.hpp"
 #include "scratch.hpp"
 #include "support/meshes.hpp"

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <tuple>
 
-#include "generate.hpp"
+#include "generate/generate.hpp"
 #include "generated_mesh.hpp"
 
 namespace meshsmooth::formats {

@@ -1,4 +1,4 @@
-#include "generate.hpp"
+#include "generate/generate.hpp"
 
 #include <gtest/gtest.h>
 

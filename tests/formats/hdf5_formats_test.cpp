@@ -6,7 +6,7 @@
 #include <random>
 #include <set>
 
-#include "generate.hpp"
+#include "generate/generate.hpp"
 #include "node_sets.hpp"
 #include "regions.hpp"
 #include "scratch.hpp"

@@ -2,7 +2,7 @@
 // full disk.
 
 #include "any_file.hpp"
-#include "generate.hpp"
+#include "generate/generate.hpp"
 
 namespace meshsmooth::formats {
 namespace {

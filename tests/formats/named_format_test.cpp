@@ -7,7 +7,7 @@
 
 #include <thread>
 
-#include "generate.hpp"
+#include "generate/generate.hpp"
 #include "scratch.hpp"
 
 namespace meshsmooth::formats {

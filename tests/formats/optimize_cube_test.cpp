@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "formats/generate.hpp"
+#include "generate/generate.hpp"
 #include "meshsmooth/error.hpp"
 #include "meshsmooth/smoother.hpp"
 

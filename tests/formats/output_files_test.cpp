@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "full_disk.hpp"
-#include "generate.hpp"
+#include "generate/generate.hpp"
 #include "output_files.hpp"
 #include "text.hpp"
 

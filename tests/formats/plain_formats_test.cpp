@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "generate.hpp"
+#include "generate/generate.hpp"
 #include "mesh_file.hpp"
 #include "meshsmooth/error.hpp"
 #include "scratch.hpp"

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "generate.hpp"
+#include "generate/generate.hpp"
 #include "meshsmooth/quality.hpp"
 #include "scratch.hpp"
 

@@ -15,7 +15,7 @@
 
 #include "compare.hpp"
 #include "content.hpp"
-#include "generate.hpp"
+#include "generate/generate.hpp"
 #include "scratch.hpp"
 
 namespace meshsmooth::formats {

@@ -5,7 +5,7 @@
 #include <cstdio>
 
 #include "core/promises.hpp"
-#include "generate.hpp"
+#include "generate/generate.hpp"
 #include "gpu/gpu_meshes.hpp"
 #include "support/cuda_device.hpp"
 #include "support/far_errors.hpp"

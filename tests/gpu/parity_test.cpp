@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "core/smoothing.hpp"
-#include "generate.hpp"
+#include "generate/generate.hpp"
 #include "gpu/gpu_meshes.hpp"
 #include "support/cuda_device.hpp"
 #include "support/surfaces.hpp"

@@ -7,7 +7,7 @@
 #include <algorithm>
 
 #include "core/smoothing.hpp"
-#include "generate.hpp"
+#include "generate/generate.hpp"
 #include "support/mesh_size.hpp"
 #include "support/motions.hpp"
 #include "support/oracle.hpp"

@@ -9,8 +9,8 @@
 #include <random>
 #include <stdexcept>
 
-#include "generate.hpp"
-#include "random.hpp"
+#include "generate/generate.hpp"
+#include "generate/random.hpp"
 
 namespace meshsmooth::bench {
 namespace {

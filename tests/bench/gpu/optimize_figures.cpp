@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "tangle.hpp"
+#include "generate/tangle.hpp"
 
 namespace meshsmooth::bench {
 namespace {

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <utility>
 
-#include "generate.hpp"
-#include "random.hpp"
+#include "generate/generate.hpp"
+#include "generate/random.hpp"
 
 namespace meshsmooth::bench {
 namespace {

@@ -1,4 +1,4 @@
-"""When a call is tried again; mirrors client/src/retry.cpp."""
+"""When a call is tried again; mirrors client/library/src/retry.cpp."""
 
 from __future__ import annotations
 

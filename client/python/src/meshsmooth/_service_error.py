@@ -1,6 +1,6 @@
 """gRPC statuses to errors, with the hints that the command line gives.
 
-Reasons and hints are declared in proto/declaration, for client/src/service_error.cpp too.
+Reasons and hints are declared in proto/declaration, for client/library/src/service_error.cpp too.
 """
 
 from __future__ import annotations

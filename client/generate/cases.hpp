@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdint>
 
-#include "mesh_file.hpp"
+#include "formats/mesh_file.hpp"
 
 namespace meshsmooth::formats {
 

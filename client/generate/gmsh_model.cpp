@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "gmsh_session.hpp"
+#include "formats/gmsh_session.hpp"
 
 namespace meshsmooth::formats {
 namespace {

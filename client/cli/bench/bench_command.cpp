@@ -8,11 +8,11 @@
 #include <optional>
 #include <vector>
 
+#include "bench/load.hpp"
+#include "bench/load_generator.hpp"
 #include "commands.hpp"
 #include "connection.hpp"
 #include "interrupt.hpp"
-#include "load.hpp"
-#include "load_generator.hpp"
 #include "readable.hpp"
 #include "smooth_options.hpp"
 #include "text_file.hpp"

@@ -1,10 +1,10 @@
-#include "load_generator.hpp"
+#include "bench/load_generator.hpp"
 
 #include <algorithm>
 #include <memory>
 #include <utility>
 
-#include "generate.hpp"
+#include "generate/generate.hpp"
 
 namespace meshsmooth::cli {
 namespace {

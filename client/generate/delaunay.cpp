@@ -1,4 +1,4 @@
-#include "delaunay.hpp"
+#include "generate/delaunay.hpp"
 
 #include "meshsmooth/error.hpp"
 

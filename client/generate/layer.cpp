@@ -6,7 +6,7 @@
 #include "generate/cases.hpp"
 #include "generate/cell_grid.hpp"
 #include "generate/hash.hpp"
-#include "tangle.hpp"
+#include "generate/tangle.hpp"
 
 namespace meshsmooth::formats {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "mesh_file.hpp"
+#include "formats/mesh_file.hpp"
 
 namespace meshsmooth::formats {
 

@@ -3,10 +3,10 @@
 #include <cmath>
 #include <map>
 
-#include "check_node_count.hpp"
-#include "generate.hpp"
-#include "random.hpp"
-#include "tangle.hpp"
+#include "generate/check_node_count.hpp"
+#include "generate/generate.hpp"
+#include "generate/random.hpp"
+#include "generate/tangle.hpp"
 
 namespace meshsmooth::formats {
 namespace {

@@ -3,11 +3,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "check_node_count.hpp"
-#include "delaunay.hpp"
-#include "generate.hpp"
-#include "random.hpp"
-#include "tangle.hpp"
+#include "generate/check_node_count.hpp"
+#include "generate/delaunay.hpp"
+#include "generate/generate.hpp"
+#include "generate/random.hpp"
+#include "generate/tangle.hpp"
 
 namespace meshsmooth::formats {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <sstream>
 
-#include "content.hpp"
+#include "formats/content.hpp"
 #include "generate/cases.hpp"
 #include "meshsmooth/error.hpp"
 

@@ -1,13 +1,13 @@
-#include "generate.hpp"
+#include "generate/generate.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "check_node_count.hpp"
-#include "delaunay.hpp"
-#include "random.hpp"
-#include "tangle.hpp"
+#include "generate/check_node_count.hpp"
+#include "generate/delaunay.hpp"
+#include "generate/random.hpp"
+#include "generate/tangle.hpp"
 
 namespace meshsmooth::formats {
 namespace {

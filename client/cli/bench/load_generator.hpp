@@ -14,8 +14,8 @@
 #include <thread>
 #include <vector>
 
+#include "bench/load.hpp"
 #include "connection.hpp"
-#include "load.hpp"
 #include "meshsmooth/client.hpp"
 
 namespace meshsmooth::cli {

@@ -1,11 +1,11 @@
-#include "tangle.hpp"
+#include "generate/tangle.hpp"
 
 #include <cmath>
 #include <string>
 
+#include "generate/random.hpp"
 #include "meshsmooth/error.hpp"
 #include "meshsmooth/quality.hpp"
-#include "random.hpp"
 
 namespace meshsmooth::formats {
 namespace {
