@@ -18,7 +18,7 @@ class Tables(unittest.TestCase):
         self.root = pathlib.Path(folder.name)
         for name in ("scripts/tables.d", "proto/declaration", "docs", "core/include", "core/src/mesh"):
             shutil.copytree(ROOT / name, self.root / name, ignore=shutil.ignore_patterns("pictures", "__pycache__"))
-        for name in ("scripts/tables", "README.md", "client/src/failures.inc", "proto/wire/wire_enum.hpp",
+        for name in ("scripts/tables", "README.md", "client/library/src/failures.inc", "proto/wire/wire_enum.hpp",
                      "client/python/paraview/meshsmooth_plugin.py", "client/python/src/meshsmooth/_methods.py",
                      "client/python/src/meshsmooth/_tables.py"):
             (self.root / name).parent.mkdir(parents=True, exist_ok=True)
@@ -52,7 +52,7 @@ class Tables(unittest.TestCase):
 
     def test_finds_edits_of_what_is_made(self):
         for name, old in (("core/src/mesh/error_reasons.inc", "the queue is full"),
-                          ("client/src/failures.inc", "client_max_body_size"),
+                          ("client/library/src/failures.inc", "client_max_body_size"),
                           ("proto/wire/wire_enum.hpp", "FORM_JACOBI"),
                           ("client/python/paraview/meshsmooth_plugin.py", '"taubin"'),
                           ("docs/protocol.md", "the queue is full")):

@@ -120,7 +120,7 @@ def python_tables():
 
 FILES = {
     "core/src/mesh/error_reasons.inc": cpp_reasons,
-    "client/src/failures.inc": cpp_failures,
+    "client/library/src/failures.inc": cpp_failures,
     "client/python/src/meshsmooth/_tables.py": python_tables,
 }
 TABLES = {

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "smooth/forwarding_smoother.hpp"
+#include "smooth/base/forwarding_smoother.hpp"
 
 namespace meshsmooth::detail {
 namespace {

@@ -1,6 +1,6 @@
 """gRPC statuses that gRPC itself or a proxy made, with the hints that the command line gives.
 
-Texts and hints are declared in proto/declaration, for client/src/service_error.cpp too.
+Texts and hints are declared in proto/declaration, for client/library/src/service_error.cpp too.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 #pragma once
 
-#include "smooth/steps/find_targets.hpp"
-#include "smooth/steps/kept_quality.hpp"
-#include "smooth/steps/optimize.hpp"
-#include "smooth/steps/positions.hpp"
+#include "smooth/base/positions.hpp"
+#include "smooth/energy/find_targets.hpp"
+#include "smooth/guard/kept_quality.hpp"
+#include "smooth/optimize/optimize.hpp"
 
 namespace meshsmooth::detail {
 
@@ -24,7 +24,7 @@ namespace meshsmooth::detail {
 /// takes  surroundings with rings, balls and targets; the given positions
 /// cost   a colouring and a sweep
 /// order  deterministic
-template <Backend B, class Real>
+template <OptimizingBackend B, class Real>
 std::optional<PoorElements> recount_poor(B& backend, Surroundings around,
                                          const SmoothOptions& options, const JobControl& control,
                                          JobMesh<typename B::Executor, Real>& job) {
