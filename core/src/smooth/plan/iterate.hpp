@@ -6,6 +6,7 @@
 #include "smooth/base/mesh_counts.hpp"
 #include "smooth/move/move.hpp"
 #include "smooth/optimize/optimize.hpp"
+#include "smooth/plan/backend.hpp"
 
 namespace meshsmooth::detail {
 
