@@ -29,8 +29,8 @@ def interpreter_with(module):
         if shutil.which(interpreter) and subprocess.run(
                 [interpreter, "-c", code], capture_output=True).returncode == 0:
             return interpreter
-    raise unittest.SkipTest(f"no interpreter has {module} (MESHSMOOTH_PEERS_PYTHON names one)"
-                            + f" with {NEEDS[module]}" * (module in NEEDS))
+    needs = f" with {NEEDS[module]}" if module in NEEDS else ""
+    raise unittest.SkipTest(f"no interpreter has {module} (MESHSMOOTH_PEERS_PYTHON names one){needs}")
 
 
 def ask(module, script, *files):
