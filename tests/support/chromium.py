@@ -25,7 +25,8 @@ class Chromium:
     `requests` the addresses that it asked for."""
 
     def __init__(self, *flags, width=1280, height=1000):
-        self._profile = tempfile.TemporaryDirectory(prefix="chromium-")
+        self._profile = tempfile.TemporaryDirectory(
+            prefix="chromium-", ignore_cleanup_errors=True)  # helpers of a killed one may write
         to_browser, self._out = os.pipe()
         self._in, from_browser = os.pipe()
         # It reads from descriptor 3 and writes to 4.
@@ -51,8 +52,13 @@ class Chromium:
         return self
 
     def __exit__(self, *_):
-        self._process.kill()
-        self._process.wait()
+        self._session = None
+        try:
+            self.call("Browser.close")
+            self._process.wait(TIMEOUT)
+        except (AssertionError, OSError, subprocess.TimeoutExpired):
+            self._process.kill()
+            self._process.wait()
         os.close(self._out)
         os.close(self._in)
         self._profile.cleanup()
