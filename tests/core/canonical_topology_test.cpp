@@ -172,6 +172,28 @@ TEST(ExtraMemory, IsAskedForWhereTheConnectivityIsHeldTwice) {
   }
 }
 
+TEST(Canonical, JobsStartAnewOnlyWhereElementsMayBeMirrored) {
+  for (const ElementType type : {ElementType::tetrahedron, ElementType::hexahedron,
+                                 ElementType::wedge, ElementType::pyramid}) {
+    const Mesh plain = test::noisy(test::lattice(type, 8), 0.1, 3);
+    const Mesh tangled = test::noisy(test::lattice(type, 8), 0.5, 3);
+    ASSERT_GT(measure_quality(tangled).inverted_count, 20) << element_name(type);
+    EXPECT_EQ(test::count_starts(plain), 1) << element_name(type);
+    EXPECT_EQ(test::count_starts(tangled), 1) << element_name(type);
+
+    std::vector<std::uint8_t> mirrored(plain.element_count());
+    for (std::size_t e = 0; e < mirrored.size(); ++e) mirrored[e] = e == 77 ? 1 : 0;
+    Mesh one = plain, all = plain, all_tangled = tangled;
+    mirror_elements(one.blocks, mirrored);
+    mirrored.assign(mirrored.size(), 1);
+    mirror_elements(all.blocks, mirrored);
+    mirror_elements(all_tangled.blocks, mirrored);
+    EXPECT_EQ(test::count_starts(one), 2) << element_name(type);
+    EXPECT_EQ(test::count_starts(all), 2) << element_name(type);
+    EXPECT_EQ(test::count_starts(all_tangled), 2) << element_name(type);
+  }
+}
+
 class Interfaces : public ::testing::TestWithParam<ElementType> {};
 INSTANTIATE_TEST_SUITE_P(Types, Interfaces, ::testing::ValuesIn(kLinearTypes),
                          [](const auto& of) { return std::string(element_name(of.param)); });

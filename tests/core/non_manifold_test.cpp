@@ -201,27 +201,14 @@ TEST(NonManifold, GiveTheSameBitsOnAnyNumberOfThreads) {
   EXPECT_TRUE(test::same_bits(one, test::smooth(shell.mesh, {}, 3).mesh));
 }
 
-/// How often a job begins.
-int count_starts(Mesh mesh) {
-  int starts = 0;
-  Stage last = Stage::evaluate;
-  JobControl control;
-  control.on_progress = [&](const Progress& progress) {
-    starts += progress.stage == Stage::find_neighbours && last != Stage::find_neighbours ? 1 : 0;
-    last = progress.stage;
-  };
-  make_smoother("cpu", 1)->smooth(mesh, {.max_iterations = 2}, control);
-  return starts;
-}
-
 TEST(NonManifold, IsNoReasonToStartAnew) {
   for (const ElementType type : {ElementType::triangle, ElementType::quad}) {
     Mesh mesh = Stiffened(type, false).mesh;
-    EXPECT_EQ(count_starts(mesh), 1) << element_name(type);
+    EXPECT_EQ(test::count_starts(mesh), 1) << element_name(type);
     std::vector<std::uint8_t> mirrored(mesh.element_count());
     mirrored[0] = 1;
     mirror_elements(mesh.blocks, mirrored);
-    EXPECT_EQ(count_starts(mesh), 2) << element_name(type);
+    EXPECT_EQ(test::count_starts(mesh), 2) << element_name(type);
   }
 }
 

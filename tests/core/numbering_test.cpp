@@ -11,6 +11,7 @@
 #include <random>
 
 #include "core/canonical_meshes.hpp"
+#include "meshsmooth/error.hpp"
 #include "support/surfaces.hpp"
 
 namespace meshsmooth {
@@ -43,6 +44,22 @@ TEST(FindNumbering, FindsTheMirroredElementsOfEveryType) {
 
     EXPECT_EQ(numbering_of(mesh).mirrored, mirrored) << element_name(type);
     EXPECT_EQ(numbering_of(mesh).mirrored_count, 3);
+  }
+}
+
+TEST(FindNumbering, EndsWhenItsCallerSaysSo) {
+  const Mesh mesh = test::lattice(ElementType::tetrahedron, 30);
+  const MeshTopology topology(mesh);
+  int count = 0;
+  (void)find_numbering(topology.view(), mesh.positions_view(), [&] { ++count; });
+  ASSERT_GE(count, 3);
+  for (int last = 1; last <= count; ++last) {
+    int calls = 0;
+    const auto check = [&] {
+      if (++calls == last) throw Cancelled("CANCELLED", "the job was cancelled");
+    };
+    EXPECT_THROW((void)find_numbering(topology.view(), mesh.positions_view(), check), Cancelled);
+    EXPECT_EQ(calls, last);
   }
 }
 

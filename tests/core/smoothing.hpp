@@ -27,6 +27,19 @@ inline Job smooth(Mesh mesh, const SmoothOptions& options, int threads = 2,
   return job;
 }
 
+/// How often a job begins: twice where it starts anew on a canonical topology.
+inline int count_starts(Mesh mesh) {
+  int starts = 0;
+  Stage last = Stage::evaluate;
+  JobControl control;
+  control.on_progress = [&](const Progress& progress) {
+    starts += progress.stage == Stage::find_neighbours && last != Stage::find_neighbours ? 1 : 0;
+    last = progress.stage;
+  };
+  smooth(std::move(mesh), {.max_iterations = 2}, 1, control);
+  return starts;
+}
+
 inline Job smooth_on(Smoother& smoother, Mesh mesh, const SmoothOptions& options) {
   Job job{std::move(mesh), {}};
   job.summary = smoother.smooth(job.mesh, options);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -30,8 +31,10 @@ class CanonicalTopology {
   /// @param topology   valid but for repeated nodes
   /// @param positions  [topology.node_count]
   /// @param boundary_moves  whether nodes of the boundary may
-  CanonicalTopology(const TopologyView& topology, const PositionsView& positions,
-                    bool boundary_moves = false);
+  /// @param check      called between parts of the work; what it throws ends it
+  CanonicalTopology(
+      const TopologyView& topology, const PositionsView& positions, bool boundary_moves = false,
+      const std::function<void()>& check = [] {});
   CanonicalTopology(const CanonicalTopology&) = delete;
   CanonicalTopology& operator=(const CanonicalTopology&) = delete;
 

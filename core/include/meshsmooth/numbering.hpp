@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -29,8 +30,10 @@ struct Numbering {
 /// the same result for any number of threads.
 ///
 /// @param positions  [topology.node_count]
-[[nodiscard]] Numbering find_numbering(const TopologyView& topology,
-                                       const PositionsView& positions);
+/// @param check      called between parts of the work; what it throws ends it
+[[nodiscard]] Numbering find_numbering(
+    const TopologyView& topology, const PositionsView& positions,
+    const std::function<void()>& check = [] {});
 
 /// Lists the nodes of mirrored elements in the other order, in place.
 ///

@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -25,7 +26,10 @@ struct FacetUse {
 /// 8 B a facet of an element and 8 B a node. O(facets), multi-threaded.
 class FacetRows {
  public:
-  explicit FacetRows(const TopologyView& topology) : topology_(topology) {
+  /// @param check  called between parts of the work; what it throws ends it
+  explicit FacetRows(
+      const TopologyView& topology, const std::function<void()>& check = [] {})
+      : topology_(topology) {
     std::size_t first = 0;
     for (const ElementBlockView& block : topology.blocks) {
       first_elements_.push_back(first);
@@ -33,13 +37,13 @@ class FacetRows {
     }
     offsets_.resize(topology.node_count + 1);
     // Counted, then filled from the ends of the rows: a row's order is settled by `visit_row`.
-    for_each_facet([&](std::size_t lowest, std::uint64_t) {
+    for_each_facet(check, [&](std::size_t lowest, std::uint64_t) {
       std::atomic_ref(offsets_[lowest]).fetch_add(1, std::memory_order_relaxed);
     });
     std::uint64_t end = 0;
     for (std::uint64_t& offset : offsets_) offset = end += offset;
     entries_.resize(end);
-    for_each_facet([&](std::size_t lowest, std::uint64_t entry) {
+    for_each_facet(check, [&](std::size_t lowest, std::uint64_t entry) {
       const std::uint64_t place =
           std::atomic_ref(offsets_[lowest]).fetch_sub(1, std::memory_order_relaxed) - 1;
       entries_[place] = entry;
@@ -88,24 +92,33 @@ class FacetRows {
   }
 
   template <class Take>
-  void for_each_facet(const Take& take) const {
+  void for_each_facet(const std::function<void()>& check, const Take& take) const {
+    constexpr std::size_t kPart = std::size_t{1} << 18;
     for (std::size_t b = 0; b < topology_.blocks.size(); ++b) {
-      const ElementBlockView& block = topology_.blocks[b];
-      const ElementShape& shape = element_shape(block.type);
-      parallel_for_ranges(block.element_count(), [&](std::size_t begin, std::size_t end) {
-        for (std::size_t e = begin; e < end; ++e) {
-          const NodeId* const nodes = &block.nodes[e * element_width(block.type)];
-          for (int f = 0; f < shape.facet_count; ++f) {
-            const FacetShape& facet = shape.facets[f];
-            NodeId lowest = nodes[facet.nodes[0]];
-            for (int n = 1; n < facet.node_count; ++n) {
-              lowest = std::min(lowest, nodes[facet.nodes[n]]);
-            }
-            take(static_cast<std::size_t>(lowest),
-                 (first_elements_[b] + e) * kFacets + static_cast<std::uint64_t>(f));
-          }
-        }
-      });
+      const std::size_t count = topology_.blocks[b].element_count();
+      for (std::size_t first = 0; first < count; first += kPart) {
+        check();
+        parallel_for_ranges(std::min(kPart, count - first),
+                            [&](std::size_t begin, std::size_t end) {
+                              for (std::size_t e = first + begin; e < first + end; ++e)
+                                take_facets(b, e, take);
+                            });
+      }
+    }
+  }
+
+  /// Of element `e` of block `b`.
+  template <class Take>
+  void take_facets(std::size_t b, std::size_t e, const Take& take) const {
+    const ElementBlockView& block = topology_.blocks[b];
+    const ElementShape& shape = element_shape(block.type);
+    const NodeId* const nodes = &block.nodes[e * element_width(block.type)];
+    for (int f = 0; f < shape.facet_count; ++f) {
+      const FacetShape& facet = shape.facets[f];
+      NodeId lowest = nodes[facet.nodes[0]];
+      for (int n = 1; n < facet.node_count; ++n) lowest = std::min(lowest, nodes[facet.nodes[n]]);
+      take(static_cast<std::size_t>(lowest),
+           (first_elements_[b] + e) * kFacets + static_cast<std::uint64_t>(f));
     }
   }
 

@@ -31,12 +31,14 @@ struct Link {
 /// Calls `take(link)` for every two elements that share a facet, in an order that depends on the
 /// topology alone. The links of some nodes at a time are found by many threads and taken by one.
 template <class Take>
-void for_each_link(const TopologyView& topology, const Take& take) {
+void for_each_link(const TopologyView& topology, const std::function<void()>& check,
+                   const Take& take) {
   constexpr std::size_t kNodes = std::size_t{1} << 16;
-  const detail::FacetRows rows(topology);
+  const detail::FacetRows rows(topology, check);
   std::vector<std::vector<Link>> links;
   for (std::size_t begin = 0; begin < topology.node_count; begin += kNodes) {
     const std::size_t end = std::min(topology.node_count, begin + kNodes);
+    check();
     constexpr std::size_t kTask = 1024;
     links.resize((end - begin + kTask - 1) / kTask);
     detail::parallel_for(links.size(), [&](std::size_t task) {
@@ -241,16 +243,18 @@ void mirror_block(ElementType type, std::span<NodeId> nodes,
 
 }  // namespace
 
-Numbering find_numbering(const TopologyView& topology, const PositionsView& positions) {
+Numbering find_numbering(const TopologyView& topology, const PositionsView& positions,
+                         const std::function<void()>& check) {
   Numbering result;
   const std::size_t count = topology.element_count();
   Components components(count);
-  for_each_link(topology, [&](const Link& link) {
+  for_each_link(topology, check, [&](const Link& link) {
     if (!components.join(link)) ++result.cut_facet_count;
   });
   constexpr auto kUnseen = static_cast<std::uint32_t>(-1);
   std::vector<std::uint32_t> index_of(count, kUnseen);  // of each root
   std::vector<Component> found;
+  check();
   std::visit(
       [&](const auto& span) {
         for_each_weight(topology, span, [&](std::size_t e, const Weight& weight) {

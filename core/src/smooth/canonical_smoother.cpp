@@ -110,7 +110,8 @@ class CanonicalSmoother final : public ForwardingSmoother {
     const Interrupt interrupt(control);
     interrupt.check();
     const CanonicalTopology canonical(topology, positions.given,
-                                      options.boundary != BoundaryPolicy::fixed);
+                                      options.boundary != BoundaryPolicy::fixed,
+                                      [&interrupt] { interrupt.check(); });
     interrupt.check();
     if (control.on_extra_memory) control.on_extra_memory(canonical.bytes());
     try {

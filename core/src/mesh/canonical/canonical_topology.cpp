@@ -56,11 +56,13 @@ CanonicalTopology::CanonicalTopology(const TopologyView& topology)
 }
 
 CanonicalTopology::CanonicalTopology(const TopologyView& topology, const PositionsView& positions,
-                                     bool boundary_moves)
+                                     bool boundary_moves, const std::function<void()>& check)
     : CanonicalTopology(topology) {
   leave_out_interfaces(positions);
+  check();
   if (boundary_moves) fix_coincident(positions);
-  numbering_ = find_numbering(view_, positions);
+  numbering_ = find_numbering(view_, positions, check);
+  check();
   if (numbering_.mirrored_count > 0) {
     if (blocks_.empty()) {
       for (const ElementBlockView& block : view_.blocks) {

@@ -16,6 +16,8 @@ template <class Real>
 struct NotCanonicalRule {
   // Balls longer than this are left to the host, which sorts: a search there is quadratic.
   static constexpr std::size_t kLongBall = 512;
+  // Elements around an inverted one that are counted.
+  static constexpr int kMostAround = 128;
 
   Elements elements;
   Rows<ElementId> balls;
@@ -28,10 +30,43 @@ struct NotCanonicalRule {
     return element_volume(*element.shape, get, reference) < 0;
   }
 
-  /// An inverted element is mirrored if its neighbours tell so, and may be if most of them are
-  /// inverted like it, as in a component that is mirrored as a whole. On a curved surface nothing
-  /// is inverted, but neighbours tell. A facet of three and more elements tells nothing, as in
-  /// `find_numbering`.
+  /// What lies beyond a facet of an element.
+  struct Beyond {
+    std::size_t element = 0;
+    int count = 0;              // of elements that share it; `element` is the last of them
+    bool same = false;          // direction: one of the two is mirrored against the other
+    bool in_long_ball = false;  // then nothing else is known
+  };
+  [[nodiscard]] MESHSMOOTH_HD Beyond find_beyond(std::size_t e, int f) const {
+    const ElementView element = elements[e];
+    const FacetShape& facet = element.shape->facets[f];
+    NodeId node = element.nodes[facet.nodes[0]];
+    for (int n = 1; n < facet.node_count; ++n) {
+      const NodeId other = element.nodes[facet.nodes[n]];
+      if (balls.size(other) < balls.size(node)) node = other;
+    }
+    Beyond beyond;
+    beyond.in_long_ball = balls.size(node) > kLongBall;
+    if (beyond.in_long_ball) return beyond;
+    const FacetKey key = facet_key(element, f);
+    for (const ElementId* b = balls.begin(node); b != balls.end(node); ++b) {
+      if (*b == e) continue;
+      const ElementView other = elements[*b];
+      for (int g = 0; g < other.shape->facet_count; ++g) {
+        if (other.shape->facets[g].node_count != facet.node_count) continue;
+        if (!(facet_key(other, g) == key)) continue;
+        beyond.same = same_direction(facet, element.nodes, other.shape->facets[g], other.nodes);
+        beyond.element = *b;
+        ++beyond.count;
+      }
+    }
+    return beyond;
+  }
+
+  /// An inverted element is mirrored if its neighbours tell so, and may be if most of the elements
+  /// around it are inverted like it, as in a component that is mirrored as a whole. On a curved
+  /// surface nothing is inverted, but neighbours tell. A facet of three and more elements tells
+  /// nothing, as in `find_numbering`.
   [[nodiscard]] MESHSMOOTH_HD bool operator()(std::size_t e) const {
     const ElementView element = elements[e];
     const auto get = [&](int n) { return vec3_cast<double>(positions[element.nodes[n]]); };
@@ -39,33 +74,43 @@ struct NotCanonicalRule {
     if (!curved && !inverted(element)) return false;
     int neighbour_count = 0, inverted_count = 0;
     for (int f = 0; f < element.shape->facet_count; ++f) {
-      const FacetShape& facet = element.shape->facets[f];
-      NodeId node = element.nodes[facet.nodes[0]];
-      for (int n = 1; n < facet.node_count; ++n) {
-        const NodeId other = element.nodes[facet.nodes[n]];
-        if (balls.size(other) < balls.size(node)) node = other;
-      }
-      if (balls.size(node) > kLongBall) return true;
-      const FacetKey key = facet_key(element, f);
-      int sharing = 0, inverted_sharing = 0;
-      bool same = false;
-      for (const ElementId* b = balls.begin(node); b != balls.end(node); ++b) {
-        if (*b == e) continue;
-        const ElementView other = elements[*b];
-        for (int g = 0; g < other.shape->facet_count; ++g) {
-          if (other.shape->facets[g].node_count != facet.node_count) continue;
-          if (!(facet_key(other, g) == key)) continue;
-          same = same_direction(facet, element.nodes, other.shape->facets[g], other.nodes);
-          ++sharing;
-          if (!curved && inverted(other)) ++inverted_sharing;
-        }
-      }
-      if (sharing != 1) continue;
-      if (same) return true;
+      const Beyond beyond = find_beyond(e, f);
+      if (beyond.in_long_ball) return true;
+      if (beyond.count != 1) continue;
+      if (beyond.same) return true;
       ++neighbour_count;
-      inverted_count += inverted_sharing;
+      if (!curved && inverted(elements[beyond.element])) ++inverted_count;
     }
-    return !curved && 2 * inverted_count >= neighbour_count;
+    if (curved || 2 * inverted_count < neighbour_count) return false;
+    return element.shape->dimension == 2 || most_around_are_inverted(e);
+  }
+
+  /// Of the elements that facets connect to one of volume, from the nearest on. In a component that
+  /// is mirrored as a whole most are, so somewhere in it most around an element are; where a valid
+  /// numbering is tangled, inverted elements are rarely so many together, and a few elements tell.
+  /// Of a plane mesh the side is decided by areas, not by numbers of elements.
+  [[nodiscard]] MESHSMOOTH_HD bool most_around_are_inverted(std::size_t e) const {
+    ElementId around[kMostAround];
+    around[0] = static_cast<ElementId>(e);
+    int count = 1, inverted_count = 1;
+    for (int next = 0; next < count; ++next) {
+      const int facet_count = elements[around[next]].shape->facet_count;
+      for (int f = 0; f < facet_count; ++f) {
+        const Beyond beyond = find_beyond(around[next], f);
+        if (beyond.in_long_ball) return true;
+        if (beyond.count != 1) continue;
+        const auto found = static_cast<ElementId>(beyond.element);
+        bool known = false;
+        for (int k = 0; k < count && !known; ++k) known = around[k] == found;
+        if (known) continue;
+        around[count++] = found;
+        if (inverted(elements[found])) ++inverted_count;
+        if (count == kMostAround) return 2 * inverted_count > count;
+        const bool tells = count == kMostAround / 8 || count == kMostAround / 4;
+        if (tells && 4 * inverted_count <= count) return false;
+      }
+    }
+    return 2 * inverted_count > count;
   }
 };
 
