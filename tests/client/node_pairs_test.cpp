@@ -45,7 +45,7 @@ PeriodicCube periodic_cube() {
   return cube;
 }
 
-/// Slides: without pairs the sides part.
+/// With a sliding boundary, on which the sides part without pairs.
 SmoothOptions options_of(const PeriodicCube& cube, bool with_pairs) {
   SmoothOptions options;
   options.max_iterations = 2;
