@@ -13,13 +13,18 @@
 namespace meshsmooth::cli {
 namespace {
 
-/// Marks the nodes of lower-dimensional cells; where the boundary may move, those inside the mesh,
-/// which it returns: the others follow the boundary's nodes. Prescribed ones move.
+/// Marks the nodes of lower-dimensional cells and of sets' sides; where the boundary may move,
+/// those inside the mesh, which it returns: the others follow the boundary's nodes. Prescribed ones
+/// move.
 formats::InnerCells fix_lower_dimensional(formats::MeshFile& file, const SmoothOptions& options) {
+  const bool fixed = options.boundary == BoundaryPolicy::fixed;
   formats::InnerCells inner;
-  if (options.boundary != BoundaryPolicy::fixed) inner = formats::find_inner_cells(file);
-  std::vector<NodeId> nodes =
-      options.boundary == BoundaryPolicy::fixed ? file.lower_dimensional_nodes() : inner.nodes;
+  if (!fixed || formats::names_facets(file)) inner = formats::find_inner_cells(file);
+  std::vector<NodeId> nodes = inner.nodes;
+  if (fixed) {
+    const std::vector<NodeId>& of_cells = file.lower_dimensional_nodes();
+    nodes.insert(nodes.end(), of_cells.begin(), of_cells.end());
+  }
   std::vector<NodeId> prescribed(options.prescribed.nodes.begin(), options.prescribed.nodes.end());
   std::ranges::sort(prescribed);
   std::erase_if(nodes, [&](NodeId node) { return std::ranges::binary_search(prescribed, node); });

@@ -69,6 +69,11 @@ const CellKind& cell_kind(ElementType type) {
   return *find_kind([&](const CellKind& kind) { return kind.element == type; });
 }
 
+std::size_t corner_count(const CellKind& kind) {
+  if (kind.element) return element_width(linear_type(*kind.element));
+  return static_cast<std::size_t>(kind.dimension) + 1;
+}
+
 bool is_second_order(const CellKind& kind) {
   return kind.vtk_type == kEdge3Cell || (kind.element && is_second_order(*kind.element));
 }

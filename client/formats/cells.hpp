@@ -32,6 +32,8 @@ inline constexpr std::size_t kMaxCellNodes = 27;
 [[nodiscard]] std::optional<int> cell_dimension(int vtk_type, std::size_t node_count);
 [[nodiscard]] const CellKind* find_gmsh_cell(int gmsh_type);
 [[nodiscard]] const CellKind& cell_kind(ElementType type);
+/// 1 of a point, 2 of an edge.
+[[nodiscard]] std::size_t corner_count(const CellKind& kind);
 /// Also of edges with three nodes.
 [[nodiscard]] bool is_second_order(const CellKind& kind);
 

@@ -119,6 +119,12 @@ void turn_wedges(Mesh& mesh) {
 
 }  // namespace
 
+void Facets::add(const Cell& cell) {
+  const CellKind* const kind = find_vtk_cell(cell.type, cell.nodes.size());
+  if (kind == nullptr || kind->dimension == 3) return;
+  add(cell.nodes, corner_count(*kind));
+}
+
 void check_node_count(const MeshFile& file) {
   const auto& content = file.content();
   if (!content) return;

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <initializer_list>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -56,11 +57,42 @@ struct PhysicalName {
   [[nodiscard]] std::string called() const { return name.empty() ? std::to_string(tag) : name; }
 };
 
+/// Sides of elements, or cells of a lower dimension, one after the other.
+class Facets {
+ public:
+  struct Facet {
+    std::span<const NodeId> nodes;  // the corners first
+    std::size_t corner_count;       // 1: a point, 2: an edge, else a face; 0: nodes of several
+  };
+
+  /// `nodes` of any integer type, the corners first; all must exist.
+  template <class Nodes>
+  void add(const Nodes& nodes, std::size_t corner_count) {
+    for (const auto node : nodes) nodes_.push_back(static_cast<NodeId>(node));
+    rows_.push_back({nodes_.size(), corner_count});
+  }
+  /// A cell; none is added of a type that cannot be a side of an element.
+  void add(const Cell& cell);
+  [[nodiscard]] std::size_t size() const { return rows_.size(); }
+  [[nodiscard]] Facet operator[](std::size_t row) const {
+    const std::size_t first = row == 0 ? 0 : rows_[row - 1].end;
+    return {std::span(nodes_).subspan(first, rows_[row].end - first), rows_[row].corner_count};
+  }
+
+ private:
+  struct Row {
+    std::size_t end;  // in `nodes_`
+    std::size_t corner_count;
+  };
+  std::vector<NodeId> nodes_;
+  std::vector<Row> rows_;
+};
+
 /// Nodes that a file names: a node set, a boundary patch, a marker.
 struct NodeSet {
   std::string name;
   std::vector<NodeId> nodes;  // in any order, repeated or not
-  bool faces = false;         // of a set of faces, so that they lie on a surface
+  Facets facets = {};         // what surfaces and lines of the set are made of, as far as is known
 };
 
 /// A part of the text of a deck or case that may be spread over several files.

@@ -183,10 +183,11 @@ class FoamMesh {
       content.node_sets.push_back({zone.name, {zone.labels.begin(), zone.labels.end()}});
     }
     for (const FoamEntry& zone : zones("faceZones", faces_.size())) {
-      NodeSet set{zone.name, {}, true};
+      NodeSet set{zone.name, {}};
       for (const std::int64_t face : zone.labels) {
         const std::vector<NodeId> nodes = nodes_of_faces(faces_, face, 1);
         set.nodes.insert(set.nodes.end(), nodes.begin(), nodes.end());
+        set.facets.add(nodes, nodes.size());
       }
       content.node_sets.push_back(std::move(set));
     }

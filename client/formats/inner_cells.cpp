@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
+#include <set>
 
 #include "cells.hpp"
 #include "content.hpp"
@@ -14,10 +16,17 @@ using Marks = std::vector<std::uint8_t>;
 /// The corners of a facet, ascending; those of shorter ones begin by -1.
 using Facet = std::array<NodeId, kMaxFacetNodes>;
 
+/// A lower-dimensional cell of the file, or a facet of one of its sets.
+struct Candidate {
+  static constexpr std::size_t kNoSet = std::numeric_limits<std::size_t>::max();
+  std::int64_t row;  // among the cells, or the facets of the set
+  std::size_t set = kNoSet;
+};
+
 /// How the elements use a facet that may be inside.
 struct Use {
   Facet facet;
-  std::int64_t cell;
+  Candidate candidate;
   int count = 0;
   std::int32_t region = 0;  // of the first element
   bool between = false;     // two regions
@@ -38,14 +47,16 @@ class InnerCellFinder {
   }
 
   [[nodiscard]] InnerCells find() {
-    sort_cells();
+    look_at_cells();
+    look_at_sets();
+    std::ranges::sort(uses_, {}, &Use::facet);
     count_uses();
     for (const Use& use : uses_) {
-      if (use.count > 1 && !use.between) take(use.cell);
+      if (use.count > 1 && !use.between) take(use.candidate);
     }
     InnerCells result;
     name_groups(result.names);
-    take_sets(result.names);
+    name_sets(result.names);
     Marks movable(mesh_.node_count(), 0);
     for (const ElementBlock& block : mesh_.blocks) {
       for (const NodeId node : block.nodes) movable[static_cast<std::size_t>(node)] = 1;
@@ -65,44 +76,63 @@ class InnerCellFinder {
     return on_boundary_[static_cast<std::size_t>(node)] != 0;
   }
 
-  void take(std::int64_t id) {
+  void take(const Candidate& candidate) {
+    if (candidate.set != Candidate::kNoSet) {
+      mark(content_.node_sets[candidate.set].facets[static_cast<std::size_t>(candidate.row)].nodes);
+      sets_.insert(candidate.set);
+      return;
+    }
     Cell cell;
-    content_.dataset->get_cell(id, cell);
-    for (const std::int64_t node : cell.nodes) inner_[static_cast<std::size_t>(node)] = 1;
-    cells_.push_back(id);
+    content_.dataset->get_cell(candidate.row, cell);
+    mark(cell.nodes);
+    cells_.push_back(candidate.row);
   }
 
-  /// A cell with a node inside is inside; of the others, what may be a facet is looked at.
-  void sort_cells() {
+  template <class Nodes>
+  void mark(const Nodes& nodes) {
+    for (const auto node : nodes) inner_[static_cast<std::size_t>(node)] = 1;
+  }
+
+  void look_at_cells() {
     Cell cell;
     for (std::int64_t id = 0; id < content_.dataset->cell_count(); ++id) {
       content_.dataset->get_cell(id, cell);
       const auto dimension = cell_dimension(cell.type, cell.nodes.size());
       if (!dimension || *dimension >= dimension_ || cell.nodes.empty()) continue;
-      const bool inside =
-          !std::ranges::all_of(cell.nodes, [&](std::int64_t node) { return is_on_boundary(node); });
-      if (inside) {
-        take(id);
-      } else if (*dimension == dimension_ - 1) {
-        add_use(id, cell);
-      }
+      const CellKind* const kind = find_vtk_cell(cell.type, cell.nodes.size());
+      const std::size_t corners = kind == nullptr ? 0 : corner_count(*kind);
+      look_at(cell.nodes, *dimension, corners, {id});
     }
-    std::ranges::sort(uses_, {}, &Use::facet);
   }
 
-  void add_use(std::int64_t id, const Cell& cell) {
-    const CellKind* const kind = find_vtk_cell(cell.type, cell.nodes.size());
-    if (kind == nullptr) return;
-    const int corners =
-        kind->element ? element_shape(*kind->element).node_count : 2;  // those of an edge
-    Use use{{-1, -1, -1, -1}, id};
-    for (int n = 0; n < corners; ++n) {
-      use.facet[static_cast<std::size_t>(n)] =
-          static_cast<NodeId>(cell.nodes[static_cast<std::size_t>(n)]);
-      near_[static_cast<std::size_t>(cell.nodes[static_cast<std::size_t>(n)])] = 1;
+  void look_at_sets() {
+    for (std::size_t set = 0; set < content_.node_sets.size(); ++set) {
+      const Facets& facets = content_.node_sets[set].facets;
+      for (std::size_t row = 0; row < facets.size(); ++row) {
+        const auto [nodes, corners] = facets[row];
+        const int dimension = static_cast<int>(std::min<std::size_t>(corners, 3)) - 1;
+        if (dimension >= dimension_) continue;
+        look_at(nodes, dimension, corners, {static_cast<std::int64_t>(row), set});
+      }
     }
-    std::ranges::sort(use.facet);
-    uses_.push_back(use);
+  }
+
+  /// With a node inside it is inside; of the others, what may be a facet is looked at.
+  /// @param corner_count 0: it cannot be a facet
+  template <class Nodes>
+  void look_at(const Nodes& nodes, int dimension, std::size_t corner_count,
+               const Candidate& candidate) {
+    if (!std::ranges::all_of(nodes, [&](auto node) { return is_on_boundary(node); })) {
+      take(candidate);
+    } else if (dimension == dimension_ - 1 && corner_count > 0 && corner_count <= kMaxFacetNodes) {
+      Use use{{-1, -1, -1, -1}, candidate};
+      for (std::size_t n = 0; n < corner_count; ++n) {
+        use.facet[n] = static_cast<NodeId>(nodes[n]);
+        near_[static_cast<std::size_t>(nodes[n])] = 1;
+      }
+      std::ranges::sort(use.facet);
+      uses_.push_back(use);
+    }
   }
 
   void count_uses() {
@@ -152,16 +182,11 @@ class InnerCellFinder {
     }
   }
 
-  /// Sides of shells may be the shells themselves.
-  void take_sets(std::vector<std::string>& names) {
-    if (dimension_ != 3) return;
-    for (const NodeSet& set : content_.node_sets) {
-      if (!set.faces ||
-          std::ranges::all_of(set.nodes, [&](NodeId node) { return is_on_boundary(node); })) {
-        continue;
-      }
-      names.push_back(set.name);
-      for (const NodeId node : set.nodes) inner_[static_cast<std::size_t>(node)] = 1;
+  /// The sets with a facet inside.
+  void name_sets(std::vector<std::string>& names) const {
+    for (const std::size_t set : sets_) {
+      const std::string& name = content_.node_sets[set].name;
+      if (std::ranges::find(names, name) == names.end()) names.push_back(name);
     }
   }
 
@@ -173,14 +198,20 @@ class InnerCellFinder {
   Marks inner_;
   std::vector<Use> uses_;            // by their facets
   std::vector<std::int64_t> cells_;  // inside
+  std::set<std::size_t> sets_;       // with a facet inside
 };
 
 }  // namespace
 
+bool names_facets(const MeshFile& file) {
+  return file.content() != nullptr &&
+         std::ranges::any_of(file.content()->node_sets,
+                             [](const NodeSet& set) { return set.facets.size() > 0; });
+}
+
 InnerCells find_inner_cells(const MeshFile& file) {
   if (file.content() == nullptr || file.mesh.blocks.empty()) return {};
-  const bool faces = std::ranges::any_of(file.content()->node_sets, &NodeSet::faces);
-  if (file.lower_dimensional_cell_count() == 0 && !faces) return {};
+  if (file.lower_dimensional_cell_count() == 0 && !names_facets(file)) return {};
   return InnerCellFinder(file).find();
 }
 

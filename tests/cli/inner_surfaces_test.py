@@ -155,6 +155,26 @@ class InnerSurfaces(CliTest):
                 along = self.check(kind, second_order, lambda *p: p, *arguments)
                 self.assertTrue(along, "the side is on the boundary, and moves")
 
+    def test_sets_of_faces_stay_where_the_boundary_is_fixed(self):
+        grid = Grid(HEXAHEDRON)
+        inner = {n for n, place in enumerate(grid.flat) if place[0] == 2}
+        left = [number for number, cell in enumerate(grid.cells, 1)
+                if max(grid.flat[n][0] for n in cell) == 2]
+        text = "\n".join(
+            ["*NODE", *(f"{n}, {x}, {y}, {z}" for n, (x, y, z) in enumerate(grid.points, 1)),
+             "*ELEMENT, TYPE=C3D8",
+             *(", ".join(map(str, [number, *(n + 1 for n in cell)]))
+               for number, cell in enumerate(grid.cells, 1)),
+             "*SURFACE, NAME=fault", *(f"{number}, S4" for number in left), ""])
+        Path(self.path("in.inp")).write_text(text)
+        output = self.run_cli("smooth", self.path("in.inp"), "-o", self.path("out.inp")).stdout
+        lines = text.splitlines()
+        after = Path(self.path("out.inp")).read_text().splitlines()
+        moved = {n for n in range(len(grid.points)) if lines[n + 1] != after[n + 1]}
+        self.assertTrue(moved)
+        self.assertFalse(moved & inner)
+        self.assertIn("points inside the mesh stay: fault\n", output)
+
     def test_they_stay_in_curved_surfaces(self):
         for kind, second_order in itertools.product((TRIANGLE, QUAD), (False, True)):
             for boundary in ("slide", "free"):

@@ -106,6 +106,38 @@ TEST_F(AbaqusSurfaces, OfEveryTypeHaveTheNodesOfTheirFaces) {
   }
 }
 
+/// Of a shell the sides S1 and S2 are its faces in CalculiX, the next ones its edges.
+TEST_F(AbaqusSurfaces, OfSurfaceElementsHaveTheNodesOfTheirEdges) {
+  struct Case {
+    std::string type;
+    int node_count;
+    std::string side;
+    Ids nodes;
+  };
+  const std::vector<Case> cases = {
+      {"CPS3", 3, "S1", {1, 2}},    {"CPE3", 3, "S3", {1, 3}},    {"CAX4R", 4, "S2", {2, 3}},
+      {"CPS4", 4, "S4", {1, 4}},    {"CPE6", 6, "S2", {2, 3, 5}}, {"CPS8R", 8, "S4", {1, 4, 8}},
+      {"S3", 3, "E2", {2, 3}},      {"S4R", 4, "E4", {1, 4}},     {"S4", 4, "S3", {1, 2}},
+      {"S6", 6, "S5", {1, 3, 6}},   {"S8R", 8, "E1", {1, 2, 5}},  {"M3D4", 4, "S6", {1, 4}},
+      {"S8R5", 8, "e3", {3, 4, 7}}, {"S4", 4, "S1", {}},          {"S4", 4, "SPOS", {}},
+      {"S3", 3, "E4", {}},          {"CPS3", 3, "S4", {}},        {"CPS4", 4, "E1", {}}};
+  for (const auto& [type, node_count, side, nodes] : cases) {
+    std::string text = "*NODE\n", element = "1";
+    for (int node = 1; node <= node_count; ++node) {
+      const std::string label = std::to_string(node);
+      text += label + ", " + std::to_string(node * node) + ", " + label + "\n";
+      element += ", " + label;
+    }
+    text += "*ELEMENT, TYPE=" + type + "\n" + element + "\n*SURFACE, NAME=s\n1, " + side + "\n";
+    const MeshFile file = read(text);
+    if (nodes.empty()) {
+      EXPECT_TRUE(node_set_names(file).empty()) << type << " " << side;
+    } else {
+      EXPECT_EQ(ids_of_set(file, "s"), nodes) << type << " " << side;
+    }
+  }
+}
+
 TEST_F(AbaqusSurfaces, OtherFormsAreNoneOfOurs) {
   const std::string set = "*ELSET, ELSET=all\n1, 2\n";
   for (const std::string way :

@@ -119,7 +119,7 @@ TEST(SecondOrderExodus, HasSidesWithNodesInTheMiddle) {
 
 TEST(SecondOrderExodus, HasTheSidesOfTheManual) {
   const auto side = [](const char* type, std::size_t width, std::int64_t number) {
-    return nodes_of_exodus_side(find_exodus_shape(type, width, 2).value(), number);
+    return find_exodus_side(find_exodus_shape(type, width, 2).value(), number).nodes;
   };
   EXPECT_THAT(side("TETRA", 10, 2), UnorderedElementsAre(1, 2, 3, 5, 9, 8));
   EXPECT_THAT(side("HEX", 20, 5), UnorderedElementsAre(0, 3, 2, 1, 11, 10, 9, 8));

@@ -203,8 +203,9 @@ class DeckParser {
     }
   }
 
-  /// A line names an element or a set of them, and the number of their faces: "S2". Surfaces of
-  /// nodes, of all free faces and of the sides of shells lie on the boundary or have no faces.
+  /// A line names an element or a set of them, and the number of their sides, "S2", which in shells
+  /// are their faces and edges, or of their edges, "E2". Surfaces of nodes and of all free sides
+  /// lie on the boundary.
   bool read_surface(const DeckKeyword& keyword) {
     const std::string name = keyword.value("NAME"), type = in_capitals(keyword.value("TYPE"));
     while (true) {
@@ -214,9 +215,11 @@ class DeckParser {
       if (name.empty() || (!type.empty() && type != "ELEMENT") || words_.size() < 2) continue;
       const std::string side = in_capitals(trimmed(words_[1]));
       const std::string_view of = trimmed(words_.front());
-      const bool face = side.size() == 2 && side[0] == 'S' && side[1] >= '1' && side[1] <= '6';
-      if (!face || of.empty()) continue;
-      model_.add_to_surface(scope_, name, read_member(of, Kind::elements, scope_), side[1] - '0');
+      const bool edge = side.starts_with('E');
+      const bool numbered = side.size() == 2 && side[1] >= '1' && side[1] <= '6';
+      if (!numbered || of.empty() || !(edge || side.starts_with('S'))) continue;
+      model_.add_to_surface(scope_, name, read_member(of, Kind::elements, scope_),
+                            {side[1] - '0', edge});
     }
   }
 

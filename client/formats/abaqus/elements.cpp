@@ -24,7 +24,11 @@ constexpr AbaqusElement kHexahedron = {kHexahedronCell, 8};
 constexpr AbaqusElement kEdge3 = {kEdge3Cell, 3};
 constexpr AbaqusElement kTriangle6 = {kTriangle6Cell, 6};
 constexpr AbaqusElement kQuad8 = {kQuad8Cell, 8};
-constexpr AbaqusElement kQuad9 = {kQuad9Cell, 9};
+constexpr AbaqusElement kShell3 = {kTriangleCell, 3, true};
+constexpr AbaqusElement kShell4 = {kQuadCell, 4, true};
+constexpr AbaqusElement kShell6 = {kTriangle6Cell, 6, true};
+constexpr AbaqusElement kShell8 = {kQuad8Cell, 8, true};
+constexpr AbaqusElement kShell9 = {kQuad9Cell, 9, true};
 constexpr AbaqusElement kTetrahedron10 = {kTetrahedron10Cell, 10};
 constexpr AbaqusElement kWedge15 = {kWedge15Cell, 15};
 constexpr AbaqusElement kHexahedron20 = {kHexahedron20Cell, 20};
@@ -115,28 +119,28 @@ constexpr auto kFamilies = std::to_array<Family>({
     {"DC2D8", kQuad8},
     {"DCAX8", kQuad8},
     // shells, membranes, surfaces, rigid surfaces
-    {"S3", kTriangle},
-    {"STRI3", kTriangle},
-    {"DS3", kTriangle},
-    {"M3D3", kTriangle},
-    {"R3D3", kTriangle},
-    {"SFM3D3", kTriangle},
-    {"S4", kQuad},
-    {"DS4", kQuad},
-    {"M3D4", kQuad},
-    {"R3D4", kQuad},
-    {"SFM3D4", kQuad},
-    {"S6", kTriangle6},
-    {"STRI65", kTriangle6},
-    {"DS6", kTriangle6},
-    {"M3D6", kTriangle6},
-    {"SFM3D6", kTriangle6},
-    {"S8", kQuad8},
-    {"DS8", kQuad8},
-    {"M3D8", kQuad8},
-    {"SFM3D8", kQuad8},
-    {"S9", kQuad9},
-    {"M3D9", kQuad9},
+    {"S3", kShell3},
+    {"STRI3", kShell3},
+    {"DS3", kShell3},
+    {"M3D3", kShell3},
+    {"R3D3", kShell3},
+    {"SFM3D3", kShell3},
+    {"S4", kShell4},
+    {"DS4", kShell4},
+    {"M3D4", kShell4},
+    {"R3D4", kShell4},
+    {"SFM3D4", kShell4},
+    {"S6", kShell6},
+    {"STRI65", kShell6},
+    {"DS6", kShell6},
+    {"M3D6", kShell6},
+    {"SFM3D6", kShell6},
+    {"S8", kShell8},
+    {"DS8", kShell8},
+    {"M3D8", kShell8},
+    {"SFM3D8", kShell8},
+    {"S9", kShell9},
+    {"M3D9", kShell9},
     // lines; beams may have one more node for their direction
     {"T2D2", kLine},
     {"T3D2", kLine},

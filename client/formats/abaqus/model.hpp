@@ -17,6 +17,12 @@
 
 namespace meshsmooth::formats {
 
+/// A side of an element: "S2", or the edge of a shell, "E2".
+struct AbaqusSide {
+  int number;
+  bool edge_of_shell;
+};
+
 /// The nodes, elements, sets and sections of a deck while it is read. What one line says of others
 /// is looked up when all are known, so their order does not matter.
 class AbaqusModel {
@@ -64,8 +70,8 @@ class AbaqusModel {
   /// The nodes or sets of nodes of an equation's terms, which have to match. Of sets it is one for
   /// each of their nodes, in their order.
   void add_equation(std::vector<Entry> terms) { equations_.push_back(std::move(terms)); }
-  /// The faces of one number of an element or a set of elements, on a surface.
-  void add_to_surface(ScopeId scope, const std::string& name, Entry elements, int face);
+  /// The sides of one number of an element or a set of elements, on a surface.
+  void add_to_surface(ScopeId scope, const std::string& name, Entry elements, AbaqusSide side);
   void add_section(ScopeId scope, const std::string& element_set, const std::string& material,
                    DeckPlace place);
 
@@ -85,7 +91,7 @@ class AbaqusModel {
   using Sets = std::map<std::string, Set>;  // by the name in capitals
   struct Surface {
     std::string name;
-    std::vector<std::pair<Entry, int>> parts;  // elements, and the number of their faces
+    std::vector<std::pair<Entry, AbaqusSide>> parts;  // elements, and which of their sides
   };
   struct Section {
     std::string element_set;
@@ -124,8 +130,9 @@ class AbaqusModel {
   [[nodiscard]] std::size_t end_of(std::size_t element) const;
   void resolve_corners(const DeckReader& reader, Notes& notes);
   void store_cells(FileContent& content, PlainDataset& dataset) const;
-  void store_sets(const DeckReader& reader, FileContent& content, Notes& notes);
-  void append_face(std::size_t element, int face, std::vector<NodeId>& nodes) const;
+  void store_sets(const DeckReader& reader, const PlainDataset& dataset, FileContent& content,
+                  Notes& notes);
+  void append_side(std::size_t element, AbaqusSide side, NodeSet& set) const;
   void store_surfaces(const DeckReader& reader, FileContent& content, Notes& notes);
   void store_equations(const DeckReader& reader, FileContent& content, Notes& notes);
   void store_materials(const DeckReader& reader, PlainDataset& dataset, Notes& notes);

@@ -188,21 +188,33 @@ void AbaqusModel::store_cells(FileContent& content, PlainDataset& dataset) const
   }
 }
 
-void AbaqusModel::store_sets(const DeckReader& reader, FileContent& content, Notes& notes) {
+void AbaqusModel::store_sets(const DeckReader& reader, const PlainDataset& dataset,
+                             FileContent& content, Notes& notes) {
+  int dimension = 0;
+  for (const Element& element : elements_) {
+    const CellKind* const kind = find_vtk_cell(element.type.vtk_type);
+    if (kind != nullptr) dimension = std::max(dimension, kind->dimension);
+  }
+  Cell cell;
   for (ScopeId scope = 0; scope < scopes_.size(); ++scope) {
     const std::vector<std::string> aliases = names_of(scope);
     for (const Kind kind : {Kind::nodes, Kind::elements}) {
       for (auto& [key, set] : sets(scope, kind)) {
         const Set& known = resolved(reader, scope, kind, set.name, {}, notes);
         std::vector<std::int64_t> members = known.members;
+        NodeSet named{known.name, {}};
         if (kind == Kind::elements) {
+          for (const std::int64_t element : members) {
+            dataset.get_cell(element, cell);
+            if (cell_dimension(cell.type, cell.nodes.size()) < dimension) named.facets.add(cell);
+          }
           std::vector<std::int64_t> nodes;
           append_nodes_of(members, nodes);
           members = std::move(nodes);
         }
-        NodeSet named{known.name, {members.begin(), members.end()}};
+        named.nodes.assign(members.begin(), members.end());
         for (const std::string& alias : aliases) {
-          content.node_sets.push_back({alias + "." + known.name, named.nodes});
+          content.node_sets.push_back({alias + "." + known.name, named.nodes, named.facets});
         }
         content.node_sets.push_back(std::move(named));
       }
@@ -265,7 +277,7 @@ std::shared_ptr<PlainDataset> AbaqusModel::store(const DeckReader& reader, FileC
   const auto dataset = std::make_shared<PlainDataset>();
   resolve_corners(reader, notes);
   store_cells(content, *dataset);
-  store_sets(reader, content, notes);
+  store_sets(reader, *dataset, content, notes);
   store_surfaces(reader, content, notes);
   store_equations(reader, content, notes);
   store_materials(reader, *dataset, notes);

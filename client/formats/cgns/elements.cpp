@@ -266,22 +266,23 @@ void CgnsElements::refuse_size(const CgnsSection& section) const {
              std::to_string(section.first) + " to " + std::to_string(section.last));
 }
 
-std::vector<std::int64_t> CgnsElements::nodes_of(const std::string& node, const CgnsZone& zone,
-                                                 std::int64_t id, const FileContent& content,
-                                                 const PlainDataset& dataset) const {
+Cell CgnsElements::find(const std::string& node, const CgnsZone& zone, std::int64_t id,
+                        const FileContent& content, const PlainDataset& dataset) const {
   const std::int64_t of_all = id < 1 || id > kMostElements ? -1 : id + zone.id_offset;
   const auto found = std::ranges::lower_bound(content.cell_ids, of_all);
+  Cell cell;
   if (found != content.cell_ids.end() && *found == of_all) {
-    Cell cell;
     dataset.get_cell(found - content.cell_ids.begin(), cell);
-    return std::move(cell.nodes);
+    return cell;
   }
   const std::int64_t face = find_face(of_all);
   if (face < 0) {
     tree_.fail("\"" + node + "\" names element " + std::to_string(id) + ", which does not exist");
   }
   const auto place = static_cast<std::size_t>(face);
-  return {faces_.nodes_of(place), faces_.nodes_of(place) + faces_.node_count(place)};
+  cell.type = kPolygonCell;
+  cell.nodes.assign(faces_.nodes_of(place), faces_.nodes_of(place) + faces_.node_count(place));
+  return cell;
 }
 
 }  // namespace meshsmooth::formats

@@ -43,10 +43,9 @@ class CgnsElements {
   [[nodiscard]] std::int64_t highest_id() const { return highest_id_; }
   /// Into the data set, which has its positions. To be called once, after all zones.
   void store(PlainDataset& dataset, FileContent& content);
-  /// The nodes of an element or face, by its number in the zone, which must exist.
-  [[nodiscard]] std::vector<std::int64_t> nodes_of(const std::string& node, const CgnsZone& zone,
-                                                   std::int64_t id, const FileContent& content,
-                                                   const PlainDataset& dataset) const;
+  /// An element or face, by its number in the zone, which must exist.
+  [[nodiscard]] Cell find(const std::string& node, const CgnsZone& zone, std::int64_t id,
+                          const FileContent& content, const PlainDataset& dataset) const;
 
  private:
   [[nodiscard]] std::vector<CgnsSection> find_sections(const CgnsZone& zone) const;

@@ -26,20 +26,25 @@ class NodeFinder {
              const FileContent& content)
       : tree_(tree), elements_(elements), dataset_(dataset), content_(content) {}
 
-  /// By the list or range called `kind` ("Point"), of vertices or elements by "GridLocation".
-  [[nodiscard]] std::vector<NodeId> nodes_of(const CgnsZone& zone, const std::string& node,
-                                             const std::string& kind) const {
+  /// By the list or range called `kind` ("Point"), of vertices or elements by "GridLocation". Sides
+  /// that are not cells are facets, and so are vertices, for a condition is one of surfaces.
+  [[nodiscard]] NodeSet find(const CgnsZone& zone, const std::string& node,
+                             const std::string& kind) const {
     const auto ids = read_list(tree_, node + "/" + kind + "List", node + "/" + kind + "Range");
     const std::string location =
         tree_.has_data(node + "/GridLocation") ? tree_.text(node + "/GridLocation") : "Vertex";
-    if (kind == "Point" && location == "Vertex") return vertices(zone, node, ids);
-    std::vector<NodeId> nodes;
-    for (const std::int64_t id : ids) {
-      for (const std::int64_t of : elements_.nodes_of(node, zone, id, content_, dataset_)) {
-        nodes.push_back(static_cast<NodeId>(of));
-      }
+    NodeSet set;
+    if (kind == "Point" && location == "Vertex") {
+      set.nodes = vertices(zone, node, ids);
+      set.facets.add(set.nodes, 0);
+      return set;
     }
-    return nodes;
+    for (const std::int64_t id : ids) {
+      const Cell cell = elements_.find(node, zone, id, content_, dataset_);
+      for (const std::int64_t of : cell.nodes) set.nodes.push_back(static_cast<NodeId>(of));
+      set.facets.add(cell);
+    }
+    return set;
   }
   [[nodiscard]] std::vector<NodeId> vertices(const CgnsZone& zone, const std::string& node,
                                              const std::vector<std::int64_t>& ids) const {
@@ -114,12 +119,15 @@ void read_cgns_conditions(const CgnsTree& tree, const CgnsZone& zone, const Cgns
     for (const std::string& node : tree.children(list, "BC_t")) {
       const bool points = has_list(tree, node, "Point");
       if (!points && !has_list(tree, node, "Element")) continue;
-      const std::vector<NodeId> nodes = finder.nodes_of(zone, node, points ? "Point" : "Element");
+      NodeSet set = finder.find(zone, node, points ? "Point" : "Element");
       std::set<std::string> names = {cgns_name(node)};
       for (const std::string& family : tree.children(node, "FamilyName_t")) {
         add_family(tree, base, tree.text(family), names);
       }
-      for (const std::string& called : names) content.node_sets.push_back({called, nodes});
+      for (const std::string& called : names) {
+        set.name = called;
+        content.node_sets.push_back(set);
+      }
     }
   }
 }
@@ -133,7 +141,7 @@ void read_cgns_interfaces(const CgnsTree& tree, const std::vector<CgnsZone>& zon
       for (const char* label : {"GridConnectivity_t", "GridConnectivity1to1_t", "OversetHoles_t"}) {
         for (const std::string& node : tree.children(list, label)) {
           if (!has_list(tree, node, "Point")) continue;
-          std::vector<NodeId> nodes = finder.nodes_of(zone, node, "Point");
+          std::vector<NodeId> nodes = finder.find(zone, node, "Point").nodes;
           const std::vector<NodeId> donors = find_donors(tree, node, zones, zone, finder);
           add_pairs(nodes, donors, content.node_pairs);
           nodes.insert(nodes.end(), donors.begin(), donors.end());

@@ -1,6 +1,7 @@
 #include "exodus/sets.hpp"
 
 #include <set>
+#include <span>
 #include <utility>
 
 namespace meshsmooth::formats {
@@ -28,14 +29,25 @@ constexpr Kind kSideSets = {"sideset",  "num_side_sets", "elem_ss",  "num_side_s
 constexpr Kind kElementSets = {"elemset",   "num_elem_sets", "elem_els",  "num_ele_els",
                                "els_prop1", "els_names",     "els_status"};
 
+/// What a set names.
+struct Members {
+  struct Side {
+    std::size_t first;  // in `nodes`
+    std::size_t node_count;
+    std::size_t corner_count;
+  };
+  std::vector<std::int64_t> nodes;  // from 1
+  std::vector<Side> facets = {};
+};
+
 class SetReader {
  public:
   SetReader(const NetcdfFile& file, const ExodusMesh& mesh, std::int64_t node_count)
       : file_(file), mesh_(mesh), node_count_(node_count) {}
 
-  /// `nodes_of` tells the nodes, from 1, by the number of the set.
-  template <class NodesOf>
-  void read(const Kind& kind, FileContent& content, const NodesOf& nodes_of) const {
+  /// `members_of` tells the members by the number of the set.
+  template <class MembersOf>
+  void read(const Kind& kind, FileContent& content, const MembersOf& members_of) const {
     const std::vector<std::string> names = file_.rows(kind.names);
     const ExodusIds ids(file_, kind.ids);
     std::vector<std::int64_t> status;
@@ -56,27 +68,24 @@ class SetReader {
         if (empty) continue;
         file_.fail("the set \"" + name + "\" has no variable \"" + variable + "\"");
       }
-      NodeSet set = make_set(name, nodes_of(variable, number));
-      set.faces = &kind == &kSideSets;
-      content.node_sets.push_back(std::move(set));
+      content.node_sets.push_back(make_set(name, members_of(variable, number)));
     }
   }
 
   /// Of sides, the number of the set being that of its variables.
-  [[nodiscard]] std::vector<std::int64_t> nodes_of_sides(const std::string& variable,
-                                                         std::size_t number) const {
+  [[nodiscard]] Members find_sides(const std::string& variable, std::size_t number) const {
     const std::vector<std::int64_t> elements = file_.integers(variable);
     const std::vector<std::int64_t> sides = file_.integers(numbered("side_ss", number));
     if (sides.size() != elements.size()) {
       file_.fail("\"" + variable + "\" has another size than its sides");
     }
-    std::vector<std::int64_t> nodes;
+    Members members;
     for (std::size_t row = 0; row < sides.size(); ++row) {
-      if (add_side(elements[row], sides[row], nodes)) continue;
+      if (add_side(elements[row], sides[row], members)) continue;
       file_.fail("\"" + variable + "\" has side " + std::to_string(sides[row]) + " of element " +
                  std::to_string(elements[row]) + ", which does not exist");
     }
-    return nodes;
+    return members;
   }
 
   [[nodiscard]] std::vector<std::int64_t> nodes_of_elements(const std::string& variable) const {
@@ -95,14 +104,17 @@ class SetReader {
 
  private:
   /// The nodes, which the file counts from 1.
-  [[nodiscard]] NodeSet make_set(std::string name, const std::vector<std::int64_t>& nodes) const {
+  [[nodiscard]] NodeSet make_set(std::string name, const Members& members) const {
     NodeSet set{std::move(name), {}};
-    for (const std::int64_t node : nodes) {
+    for (const std::int64_t node : members.nodes) {
       if (node < 1 || node > node_count_) {
         file_.fail("the set \"" + set.name + "\" has node " + std::to_string(node) +
                    ", there are only " + std::to_string(node_count_));
       }
       set.nodes.push_back(static_cast<NodeId>(node - 1));
+    }
+    for (const auto& [first, node_count, corner_count] : members.facets) {
+      set.facets.add(std::span(set.nodes).subspan(first, node_count), corner_count);
     }
     return set;
   }
@@ -120,28 +132,35 @@ class SetReader {
 
   /// False: there is no such side. Polygons have edges, polyhedra faces; of elements that only
   /// Exodus knows, all nodes are taken.
-  bool add_side(std::int64_t element, std::int64_t side, std::vector<std::int64_t>& nodes) const {
+  bool add_side(std::int64_t element, std::int64_t side, Members& members) const {
     const auto [block, row] = find(element);
     if (block == nullptr || side < 1) return false;
     const std::int64_t* own = block->elements.nodes_of(row);
     const std::size_t count = block->elements.node_count(row);
     const auto place = static_cast<std::size_t>(side - 1);
+    const std::size_t first = members.nodes.size();
+    std::size_t corner_count = 0;  // 0: not a facet
     if (block->shape) {
-      const auto places = nodes_of_exodus_side(*block->shape, side);
-      for (const int of_side : places) nodes.push_back(own[of_side]);
-      return !places.empty();
-    }
-    if (block->faces.size() != 0) {
+      const ExodusSide found = find_exodus_side(*block->shape, side);
+      for (const int of_side : found.nodes) members.nodes.push_back(own[of_side]);
+      if (found.nodes.empty()) return false;
+      if (found.facet) corner_count = found.corner_count;
+    } else if (block->faces.size() != 0) {
       if (place >= block->faces.node_count(row)) return false;
       const auto face = static_cast<std::size_t>(block->faces.nodes_of(row)[place]);
-      const std::int64_t* first = mesh_.faces.nodes_of(face);
-      nodes.insert(nodes.end(), first, first + mesh_.faces.node_count(face));
+      const std::int64_t* nodes = mesh_.faces.nodes_of(face);
+      corner_count = mesh_.faces.node_count(face);
+      members.nodes.insert(members.nodes.end(), nodes, nodes + corner_count);
     } else if (is_exodus_polygon(*block)) {
       if (place >= count) return false;
-      nodes.push_back(own[place]);
-      nodes.push_back(own[(place + 1) % count]);
+      members.nodes.push_back(own[place]);
+      members.nodes.push_back(own[(place + 1) % count]);
+      corner_count = 2;
     } else {
-      nodes.insert(nodes.end(), own, own + count);
+      members.nodes.insert(members.nodes.end(), own, own + count);
+    }
+    if (corner_count > 0) {
+      members.facets.push_back({first, members.nodes.size() - first, corner_count});
     }
     return true;
   }
@@ -156,13 +175,14 @@ class SetReader {
 void read_exodus_sets(const NetcdfFile& file, const ExodusMesh& mesh, std::int64_t node_count,
                       FileContent& content) {
   const SetReader reader(file, mesh, node_count);
-  reader.read(kNodeSets, content,
-              [&](const std::string& variable, std::size_t) { return file.integers(variable); });
+  reader.read(kNodeSets, content, [&](const std::string& variable, std::size_t) {
+    return Members{file.integers(variable)};
+  });
   reader.read(kSideSets, content, [&](const std::string& variable, std::size_t number) {
-    return reader.nodes_of_sides(variable, number);
+    return reader.find_sides(variable, number);
   });
   reader.read(kElementSets, content, [&](const std::string& variable, std::size_t) {
-    return reader.nodes_of_elements(variable);
+    return Members{reader.nodes_of_elements(variable)};
   });
 }
 

@@ -95,14 +95,14 @@ bool is_exodus_type(const std::string& type) {
   return cell_named(name) != 0 || name.starts_with("SHELL");
 }
 
-std::vector<int> nodes_of_exodus_side(const ExodusShape& shape, std::int64_t side) {
-  if (shape.kind->dimension == 0 && side == 1) return {0};
+ExodusSide find_exodus_side(const ExodusShape& shape, std::int64_t side) {
+  if (shape.kind->dimension == 0 && side == 1) return {{0}, 1, false};
   const Sides& sides = sides_of(shape);
   if (shape.kind->dimension == 0 || side < 1 || side > static_cast<std::int64_t>(sides.size()))
-    return {};
+    return {{}, 0, false};
   const std::vector<int>& corners = sides[static_cast<std::size_t>(side - 1)];
-  std::vector<int> nodes = corners;
-  if (!shape.kind->element) return nodes;
+  ExodusSide found{corners, corners.size(), !shape.shell || side > 2};
+  if (!shape.kind->element) return found;
   const auto places = places_in(NodeOrder::exodus, *shape.kind);
   const auto on_side = [&](std::int8_t corner) {
     return std::ranges::find(corners, places[static_cast<std::size_t>(corner)]) != corners.end();
@@ -110,10 +110,10 @@ std::vector<int> nodes_of_exodus_side(const ExodusShape& shape, std::int64_t sid
   std::size_t node = element_width(linear_type(*shape.kind->element));
   for (const MidNode& mid : mid_nodes(*shape.kind->element)) {
     const auto of = std::span(mid.corners).first(static_cast<std::size_t>(mid.corner_count));
-    if (std::ranges::all_of(of, on_side)) nodes.push_back(places[node]);
+    if (std::ranges::all_of(of, on_side)) found.nodes.push_back(places[node]);
     ++node;
   }
-  return nodes;
+  return found;
 }
 
 }  // namespace meshsmooth::formats

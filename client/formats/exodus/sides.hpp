@@ -23,9 +23,15 @@ struct ExodusShape {
 /// Whether the type is one of Exodus', of whatever order.
 [[nodiscard]] bool is_exodus_type(const std::string& type);
 
-/// The nodes of a side, which counts from 1, by their places in the element, from 0, in Exodus'
-/// order, the corners first; empty: it has no such side. From the tables of side sets in "EXODUS
-/// II: A Finite Element Data Model" (Sandia, SAND92-2137).
-[[nodiscard]] std::vector<int> nodes_of_exodus_side(const ExodusShape& shape, std::int64_t side);
+struct ExodusSide {
+  std::vector<int>
+      nodes;  // by their places in the element, from 0, in Exodus' order; corners first
+  std::size_t corner_count;
+  bool facet;  // not the face of a shell, which is the shell itself
+};
+
+/// A side, which counts from 1; without nodes: there is no such side. From the tables of side sets
+/// in "EXODUS II: A Finite Element Data Model" (Sandia, SAND92-2137).
+[[nodiscard]] ExodusSide find_exodus_side(const ExodusShape& shape, std::int64_t side);
 
 }  // namespace meshsmooth::formats

@@ -181,9 +181,11 @@ void Su2Parser::store(FileContent& content) {
       auto& set = nodes[element_zones_[element]].nodes;
       for (const auto node : elements_[element].nodes) set.push_back(static_cast<NodeId>(node));
     }
-    std::ranges::move(nodes, std::back_inserter(sets_));
+    content.node_sets = std::move(nodes);
   }
-  content.node_sets = std::move(sets_);
+  for (const auto& [name, number] : markers_) {
+    content.groups.push_back({dimension_ - 1, name, kSu2MarkerArray, {number}});
+  }
   content.notes = notes_.texts();
   content.dataset = std::move(dataset);
 }
@@ -263,7 +265,6 @@ void Su2Parser::read_marker(std::size_t count) {
   ++marker_number_;
   const bool halo = marker_ == kHalo;
   if (halo && !parse_setting(scanner_.peek_line()).name.empty()) scanner_.line();  // SEND_TO=
-  NodeSet set{marker_, {}};
   Cell cell;
   for (std::size_t facet = 0; facet < count; ++facet) {
     read_cell(cell);
@@ -272,12 +273,11 @@ void Su2Parser::read_marker(std::size_t count) {
       if (node < 0 || node != static_cast<NodeId>(node)) {
         scanner_.refuse("the number of a node", std::to_string(node));
       }
-      set.nodes.push_back(static_cast<NodeId>(node + static_cast<std::int64_t>(zone_.first_node)));
     }
     facets_.push_back(cell);
     facet_markers_.push_back(static_cast<double>(marker_number_));
   }
-  if (!halo) sets_.push_back(std::move(set));
+  if (!halo) markers_.push_back({marker_, static_cast<int>(marker_number_)});
   marker_.clear();
 }
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "content.hpp"
@@ -73,8 +74,8 @@ class Su2Parser {
   std::vector<double> facet_markers_;
   std::vector<std::size_t> element_zones_;  // from 0
   std::vector<std::size_t> facet_zones_;
-  std::vector<std::string> zones_;  // finished ones, by their numbers
-  std::vector<NodeSet> sets_;
+  std::vector<std::string> zones_;                    // finished ones, by their numbers
+  std::vector<std::pair<std::string, int>> markers_;  // and their numbers, from 1
   Notes notes_;
 };
 

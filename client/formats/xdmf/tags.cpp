@@ -50,6 +50,7 @@ void read_xdmf_tags(XdmfData& data, const XmlElement& grid, const PlainDataset& 
     }
     const CellFinder mesh(dataset);
     std::map<std::int64_t, NodeSet> sets;
+    Cell tagged_cell;
     Column column{name, true, std::vector<double>(static_cast<std::size_t>(dataset.cell_count()))};
     bool tags_cells = false;
     for (std::size_t row = 0; row < values.size(); ++row) {
@@ -61,6 +62,10 @@ void read_xdmf_tags(XdmfData& data, const XmlElement& grid, const PlainDataset& 
                     ", there are only " + std::to_string(dataset.node_count()));
         }
         set.nodes.push_back(static_cast<NodeId>(node));
+      }
+      if (values[row] > 0) {  // dolfin has 0, or the highest number, where nothing is tagged
+        tagged.get_cell(static_cast<std::int64_t>(row), tagged_cell);
+        set.facets.add(tagged_cell);
       }
       const std::int64_t cell = mesh.find(key);
       if (cell < 0) continue;

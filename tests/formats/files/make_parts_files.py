@@ -191,17 +191,17 @@ def write_adf(name, tree, layout):
 
 
 class Exodus:
-    def __init__(self, name, points, blocks, dimensions=()):
+    def __init__(self, name, points, blocks, dimensions=(), space=3):
         import netCDF4
         self.data = netCDF4.Dataset(HERE / name, "w", format="NETCDF3_64BIT_OFFSET")
         self.data.setncatts({"title": name, "api_version": np.float32(5.1),
                              "version": np.float32(5.1), "floating_point_word_size": np.int32(8),
                              "file_size": np.int32(1)})
-        for dimension, size in (("num_dim", 3), ("num_nodes", len(points)),
+        for dimension, size in (("num_dim", space), ("num_nodes", len(points)),
                                 ("num_el_blk", len(blocks)), ("time_step", None),
                                 *dimensions):
             self.data.createDimension(dimension, size)
-        for axis, letter in enumerate("xyz"):
+        for axis, letter in enumerate("xyz"[:space]):
             self.put("coord" + letter, ("num_nodes",), [point[axis] for point in points], "f8")
         self.put("eb_prop1", ("num_el_blk",), [10 + block for block in range(len(blocks))])
         self.count = 0
@@ -375,12 +375,13 @@ def make_corpus():
         f'{grid}{again}</Grid><Grid GridType="Tree">{grid}{grid}</Grid></Domain></Xdmf>')
 
 
-write_hdf5("zones.cgns", zones_tree())
-write_adf("zones_adf.cgns", zones_tree(), "LEGACY")
-write_adf("polyhedra_adf.cgns", polyhedra_tree(3.4), "IEEE_BIG_32")
-write_hdf5("polyhedra.cgns", polyhedra_tree(4.2))
-make_exodus_shells()
-make_exodus_polyhedra()
-make_med()
-make_checkpoint()
-make_corpus()
+if __name__ == "__main__":
+    write_hdf5("zones.cgns", zones_tree())
+    write_adf("zones_adf.cgns", zones_tree(), "LEGACY")
+    write_adf("polyhedra_adf.cgns", polyhedra_tree(3.4), "IEEE_BIG_32")
+    write_hdf5("polyhedra.cgns", polyhedra_tree(4.2))
+    make_exodus_shells()
+    make_exodus_polyhedra()
+    make_med()
+    make_checkpoint()
+    make_corpus()

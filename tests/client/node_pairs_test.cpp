@@ -1,0 +1,162 @@
+// Pairs of nodes on their way from the client library to a smoother and back.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "meshsmooth/client.hpp"
+#include "meshsmooth/server.hpp"
+#include "meshsmooth/smoother.hpp"
+#include "support/in_process_server.hpp"
+#include "support/meshes.hpp"
+#include "support/process.hpp"
+#include "support/scratch_folder.hpp"
+
+namespace meshsmooth::client {
+namespace {
+
+using Points = std::vector<Vec3d>;
+
+/// A cube that is shaken inside, large enough to travel through shared memory; its sides x = 0 and
+/// x = last are periodic.
+struct PeriodicCube {
+  Mesh mesh;
+  std::vector<NodePair> pairs;
+  double width = 0;
+};
+
+PeriodicCube periodic_cube() {
+  const Mesh regular = test::lattice(ElementType::tetrahedron, 16);
+  PeriodicCube cube{test::noisy(regular, 0.1, 5), {}};
+  const Points& plain = test::points(regular);
+  for (const Vec3d& p : plain) cube.width = std::max(cube.width, p.x);
+  std::map<std::pair<double, double>, NodePair> by_place;
+  for (std::size_t n = 0; n < plain.size(); ++n) {
+    const auto& [x, y, z] = plain[n];
+    if (x != 0 && x != cube.width) continue;
+    auto& [a, b] = by_place[{y, z}];
+    (x == 0 ? a : b) = static_cast<NodeId>(n);
+  }
+  for (const auto& [place, pair] : by_place) cube.pairs.push_back(pair);
+  return cube;
+}
+
+/// With a sliding boundary, on which the sides part without pairs.
+SmoothOptions options_of(const PeriodicCube& cube, bool with_pairs) {
+  SmoothOptions options;
+  options.max_iterations = 2;
+  options.boundary = BoundaryPolicy::slide;
+  options.never_worse = false;
+  if (with_pairs) options.node_pairs = cube.pairs;
+  return options;
+}
+
+double farthest_apart(const PeriodicCube& cube, const Points& points) {
+  double farthest = 0;
+  for (const auto& [a, b] : cube.pairs) {
+    const Vec3d shift = points[static_cast<std::size_t>(b)] - points[static_cast<std::size_t>(a)];
+    farthest = std::max(farthest, norm(shift - Vec3d{cube.width, 0, 0}));
+  }
+  return farthest;
+}
+
+/// A server with the smoother of the CPU on a Unix socket.
+class NodePairs : public ::testing::TestWithParam<bool> {
+ protected:
+  NodePairs() : server_(config()) { server_.start(); }
+
+  server::ServerConfig config() const {
+    server::ServerConfig config = testing::quiet_config();
+    config.listen = target();
+    config.backend = "cpu";
+    return config;
+  }
+  [[nodiscard]] std::string target() const { return "unix:" + folder_.path("socket").string(); }
+  [[nodiscard]] static RequestOptions request() {
+    RequestOptions request;
+    request.shared_memory = GetParam();
+    return request;
+  }
+  /// Repeats a job until it goes the way that is tested: the first ones use chunks.
+  template <class Job>
+  static bool goes_its_way(Job job) {
+    return testing::eventually([&] { return job().shared_memory == GetParam(); });
+  }
+
+  const testing::ScratchFolder folder_;
+  server::Server server_;
+  const PeriodicCube cube_ = periodic_cube();
+};
+
+INSTANTIATE_TEST_SUITE_P(Ways, NodePairs, ::testing::Bool(), [](const auto& shared) {
+  return std::string(shared.param ? "SharedMemory" : "Chunks");
+});
+
+TEST_P(NodePairs, StayMatchedInAJob) {
+  Client client(target());
+  const SmoothOptions options = options_of(cube_, true);
+  Mesh here = cube_.mesh;
+  (void)make_smoother("cpu")->smooth(here, options);
+  EXPECT_TRUE(goes_its_way([&] {
+    Mesh mesh = cube_.mesh;
+    const SmoothReport report = client.smooth(mesh, options, request());
+    EXPECT_EQ(farthest_apart(cube_, test::points(mesh)), 0);
+    EXPECT_EQ(report.summary.nodes.paired, static_cast<std::int64_t>(2 * cube_.pairs.size()));
+    EXPECT_GT(report.summary.nodes.moved, 0);
+    EXPECT_EQ(mesh.positions, here.positions) << "as without a server";
+    return report;
+  }));
+  Mesh apart = cube_.mesh;
+  (void)client.smooth(apart, options_of(cube_, false), request());
+  EXPECT_GT(farthest_apart(cube_, test::points(apart)), 1e-3) << "they would part";
+}
+
+TEST_P(NodePairs, StayMatchedInTheStepsOfASession) {
+  Client client(target());
+  Session session = client.open(cube_.mesh);
+  Points points = test::points(cube_.mesh);
+  EXPECT_TRUE(goes_its_way([&] {
+    const SmoothReport report = session.smooth(points, options_of(cube_, true), request());
+    EXPECT_EQ(farthest_apart(cube_, points), 0);
+    EXPECT_EQ(report.summary.nodes.paired, static_cast<std::int64_t>(2 * cube_.pairs.size()));
+    return report;
+  }));
+  points = test::points(cube_.mesh);  // the pairs are of one step
+  (void)session.smooth(points, options_of(cube_, false), request());
+  EXPECT_GT(farthest_apart(cube_, points), 1e-3);
+}
+
+TEST_P(NodePairs, StayMatchedInTheMotionsOfASession) {
+  Client client(target());
+  Session session = client.open(cube_.mesh);
+  const auto [a, b] = cube_.pairs[cube_.pairs.size() / 2];
+  const std::vector<NodeId> nodes = {a, b};
+  SmoothOptions options;
+  options.method = Move{};
+  options.node_pairs = cube_.pairs;
+  EXPECT_TRUE(goes_its_way([&] {
+    Points to;
+    for (const NodeId node : nodes) {
+      to.push_back(test::points(cube_.mesh)[static_cast<std::size_t>(node)] + Vec3d{0.1, 0.2, 0});
+    }
+    const SmoothReport report = session.move(nodes, std::span<const Vec3d>(to), options, request());
+    const auto moved = std::get<std::span<const Vec3d>>(session.positions());
+    EXPECT_LT(farthest_apart(cube_, Points(moved.begin(), moved.end())), 1e-12);
+    EXPECT_EQ(moved[static_cast<std::size_t>(a)], to[0]);
+    return report;
+  }));
+  try {
+    const Points to = {test::points(cube_.mesh)[static_cast<std::size_t>(a)]};
+    (void)session.move(std::span(nodes).first(1), std::span<const Vec3d>(to), options, request());
+    ADD_FAILURE() << "half a pair is prescribed";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.reason(), "PAIR_HALF_PRESCRIBED");
+  }
+}
+
+}  // namespace
+}  // namespace meshsmooth::client
