@@ -15,12 +15,14 @@ namespace {
 
 /// Marks the nodes of lower-dimensional cells; where the boundary may move, those inside the mesh,
 /// which it returns: the others follow the boundary's nodes. Prescribed ones move.
-formats::InnerCells fix_lower_dimensional(formats::MeshFile& file, const SmoothOptions& options) {
+formats::InnerCells fix_lower_dimensional(formats::MeshFile& file,
+                                          const PrescribedNodes& prescribed_nodes,
+                                          BoundaryPolicy boundary) {
   formats::InnerCells inner;
-  if (options.boundary != BoundaryPolicy::fixed) inner = formats::find_inner_cells(file);
+  if (boundary != BoundaryPolicy::fixed) inner = formats::find_inner_cells(file);
   std::vector<NodeId> nodes =
-      options.boundary == BoundaryPolicy::fixed ? file.lower_dimensional_nodes() : inner.nodes;
-  std::vector<NodeId> prescribed(options.prescribed.nodes.begin(), options.prescribed.nodes.end());
+      boundary == BoundaryPolicy::fixed ? file.lower_dimensional_nodes() : inner.nodes;
+  std::vector<NodeId> prescribed(prescribed_nodes.nodes.begin(), prescribed_nodes.nodes.end());
   std::ranges::sort(prescribed);
   std::erase_if(nodes, [&](NodeId node) { return std::ranges::binary_search(prescribed, node); });
   mark_fixed(file.mesh.fixed, nodes, file.mesh.node_count());
@@ -74,10 +76,10 @@ std::vector<NodePair> find_node_pairs(const formats::MeshFile& file, const JobFl
   return pairs;
 }
 
-MeshParts set_up_mesh(formats::MeshFile& file, const JobFlags& flags,
-                      const SmoothOptions& options) {
-  formats::Regions regions = set_regions(file, flags, options.boundary);
-  return {std::move(regions), fix_lower_dimensional(file, options)};
+MeshParts set_up_mesh(formats::MeshFile& file, const JobFlags& flags, const JobInput& input,
+                      BoundaryPolicy boundary) {
+  formats::Regions regions = set_regions(file, flags, boundary);
+  return {std::move(regions), fix_lower_dimensional(file, input.prescribed, boundary)};
 }
 
 }  // namespace meshsmooth::cli

@@ -12,6 +12,11 @@ STRUCTS_END = '''\
 using Method =
     std::variant<{}>;
 
+/// Whether a method moves nodes to prescribed positions.
+[[nodiscard]] inline bool is_motion(const Method& method) {{
+  return std::holds_alternative<Move>(method);
+}}
+
 /// Whether a method sweeps as `Optimize` does.
 [[nodiscard]] inline bool sweeps_as_optimize(const Method& method) {{
   return {};

@@ -40,11 +40,11 @@ class CpuSmoother final : public Smoother {
   using Smoother::smooth;
   SmoothSummary smooth(const TopologyView& topology, const JobPositions& positions,
                        const SmoothOptions& options, const JobControl& control) override {
-    validate(options);
+    validate(options, positions.input);
     run_in(arena_, [&] {
       validate(topology);
       validate_given(topology, positions, options);
-      validate_arrays(topology, options);
+      validate_input(topology, positions.input, options);
     });
     return run(topology, positions, options, control, nullptr);
   }
@@ -69,11 +69,11 @@ class CpuSmoother final : public Smoother {
 
   SmoothSummary smooth(const PreparedTopology& prepared, const JobPositions& positions,
                        const SmoothOptions& options, const JobControl& control) override {
-    validate(options);
+    validate(options, positions.input);
     const auto& own = dynamic_cast<const CpuPreparedTopology&>(prepared);
     run_in(arena_, [&] {
-      validate_given(own.topology, positions, options);
-      validate_arrays(own.topology, options, own.reference);
+      validate_given(own.topology, positions, options, own.reference);
+      validate_input(own.topology, positions.input, options);
     });
     return run(own.topology, positions, options, control, &own);
   }
@@ -87,14 +87,14 @@ class CpuSmoother final : public Smoother {
           const Interrupt interrupt(control);
           CpuExecutor executor(arena_, interrupt);
           executor.check();
-          const auto given = given_positions(options, positions, span);
+          const JobArrays arrays{given_positions(positions, span), span, positions.input};
           KeptReference<CpuExecutor>* const kept =
-              prepared != nullptr && is_same_array(prepared->reference, given)
+              prepared != nullptr && is_same_array(prepared->reference, arrays.given)
                   ? prepared->kept.get()
                   : nullptr;
           CpuBackend steps(executor, evaluated_detail(options), prepared, kept);
-          const JobTopology of_job(topology, options);
-          SmoothSummary summary = run_pipeline(steps, of_job.view(), given, span, options, control);
+          const JobTopology of_job(topology, options, arrays.input.prescribed);
+          SmoothSummary summary = run_pipeline(steps, of_job.view(), arrays, options, control);
           summary.backend = backend();
           summary.device_name = device_name_;
           summary.thread_count = thread_count_;

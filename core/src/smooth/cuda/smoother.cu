@@ -83,21 +83,21 @@ class CudaSmoother final : public Smoother {
   SmoothSummary run(const TopologyView& topology, const JobPositions& positions,
                     const SmoothOptions& options, const JobControl& control,
                     const CudaPreparedTopology* prepared) {
-    validate(options);
+    validate(options, positions.input);
     validate_sizes(topology, positions, options);
-    validate_arrays(topology, options, prepared != nullptr ? prepared->reference : PositionsView{});
-    const JobTopology of_job(topology, options);
+    validate_input(topology, positions.input, options);
+    const JobTopology of_job(topology, options, positions.input.prescribed);
     use_device(lane_.device());
     return std::visit(
         [&](auto span) {
           const Interrupt interrupt(control);
           CudaExecutor executor(lane_, interrupt);
           executor.check();
-          const auto given = given_positions(options, positions, span);
-          const bool kept = prepared != nullptr && is_same_array(prepared->reference, given);
-          CudaBackend steps(executor, of_job.view(), given, evaluated_detail(options), prepared,
-                            kept, positions.kept_on_error ? nullptr : &positions.result);
-          SmoothSummary summary = run_pipeline(steps, of_job.view(), given, span, options, control);
+          const JobArrays arrays{given_positions(positions, span), span, positions.input};
+          const bool kept = prepared != nullptr && is_same_array(prepared->reference, arrays.given);
+          CudaBackend steps(executor, of_job.view(), arrays.given, evaluated_detail(options),
+                            prepared, kept, positions.kept_on_error ? nullptr : &positions.result);
+          SmoothSummary summary = run_pipeline(steps, of_job.view(), arrays, options, control);
           summary.backend = backend();
           summary.device_name = device_name_;
           summary.device_peak_bytes = static_cast<std::int64_t>(executor.bytes().peak());

@@ -93,28 +93,26 @@ void order_reference(E& executor, std::size_t node_count, const Vec3<Real>* from
 /// throws InvalidMesh where all elements of the reference are flat
 template <Executor E, class Real>
 TargetArrays<E> find_reference(E& executor, const JobMesh<E, Real>& job,
-                               const SmoothOptions& options) {
+                               const SmoothOptions& options, const PositionsView& given) {
   TargetArrays<E> result;
   if (!has_reference(options)) return result;
   result.reference = executor.template allocate<Vec3d>(job.node_count);
   Vec3d* const reference = result.reference.data();
-  if (position_count(options.reference) == 0) {
+  if (!aims_at_reference(options)) {
     order_reference<E, Real>(executor, job.node_count, job.positions.data(), nullptr, reference);
   } else {
     std::visit(
-        [&](const auto& given) {
-          const auto array = executor.in_executor_memory(given);
+        [&](const auto& positions) {
+          const auto array = executor.in_executor_memory(positions);
           order_reference(executor, job.node_count, array.data(), job.caller_ids.data(), reference);
         },
-        options.reference);
+        given);
   }
   const ReferenceCheck check = job.volume()
                                    ? check_reference<3>(executor, job.elements.view, reference)
                                    : check_reference<2>(executor, job.elements.view, reference);
   // Of an input all of whose elements are flat or inverted, `refuse_tangled` tells more.
-  if (position_count(options.reference) > 0) {
-    refuse_flat_reference(check.flat, job.elements.view.count);
-  }
+  if (aims_at_reference(options)) refuse_flat_reference(check.flat, job.elements.view.count);
   result.flat = check.flat;
   result.view.reference = reference;
   result.view.some_flat = check.flat > 0;

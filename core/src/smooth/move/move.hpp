@@ -125,6 +125,12 @@ void place(E& executor, const SweepContext<E, Real>& context, const Prescribed<E
   return displacement + prescribed + std::max({finding, solving_bytes(mesh, kept), valid + most});
 }
 
+/// What a motion is to do, and its statistics to fill.
+struct MotionTask {
+  const PrescribedNodes& prescribed;
+  MotionStats& stats;
+};
+
 /// The method Move: from the reference, which is valid, to the prescribed positions, in one step or
 /// in halves of it.
 template <OptimizingBackend B, class Real>
@@ -133,10 +139,9 @@ class Motion {
  public:
   using E = typename B::Executor;
 
-  /// `positions` are those of the reference, and become those of the result.
+  /// The job's positions are those of the reference, and become those of the result.
   Motion(B& backend, const SweepContext<E, Real>& context, Colouring<E>& colouring,
-         const JobMesh<E, Real>& job, const SmoothOptions& options, ConvergenceMonitor& monitor,
-         Vec3<Real>* positions)
+         const SmoothOptions& options, ConvergenceMonitor& monitor, JobMesh<E, Real>& job)
       : backend_(backend),
         executor_(backend.executor()),
         context_(context),
@@ -145,10 +150,11 @@ class Motion {
         options_(options),
         method_(std::get<Move>(options.method)),
         monitor_(monitor),
-        positions_(positions) {}
+        positions_(job.positions.data()) {}
 
-  void run(MotionStats& stats) {
-    const auto prescribed = find_prescribed(executor_, job_, options_.prescribed);
+  void run(const MotionTask& task) {
+    MotionStats& stats = task.stats;
+    const auto prescribed = find_prescribed(executor_, job_, task.prescribed);
     auto displacement = find_displacement(prescribed, stats);
     const std::size_t n = job_.node_count;
     auto valid = executor_.template allocate<Vec3<Real>>(n);  // the last one

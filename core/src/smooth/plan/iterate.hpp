@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <type_traits>
 
 #include "smooth/averaging/windowed_sinc_sweeps.hpp"
@@ -36,17 +37,17 @@ namespace meshsmooth::detail {
 
 /// Step 3: sweeps until the monitor reports the end.
 ///
-/// takes  the mesh of a job; of `Move` statistics and colours to fill
+/// takes  the mesh of a job; of `Move` its task and colours to fill
 /// gives  the smoothed positions in the job's
 /// cost   O(sweeps * entries); one or two more arrays of positions, one more for a
 ///        movement limit: `iterate_bytes`
 template <Backend B, class Real>
 void iterate(B& backend, const Surroundings& around, Colouring<typename B::Executor>& colouring,
              const SmoothOptions& options, ConvergenceMonitor& monitor,
-             JobMesh<typename B::Executor, Real>& job, MotionStats* motion) {
+             JobMesh<typename B::Executor, Real>& job, const std::optional<MotionTask>& motion) {
   using E = typename B::Executor;
   Vec3<Real>* const positions = job.positions.data();
-  if (monitor.done_at_once() && !options.report_below && motion == nullptr) return;
+  if (monitor.done_at_once() && !options.report_below && !motion) return;
   E& executor = backend.executor();
   const auto allocate = [&] { return executor.template allocate<Vec3<Real>>(around.node_count); };
   SweepContext<E, Real> context{around, &colouring, acceptance_of(options)};
@@ -61,8 +62,7 @@ void iterate(B& backend, const Surroundings& around, Colouring<typename B::Execu
                     CallerPositions<Real>{job.given.data(), job.caller_ids.data()}, positions);
   }
   if (std::holds_alternative<Move>(options.method)) {
-    return Motion<B, Real>(backend, context, colouring, job, options, monitor, positions)
-        .run(*motion);
+    return Motion<B, Real>(backend, context, colouring, options, monitor, job).run(*motion);
   }
   if (const auto* method = std::get_if<WindowedSinc>(&options.method)) {
     const Vec3d centre = 0.5 * (job.box.lower + job.box.upper);

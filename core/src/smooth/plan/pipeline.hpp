@@ -1,11 +1,12 @@
 #pragma once
 
-#include <span>
+#include <optional>
 #include <utility>
 
 #include "smooth/averaging/deviations.hpp"
 #include "smooth/averaging/only_below.hpp"
 #include "smooth/base/find_not_canonical.hpp"
+#include "smooth/base/job_arrays.hpp"
 #include "smooth/base/refusals.hpp"
 #include "smooth/constraints/constrain.hpp"
 #include "smooth/constraints/find_coincident.hpp"
@@ -20,12 +21,11 @@ namespace meshsmooth::detail {
 /// neighbours -> boundary -> constraints -> iterate -> evaluate, and what is worse back -> write
 /// back, in this order and timed: the one text of every backend.
 ///
-/// takes  a mesh whose sizes are valid, the given positions in host memory; what the backend has
-///        not had validated, `prepare` finds
-/// gives  smoothed positions in `positions`, which may be the array given, and the summary
+/// takes  a mesh whose sizes are valid, the arrays in host memory; what the backend has not had
+///        validated, `prepare` finds
+/// gives  smoothed positions in the array of the result, and the summary
 template <Backend B, class Real>
-SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
-                           std::span<const Vec3<Real>> given, std::span<Vec3<Real>> positions,
+SmoothSummary run_pipeline(B& backend, const TopologyView& topology, const JobArrays<Real>& arrays,
                            const SmoothOptions& options, const JobControl& control) {
   using E = typename B::Executor;
   E& executor = backend.executor();
@@ -33,12 +33,12 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
   const SmoothOptions sweeping = sweeping_options(options);
   const bool moves = std::holds_alternative<Move>(options.method);
   StageTimes times;
-  auto job = backend.prepare(topology, given, sweeping, control, times);
+  auto job = backend.prepare(topology, arrays.given, sweeping, control, times);
   if (!topology.canonical && sweeping.boundary != BoundaryPolicy::fixed) {
     const typename E::Timer timer(executor, times.find_boundary_seconds);
     if (may_have_coincident_nodes(executor, job)) throw NotCanonical{};
   }
-  TargetArrays<E> targets = find_reference(executor, job, sweeping);
+  TargetArrays<E> targets = find_reference(executor, job, sweeping, arrays.input.reference);
   typename B::Orientation orientation;
   {
     const typename E::Timer timer(executor, times.evaluate_seconds);
@@ -91,8 +91,9 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
     }
     if (!needs_balls(sweeping)) job.balls = {};
     ConvergenceMonitor monitor(sweeping, control, job.box.diagonal(), job.free_count);
-    if (moves) summary.motion.emplace();
-    iterate(backend, around, colouring, options, monitor, job, moves ? &*summary.motion : nullptr);
+    std::optional<MotionTask> motion;
+    if (moves) motion.emplace(MotionTask{arrays.input.prescribed, summary.motion.emplace()});
+    iterate(backend, around, colouring, options, monitor, job, motion);
     summary.colour_count = static_cast<int>(colouring.count());
     summary.stop_reason = monitor.reason();
     summary.convergence = monitor.take();
@@ -132,7 +133,7 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
   const std::int64_t* moved = nullptr;  // known when all work is finished
   {
     const typename E::Timer timer(executor, times.download_seconds);
-    moved = backend.write_back(job, positions);
+    moved = backend.write_back(job, arrays.result);
   }
   executor.finish();
   if (options.quality_detail == QualityDetail::brief) {

@@ -27,19 +27,18 @@ class Job {
   using Positions = std::span<const Vec3<Real>>;
 
  public:
-  Job(tbb::task_arena& arena, const TopologyView& topology, const CornerMesh& mesh,
-      Positions positions, const SmoothOptions& options, const JobControl& control,
-      const SmoothCorners<Real>& run)
-      : arena_(arena),
-        topology_(topology),
-        mesh_(mesh),
-        positions_(positions),
-        options_(options),
-        control_(control),
-        run_(run),
-        orientation_(run_in(arena, [&] { return SurfaceOrientation(topology, positions); })),
-        carry_(
-            run_in(arena, [&] { return Carry<Real>(topology, mesh, positions, orientation_); })) {}
+  Job(const SecondOrderTask<Real>& task, const JobArrays<Real>& arrays)
+      : arena_(task.arena),
+        topology_(task.topology),
+        mesh_(task.mesh),
+        positions_(arrays.given),
+        input_(arrays.input),
+        options_(task.options),
+        control_(task.control),
+        run_(task.run),
+        orientation_(run_in(arena_, [&] { return SurfaceOrientation(topology_, positions_); })),
+        carry_(run_in(arena_,
+                      [&] { return Carry<Real>(topology_, mesh_, positions_, orientation_); })) {}
 
   SmoothSummary smooth(std::span<Vec3<Real>> result) {
     const bool moves = std::holds_alternative<Move>(options_.method);
@@ -65,7 +64,7 @@ class Job {
     if (recounts_poor()) {
       const Stopwatch stopwatch(iterate_seconds_);
       const std::vector<Vec3<Real>> first = gather(positions_, mesh_);
-      count_poor<Real>(run_, with_reference(options_), first, gather<Real>(after, mesh_), held,
+      count_poor<Real>(run_, {of_corners(), options_, held}, first, gather<Real>(after, mesh_),
                        summary);
     }
     report(summary, after);
@@ -87,10 +86,10 @@ class Job {
 
   SmoothSummary sweep(const std::vector<NodeId>& held, std::vector<Vec3<Real>>& after) {
     std::vector<Vec3<Real>> corners = gather(positions_, mesh_);
-    SmoothOptions of_corners = with_reference(options_);
-    if (carry_.any_curved()) of_corners.never_worse = false;  // whole elements are kept below
-    if (recounts_poor()) of_corners.report_below = {};
-    SmoothSummary summary = run_(corners, of_corners, held);
+    SmoothOptions options = options_;
+    if (carry_.any_curved()) options.never_worse = false;  // whole elements are kept below
+    if (recounts_poor()) options.report_below = {};
+    SmoothSummary summary = run_(corners, of_corners(), options, held);
     const Stopwatch stopwatch(iterate_seconds_);
     const std::vector<std::uint8_t> right_angled = find_right_angled();
     for (std::size_t n = 0; n < right_angled.size(); ++n) {
@@ -155,9 +154,9 @@ class Job {
 
   /// As far as curved elements stay valid: with half the motion until they do.
   SmoothSummary move(const std::vector<NodeId>& held, std::vector<Vec3<Real>>& after) {
-    const PrescribedParts<Real> prescribed(options_.prescribed, mesh_);
-    SmoothOptions options = with_reference(options_);
-    const double least = std::get<Move>(options.method).least_step;
+    const PrescribedParts<Real> prescribed(input_.prescribed, mesh_);
+    JobInput input = of_corners();
+    const double least = std::get<Move>(options_.method).least_step;
     SmoothSummary summary;
     int halvings = 0;
     for (double share = 1;; share /= 2) {
@@ -168,8 +167,8 @@ class Job {
         const Vec3<Real> from = corners[static_cast<std::size_t>(prescribed.corners[n])];
         if (share < 1) to[n] = towards(from, to[n], share);
       }
-      options.prescribed = {prescribed.corners, std::span<const Vec3<Real>>(to)};
-      summary = run_(corners, options, held);
+      input.prescribed = {prescribed.corners, std::span<const Vec3<Real>>(to)};
+      summary = run_(corners, input, options_, held);
       MotionStats& motion = *summary.motion;
       motion.reached *= share;
       motion.rejected_step_count += halvings++;
@@ -191,16 +190,17 @@ class Job {
     return vec3_cast<Real>(start + share * (vec3_cast<double>(to) - start));
   }
 
-  /// The options with the reference of the linear mesh.
-  [[nodiscard]] SmoothOptions with_reference(SmoothOptions options) {
-    if (!aims_at_reference(options) && !begins_at_reference(options)) return options;
+  /// What the linear mesh's job is given: the reference of its nodes.
+  [[nodiscard]] JobInput of_corners() {
+    JobInput input;
+    if (!aims_at_reference(options_)) return input;
     std::visit(
         [&]<class R>(std::span<const Vec3<R>> all) {
           reference_ = gather(all, mesh_);
-          options.reference = std::span<const Vec3<R>>(std::get<std::vector<Vec3<R>>>(reference_));
+          input.reference = std::span<const Vec3<R>>(std::get<std::vector<Vec3<R>>>(reference_));
         },
-        options.reference);
-    return options;
+        input_.reference);
+    return input;
   }
 
   [[nodiscard]] QualityStats measure(Positions positions) {
@@ -261,6 +261,7 @@ class Job {
   const TopologyView& topology_;
   const CornerMesh& mesh_;
   Positions positions_;  // at first
+  const JobInput& input_;
   const SmoothOptions& options_;
   const JobControl& control_;
   const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
@@ -275,20 +276,13 @@ class Job {
 }  // namespace
 
 template <class Real>
-SmoothSummary smooth_second_order(tbb::task_arena& arena, const TopologyView& topology,
-                                  const CornerMesh& mesh, std::span<const Vec3<Real>> given,
-                                  std::span<Vec3<Real>> result, const SmoothOptions& options,
-                                  const JobControl& control, const SmoothCorners<Real>& run) {
-  return Job<Real>(arena, topology, mesh, given, options, control, run).smooth(result);
+SmoothSummary smooth_second_order(const SecondOrderTask<Real>& task,
+                                  const JobArrays<Real>& arrays) {
+  return Job<Real>(task, arrays).smooth(arrays.result);
 }
 
-template SmoothSummary smooth_second_order(tbb::task_arena&, const TopologyView&, const CornerMesh&,
-                                           std::span<const Vec3f>, std::span<Vec3f>,
-                                           const SmoothOptions&, const JobControl&,
-                                           const SmoothCorners<float>&);
-template SmoothSummary smooth_second_order(tbb::task_arena&, const TopologyView&, const CornerMesh&,
-                                           std::span<const Vec3d>, std::span<Vec3d>,
-                                           const SmoothOptions&, const JobControl&,
-                                           const SmoothCorners<double>&);
+template SmoothSummary smooth_second_order(const SecondOrderTask<float>&, const JobArrays<float>&);
+template SmoothSummary smooth_second_order(const SecondOrderTask<double>&,
+                                           const JobArrays<double>&);
 
 }  // namespace meshsmooth::detail
