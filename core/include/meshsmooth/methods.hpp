@@ -119,9 +119,14 @@ using Method =
   return std::holds_alternative<Move>(method);
 }
 
+/// Whether the iterations of a method are the terms of a filter, which does not converge.
+[[nodiscard]] inline bool is_filter(const Method& method) {
+  return std::holds_alternative<WindowedSinc>(method);
+}
+
 /// Whether a method sweeps as `Optimize` does.
 [[nodiscard]] inline bool sweeps_as_optimize(const Method& method) {
-  return std::holds_alternative<Optimize>(method) || std::holds_alternative<Move>(method);
+  return std::holds_alternative<Optimize>(method) || is_motion(method);
 }
 
 }  // namespace meshsmooth

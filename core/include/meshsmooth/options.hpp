@@ -112,8 +112,7 @@ template <class Length>
 /// `Optimize` converges by its energy, and of `WindowedSinc`, which does not converge.
 [[nodiscard]] inline double displacement_tolerance(const SmoothOptions& options,
                                                    double bounding_box_diagonal) {
-  if (converges_by_energy(options) || std::holds_alternative<WindowedSinc>(options.method))
-    return 0;
+  if (converges_by_energy(options) || is_filter(options.method)) return 0;
   return in_mesh_unit(options.tolerance, bounding_box_diagonal);
 }
 

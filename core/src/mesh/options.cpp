@@ -47,7 +47,7 @@ void validate_form(const M&, Form form) {
 }
 
 void validate_kept_metric(const SmoothOptions& options) {
-  if (std::holds_alternative<Move>(options.method)) {
+  if (is_motion(options.method)) {
     throw NotSupported("OPTION_NOT_SUPPORTED",
                        "move keeps no quality, since the boundary moves; it has no metric",
                        {{"field", "metric"}});
@@ -107,7 +107,7 @@ void validate(const SmoothOptions& options) {
   std::visit([](const auto& method) { validate_method(method); }, options.method);
   const int limit = iteration_limit(options);
   need(limit >= 0, "max_iteration_count", limit, "0 or more");
-  if (std::holds_alternative<WindowedSinc>(options.method)) {
+  if (is_filter(options.method)) {
     need(limit <= kMostFilterIterations, "max_iteration_count", limit,
          "at most " + std::to_string(kMostFilterIterations) + " for windowed_sinc");
   }
@@ -129,7 +129,7 @@ void validate(const SmoothOptions& options) {
   }
   if (options.metric) validate_kept_metric(options);
   if (options.only_below) {
-    if (std::holds_alternative<Move>(options.method)) {
+    if (is_motion(options.method)) {
       throw NotSupported("OPTION_NOT_SUPPORTED",
                          "only_below chooses elements of the input, which move makes follow as a "
                          "whole; use a movement limit or fixed nodes",
@@ -157,7 +157,7 @@ void validate(const SmoothOptions& options) {
 void validate(const SmoothOptions& options, const JobInput& input) {
   validate(options);
   if (position_count(input.reference) > 0) validate_reference_of(options);
-  if (!input.prescribed.nodes.empty() && !std::holds_alternative<Move>(options.method)) {
+  if (!input.prescribed.nodes.empty() && !is_motion(options.method)) {
     throw NotSupported("OPTION_NOT_SUPPORTED",
                        "only move takes prescribed nodes, the method is " +
                            std::string(method_name(options.method)),

@@ -11,6 +11,7 @@
 #include "smooth/constraints/curved_constraint.hpp"
 #include "smooth/constraints/find_facets.hpp"
 #include "smooth/constraints/node_constraint.hpp"
+#include "smooth/plan/job_plan.hpp"
 
 namespace meshsmooth::detail {
 
@@ -32,21 +33,15 @@ struct Constraints {
   }
 };
 
-/// Whether the method keeps the nodes of a curved surface mesh on it.
-[[nodiscard]] inline bool stays_on_surface(const SmoothOptions& options) {
-  return std::holds_alternative<Optimize>(options.method);
-}
-
 /// Bytes of `Constraints`. Of a surface those of a curved one: sizes do not tell.
-[[nodiscard]] inline std::int64_t constraint_bytes(const MeshCounts& mesh,
-                                                   const SmoothOptions& options) {
-  if (mesh.dimension == 2 && stays_on_surface(options)) {
+[[nodiscard]] inline std::int64_t constraint_bytes(const MeshCounts& mesh, const JobPlan& plan) {
+  if (mesh.dimension == 2 && plan.stays_on_surface) {
     return mesh.elements *
                static_cast<std::int64_t>(sizeof(ConstrainedFacet) + 4 * sizeof(ElementId)) +
            mesh.entries * 4 +
            mesh.nodes * static_cast<std::int64_t>(sizeof(NodeConstraint) + 4 + 8);
   }
-  if (options.boundary != BoundaryPolicy::slide) return 0;
+  if (plan.options.boundary != BoundaryPolicy::slide) return 0;
   // A boundary node has two triangles and six entries in their rows, or one quad or edge.
   const std::int64_t facets = mesh.dimension == 3 && !mesh.only(8) ? 2 : 1;
   // `across` has four entries a facet; a slot has an offset.
@@ -56,11 +51,10 @@ struct Constraints {
 }
 
 /// Bytes that `constrain` holds while it runs.
-[[nodiscard]] inline std::int64_t constraining_bytes(const MeshCounts& mesh,
-                                                     const SmoothOptions& options) {
-  if (mesh.dimension == 2 && stays_on_surface(options))
+[[nodiscard]] inline std::int64_t constraining_bytes(const MeshCounts& mesh, const JobPlan& plan) {
+  if (mesh.dimension == 2 && plan.stays_on_surface)
     return mesh.nodes * 8 + mesh.elements * static_cast<std::int64_t>(sizeof(PackedDirection));
-  return options.boundary == BoundaryPolicy::slide ? mesh.nodes * 8 : 0;
+  return plan.options.boundary == BoundaryPolicy::slide ? mesh.nodes * 8 : 0;
 }
 
 /// Which nodes slide.

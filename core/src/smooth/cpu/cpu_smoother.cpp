@@ -9,7 +9,7 @@
 
 #include "smooth/cpu/cpu_backend.hpp"
 #include "smooth/cpu/memory_model.hpp"
-#include "smooth/plan/pipeline.hpp"
+#include "smooth/pipeline/pipeline.hpp"
 
 namespace meshsmooth::detail {
 namespace {
@@ -34,7 +34,7 @@ class CpuSmoother final : public Smoother {
 
   [[nodiscard]] MemoryEstimate estimate(const MeshSize& size,
                                         const SmoothOptions& options) const override {
-    return {estimate_bytes(size, options, thread_count_), 0};
+    return {plan_memory(plan_job(options), size, thread_count_).peak(), 0};
   }
 
   using Smoother::smooth;
@@ -84,6 +84,7 @@ class CpuSmoother final : public Smoother {
                     const CpuPreparedTopology* prepared) {
     return std::visit(
         [&](auto span) {
+          const JobPlan plan = plan_job(options);
           const Interrupt interrupt(control);
           CpuExecutor executor(arena_, interrupt);
           executor.check();
@@ -92,9 +93,9 @@ class CpuSmoother final : public Smoother {
               prepared != nullptr && is_same_array(prepared->reference, arrays.given)
                   ? prepared->kept.get()
                   : nullptr;
-          CpuBackend steps(executor, evaluated_detail(options), prepared, kept);
+          CpuBackend steps(executor, plan.evaluated_detail, prepared, kept);
           const JobTopology of_job(topology, options, arrays.input.prescribed);
-          SmoothSummary summary = run_pipeline(steps, of_job.view(), arrays, options, control);
+          SmoothSummary summary = run_pipeline(steps, of_job.view(), arrays, plan, control);
           summary.backend = backend();
           summary.device_name = device_name_;
           summary.thread_count = thread_count_;

@@ -6,7 +6,7 @@
 #include "smooth/cuda/topology/colouring.cuh"
 #include "smooth/cuda/topology/prepared.cuh"
 #include "smooth/guard/kept_quality.hpp"
-#include "smooth/plan/backend.hpp"
+#include "smooth/pipeline/backend.hpp"
 
 namespace meshsmooth::detail {
 
@@ -66,13 +66,12 @@ class CudaBackend {
 
   template <class Real>
   [[nodiscard]] Job<Real> prepare(const TopologyView& topology,
-                                  std::span<const Vec3<Real>> positions,
-                                  const SmoothOptions& options, const JobControl& control,
-                                  StageTimes& times) {
-    keeps_given_ = keeps_quality(options);
+                                  std::span<const Vec3<Real>> positions, const JobPlan& plan,
+                                  const JobControl& control, StageTimes& times) {
+    keeps_given_ = plan.keeps_quality;
     return prepared_ != nullptr
-               ? prepare_job(executor_, *prepared_, topology, positions, options, control, times)
-               : prepare_job(executor_, topology, positions, options, control, times);
+               ? prepare_job(executor_, *prepared_, topology, positions, plan, control, times)
+               : prepare_job(executor_, topology, positions, plan, control, times);
   }
 
   [[nodiscard]] Colouring<CudaExecutor> colour(const Surroundings& around,

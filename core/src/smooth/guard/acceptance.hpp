@@ -2,17 +2,9 @@
 
 #include "smooth/base/displacement.hpp"
 #include "smooth/base/element_quality.hpp"
+#include "smooth/plan/job_plan.hpp"
 
 namespace meshsmooth::detail {
-
-/// Which moves are accepted, evaluated in double on the positions as they are stored.
-struct Acceptance {
-  bool guard = false;   // a valid element stays valid
-  bool smart = false;   // the worst quality of the ball does not fall
-  bool facets = false;  // the facets around sliding nodes keep their orientation
-
-  [[nodiscard]] MESHSMOOTH_HD bool active() const { return guard || smart || facets; }
-};
 
 /// `element_quality` of an element at the positions `x`.
 template <bool kTetrahedra = false, class P>

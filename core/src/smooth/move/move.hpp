@@ -110,13 +110,13 @@ void place(E& executor, const SweepContext<E, Real>& context, const Prescribed<E
 /// Bytes of `Motion`, whose sweeps take `sweeping`: at first the solver's; then those of sweeps, or
 /// of global steps in place of their acceleration, and where to return to. `kept`: its system is to
 /// be kept.
-[[nodiscard]] inline std::int64_t motion_bytes(const MeshCounts& mesh, const SmoothOptions& options,
+[[nodiscard]] inline std::int64_t motion_bytes(const MeshCounts& mesh, const JobPlan& plan,
                                                bool kept, std::int64_t sweeping) {
   const std::int64_t displacement = mesh.nodes * std::int64_t{sizeof(Vec3f)};
   const std::int64_t prescribed = mesh.nodes * (4 + 2 * mesh.position_bytes);
   const std::int64_t finding = mesh.nodes * (4 + 4 + mesh.position_bytes);
   const std::int64_t valid = mesh.nodes * mesh.position_bytes;
-  const int sweeps = iteration_limit(options);
+  const int sweeps = plan.iteration_limit;
   const std::int64_t steps = sweeps > kSweepsBeforeSteps ? global_steps_bytes(mesh) : 0;
   const std::int64_t accelerating = sweeps > kDescentSweeps ? anderson_bytes(mesh) : 0;
   const std::int64_t most =
@@ -141,14 +141,14 @@ class Motion {
 
   /// The job's positions are those of the reference, and become those of the result.
   Motion(B& backend, const SweepContext<E, Real>& context, Colouring<E>& colouring,
-         const SmoothOptions& options, ConvergenceMonitor& monitor, JobMesh<E, Real>& job)
+         const Move& method, ConvergenceMonitor& monitor, JobMesh<E, Real>& job)
       : backend_(backend),
         executor_(backend.executor()),
         context_(context),
         colouring_(colouring),
         job_(job),
-        options_(options),
-        method_(std::get<Move>(options.method)),
+        plan_(monitor.plan()),
+        method_(method),
         monitor_(monitor),
         positions_(job.positions.data()) {}
 
@@ -216,7 +216,7 @@ class Motion {
         monitor_.end(StopReason::stagnated, EndRule::no_progress);
       }
     }
-    if (options_.report_below) optimizer().report();
+    if (plan_.options.report_below) optimizer().report();
   }
 
  private:
@@ -224,8 +224,7 @@ class Motion {
   [[nodiscard]] Optimizer<B, Real>& optimizer() {
     if (!optimizer_) {
       colouring_ = backend_.colour(context_.around, job_.caller_ids.data());
-      const auto& sweeping = std::get<Optimize>(monitor_.options().method);
-      optimizer_.emplace(backend_, context_, sweeping, monitor_, positions_);
+      optimizer_.emplace(backend_, context_, plan_.optimizer.value(), monitor_, positions_);
     }
     return *optimizer_;
   }
@@ -241,7 +240,7 @@ class Motion {
   /// Whether every element that can change is nearly as in the reference. Its mean ratio against
   /// that is at most 1: sweeps could not raise the worst one by more than what is missing.
   [[nodiscard]] bool near_reference() {
-    const Tolerance& tolerance = options_.tolerance;
+    const Tolerance& tolerance = plan_.options.tolerance;
     if (context_.around.targets.reference == nullptr || !tolerance.relative) return false;
     const Vec3<Real>* const positions = positions_;
     return measure_energy(executor_, context_.around, positions, 1).worst >=
@@ -303,7 +302,7 @@ class Motion {
   Colouring<E>& colouring_;
   std::optional<Optimizer<B, Real>> optimizer_;
   const JobMesh<E, Real>& job_;
-  const SmoothOptions& options_;
+  const JobPlan& plan_;
   const Move& method_;
   ConvergenceMonitor& monitor_;
   Vec3<Real>* positions_;

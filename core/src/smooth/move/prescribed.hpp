@@ -13,20 +13,6 @@
 
 namespace meshsmooth::detail {
 
-/// The options of the sweeps of a job: `Move` sweeps as `Optimize` does, and its input is the
-/// target.
-[[nodiscard]] inline SmoothOptions sweeping_options(const SmoothOptions& options) {
-  SmoothOptions sweeps = options;
-  if (const auto* method = std::get_if<Move>(&options.method)) {
-    const bool ideal = method->target == Target::ideal;
-    sweeps.method = Optimize{.target = ideal ? Target::ideal : Target::input};
-    sweeps.tangled = TangledPolicy::repair;
-    sweeps.never_worse = false;
-    sweeps.max_iterations = iteration_limit(options);
-  }
-  return sweeps;
-}
-
 /// Where the nodes of a job lie at first. Positions of the other type are copied to `result`.
 template <class Real>
 [[nodiscard]] std::span<const Vec3<Real>> given_positions(const JobPositions& positions,
@@ -55,7 +41,7 @@ inline void validate_sizes(const TopologyView& topology, const JobPositions& pos
                            const SmoothOptions& options) {
   validate_sizes(topology, as_view(positions.result));
   validate_sizes(topology, positions.given);
-  const bool moves = std::holds_alternative<Move>(options.method);
+  const bool moves = is_motion(options.method);
   if (!moves && positions.given.index() != positions.result.index()) {
     throw InvalidOption("OPTION_OUT_OF_RANGE",
                         "positions: the result is of another type than what is given",
@@ -74,7 +60,7 @@ inline void validate_given(const TopologyView& topology, const JobPositions& pos
 inline void validate_input(const TopologyView& topology, const JobInput& input,
                            const SmoothOptions& options) {
   if (aims_at_reference(options)) validate_reference(topology, input.reference);
-  if (std::holds_alternative<Move>(options.method)) {
+  if (is_motion(options.method)) {
     validate_prescribed(topology, input.prescribed);
   }
 }
@@ -86,7 +72,7 @@ class JobTopology {
   JobTopology(const TopologyView& topology, const SmoothOptions& options,
               const PrescribedNodes& prescribed)
       : view_(topology) {
-    if (!std::holds_alternative<Move>(options.method)) return;
+    if (!is_motion(options.method)) return;
     if (topology.fixed.empty()) {
       fixed_.resize(topology.node_count);
     } else {

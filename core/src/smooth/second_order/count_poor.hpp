@@ -4,16 +4,17 @@
 #include <span>
 #include <vector>
 
+#include "smooth/plan/job_plan.hpp"
 #include "smooth/second_order/second_order_job.hpp"
 
 namespace meshsmooth::detail {
 
 /// Whether a job without sweeps counts the poor elements that another one has left. Not of a
 /// motion, nor where what holds nodes depends on where they were at first.
-[[nodiscard]] inline bool can_count_poor(const SmoothOptions& options) {
-  const auto* const method = std::get_if<Optimize>(&options.method);
-  return options.report_below && method != nullptr && method->stay == 0 && !options.only_below &&
-         !options.movement_limit;
+[[nodiscard]] inline bool can_count_poor(const JobPlan& plan) {
+  const SmoothOptions& options = plan.options;
+  return options.report_below && plan.optimizer && !plan.moves && plan.anchor_weight == 0 &&
+         !options.only_below && !options.movement_limit;
 }
 
 /// The job of the mesh of the corners.

@@ -33,7 +33,8 @@ class Job {
         mesh_(task.mesh),
         positions_(arrays.given),
         input_(arrays.input),
-        options_(task.options),
+        plan_(task.plan),
+        options_(plan_.options),
         control_(task.control),
         run_(task.run),
         orientation_(run_in(arena_, [&] { return SurfaceOrientation(topology_, positions_); })),
@@ -41,7 +42,7 @@ class Job {
                       [&] { return Carry<Real>(topology_, mesh_, positions_, orientation_); })) {}
 
   SmoothSummary smooth(std::span<Vec3<Real>> result) {
-    const bool moves = std::holds_alternative<Move>(options_.method);
+    const bool moves = plan_.moves;
     QualityStats before;
     if (carry_.any_curved()) {
       before = measure(positions_);
@@ -80,9 +81,7 @@ class Job {
   }
 
   /// Whether poor elements are counted when curved elements have been repaired.
-  [[nodiscard]] bool recounts_poor() const {
-    return carry_.any_curved() && can_count_poor(options_);
-  }
+  [[nodiscard]] bool recounts_poor() const { return carry_.any_curved() && can_count_poor(plan_); }
 
   SmoothSummary sweep(const std::vector<NodeId>& held, std::vector<Vec3<Real>>& after) {
     std::vector<Vec3<Real>> corners = gather(positions_, mesh_);
@@ -102,8 +101,7 @@ class Job {
     } else {
       run_in(arena_, [&] { carry_.place(corners, after); });
     }
-    if (std::holds_alternative<Optimize>(options_.method) && iteration_limit(options_) > 0 &&
-        carry_.any_curved()) {
+    if (plan_.improves() && carry_.any_curved()) {
       const std::int64_t held_bytes = run_in(arena_, [&] {
         return cure_elements(summary.convergence.bounding_box_diagonal, right_angled, after);
       });
@@ -115,9 +113,7 @@ class Job {
 
   /// The nodes that already have what `Target::automatic` aims at; empty: none.
   [[nodiscard]] std::vector<std::uint8_t> find_right_angled() const {
-    const auto* const method = std::get_if<Optimize>(&options_.method);
-    const bool boxes = method != nullptr && method->target == Target::automatic;
-    if (!boxes || aims_at_reference(options_) || !carry_.any_curved()) return {};
+    if (plan_.aim != Aim::boxes || !carry_.any_curved()) return {};
     return run_in(arena_,
                   [&] { return detail::find_right_angled(topology_, orientation_, positions_); });
   }
@@ -193,7 +189,7 @@ class Job {
   /// What the linear mesh's job is given: the reference of its nodes.
   [[nodiscard]] JobInput of_corners() {
     JobInput input;
-    if (!aims_at_reference(options_)) return input;
+    if (plan_.aim != Aim::reference) return input;
     std::visit(
         [&]<class R>(std::span<const Vec3<R>> all) {
           reference_ = gather(all, mesh_);
@@ -206,7 +202,7 @@ class Job {
   [[nodiscard]] QualityStats measure(Positions positions) {
     const Stopwatch stopwatch(evaluate_seconds_);
     return run_in(arena_, [&] {
-      return measure_quality(topology_, positions, orientation_, {}, evaluated_detail(options_));
+      return measure_quality(topology_, positions, orientation_, {}, plan_.evaluated_detail);
     });
   }
 
@@ -214,15 +210,15 @@ class Job {
   void evaluate(SmoothSummary& summary, QualityStats before, std::vector<Vec3<Real>>& after) {
     summary.quality_before = std::move(before);
     summary.quality_after = measure(after);
-    if (keeps_quality(options_)) {
+    if (plan_.keeps_quality) {
       KeptQuality& kept =
-          summary.kept_quality.emplace(KeptQuality{metric_in_force(topology_, options_)});
-      if (may_be_worse(summary.quality_before, summary.quality_after, {}, options_, kept.metric)) {
+          summary.kept_quality.emplace(KeptQuality{metric_in_force(topology_, plan_)});
+      if (may_be_worse(summary.quality_before, summary.quality_after, {}, plan_, kept.metric)) {
         summary.host_peak_bytes =
             std::max(summary.host_peak_bytes, keep_curved_quality_bytes(summary.nodes.total));
         const Stopwatch stopwatch(evaluate_seconds_);
         run_in(arena_, [&] {
-          keep_curved_quality(topology_, orientation_, options_, summary.quality_before, positions_,
+          keep_curved_quality(topology_, orientation_, plan_, summary.quality_before, positions_,
                               std::span<Vec3<Real>>(after), kept);
         });
       }
@@ -262,7 +258,8 @@ class Job {
   const CornerMesh& mesh_;
   Positions positions_;  // at first
   const JobInput& input_;
-  const SmoothOptions& options_;
+  const JobPlan& plan_;
+  const SmoothOptions& options_;  // of the plan
   const JobControl& control_;
   const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
   const SmoothCorners<Real>& run_;

@@ -7,6 +7,7 @@
 
 #include "meshsmooth/smoother.hpp"
 #include "smooth/base/job_arrays.hpp"
+#include "smooth/plan/job_plan.hpp"
 #include "smooth/second_order/corner_mesh.hpp"
 
 namespace meshsmooth::detail {
@@ -23,7 +24,7 @@ struct SecondOrderTask {
   tbb::task_arena& arena;
   const TopologyView& topology;
   const CornerMesh& mesh;  // of the topology
-  const SmoothOptions& options;
+  const JobPlan& plan;
   const JobControl& control;
   const SmoothCorners<Real>& run;
 };

@@ -43,10 +43,11 @@ class SecondOrderSmoother final : public ForwardingSmoother {
   [[nodiscard]] MemoryEstimate estimate(const MeshSize& size,
                                         const SmoothOptions& options) const override {
     MemoryEstimate sum = inner().estimate(CornerMesh::size_of(size), options);
-    if (std::holds_alternative<Optimize>(options.method) && iteration_limit(options) > 0) {
+    const JobPlan plan = plan_job(options);
+    if (plan.improves()) {
       sum.host_bytes = std::max(sum.host_bytes, cure_bytes(size));  // one after the other
     }
-    if (keeps_quality(options) && is_second_order(size)) {
+    if (plan.keeps_quality && is_second_order(size)) {
       sum.host_bytes = std::max(sum.host_bytes, keep_curved_quality_bytes(size.node_count));
     }
     sum.host_bytes += job_bytes(size) + CornerMesh::estimate_bytes(size);
@@ -145,8 +146,9 @@ class SecondOrderSmoother final : public ForwardingSmoother {
                   return inner().smooth(view, all, of_corners, control);
                 });
               };
+          const JobPlan plan = plan_job(options);
           SmoothSummary summary =
-              smooth_second_order<Real>({arena_, topology, mesh, options, control, smooth_corners},
+              smooth_second_order<Real>({arena_, topology, mesh, plan, control, smooth_corners},
                                         {given_positions(positions, span), span, positions.input});
           summary.host_peak_bytes += mesh.bytes() + job_bytes(detail::size_of(topology));
           return summary;
