@@ -84,15 +84,22 @@ void begin_displacement(E& executor, std::size_t node_count, const Prescribed<E,
   });
 }
 
-/// Places the nodes for a share of the motion: the prescribed ones where they then are, the free
-/// ones `step` of their displacement from `start`.
+/// How far nodes go: free ones by `step` of their displacement, prescribed ones to `share` of
+/// their whole way.
+struct Advance {
+  double step;
+  double share;
+};
+
+/// Places the nodes for a part of the motion, the free ones from `start`.
 template <Executor E, class Real>
 void place(E& executor, const SweepContext<E, Real>& context, const Prescribed<E, Real>& prescribed,
-           const Vec3f* displacement, const Vec3<Real>* start, double step, double share,
+           const Vec3f* displacement, const Vec3<Real>* start, Advance advance,
            Vec3<Real>* positions) {
+  const double share = advance.share;
   const Surroundings around = context.around;
   const DisplacementLimit<Real> limit = context.displacement_limit;
-  const auto by = static_cast<Real>(step);
+  const auto by = static_cast<Real>(advance.step);
   executor.for_each(around.node_count, [=] MESHSMOOTH_HD(std::size_t node) {
     if (around.fixed[node] != 0) return;
     positions[node] =
@@ -170,8 +177,8 @@ class Motion {
         continue_displacement(prescribed, valid.data(), displacement.data(), stats);
         solved = reached;
       }
-      place(executor_, context_, prescribed, displacement.data(), valid.data(), next - reached,
-            next, positions_);
+      place(executor_, context_, prescribed, displacement.data(), valid.data(),
+            {.step = next - reached, .share = next}, positions_);
       InvalidCounts invalid = count_invalid(executor_, context_.around, positions_);
       const bool tangled = invalid.all > 0;
       if (invalid.all == 0 && near_reference()) {

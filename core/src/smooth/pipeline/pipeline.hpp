@@ -52,8 +52,11 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology, const JobAr
   const bool surface = orientation.references() != nullptr && plan.stays_on_surface;
   if (surface && plan.moves) refuse_moving_surface();
   enter(JobStage::constrain);
-  const Constraints<E> constraints =
-      constrain(executor, topology, options, surface, control, targets.view.reference, job, times);
+  Constraints<E> constraints;
+  if (constrains(topology, options, surface)) {
+    const StageTimer timer(executor, times.find_boundary_seconds, control, Stage::find_boundary);
+    constraints = constrain(executor, topology, options, surface, targets.view.reference, job);
+  }
   enter(JobStage::measure_input);
   SmoothSummary summary;
   summary.flat_reference_element_count = targets.flat;
