@@ -114,11 +114,7 @@ class CudaBackend {
 
   template <class Real>
   [[nodiscard]] QualityReport evaluate_result(Job<Real>& job, const Orientation& orientation) {
-    // While the host reads the evaluation this costs no time (100k download 51 to 28 us, H200).
-    return evaluator_.evaluate(job, orientation, [&] {
-      moved_ = restore_order(executor_, job, result_of(job));
-      if (early_ != nullptr) download(job, std::get<std::span<Vec3<Real>>>(*early_));
-    });
+    return evaluator_.evaluate(job, orientation, [&] { begin_write_back(job); });
   }
 
   template <class Real>
@@ -136,6 +132,14 @@ class CudaBackend {
   }
 
  private:
+  /// Queues what of `write_back` need not wait for the evaluation. While the host reads that, it
+  /// costs no time (100k download 51 to 28 us, H200).
+  template <class Real>
+  void begin_write_back(Job<Real>& job) {
+    moved_ = restore_order(executor_, job, result_of(job));
+    if (early_ != nullptr) download(job, std::get<std::span<Vec3<Real>>>(*early_));
+  }
+
   template <class Real>
   void download(Job<Real>& job, std::span<Vec3<Real>> positions) {
     executor_.download_later(result_of(job), positions.data(), positions.size());

@@ -45,7 +45,10 @@ concept PipelineBackend = requires(B& backend, const TopologyView& topology,
 ///   evaluate(job, orientation)
 ///                         the quality of the current mesh
 ///   evaluate_result(job, orientation)
-///                         the same, and the elements that could not change
+///                         the same, and the elements that could not change. May begin to write
+///                         back, where the result may change though the job fails
+///                         (`JobPositions::kept_on_error`); the job may still change the mesh and
+///                         evaluate it again
 ///   evaluate_elements(job, orientation, metrics)
 ///                         the metrics of every element of the current mesh, in the caller's
 ///                         order; equals `measure_elements`
