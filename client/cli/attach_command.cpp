@@ -28,7 +28,7 @@ ExitCode run(const AttachCommand& command) {
   set_precision(output, file.mesh);
   interrupt.check();
 
-  const JobInput input = keep_input(output, command.input.path, file.mesh);
+  const KeptInput input = keep_input(output, command.input.path, file.mesh);
   client::Client client = command.server.connect();
   const client::SmoothReport report =
       run_call(output, file, {}, interrupt, {}, [&](const client::RequestOptions& request) {

@@ -121,16 +121,17 @@ std::string make_page(const Content& content, const DrawnMesh& mesh,
                {"page_js", std::string(page::script)}});
 }
 
-/// The nodes that `options` fix, as far as they are known here: on planes and lines of a sliding
+/// The nodes that a job fixes, as far as they are known here: on planes and lines of a sliding
 /// boundary it is the server that decides.
-std::vector<std::uint8_t> fixed_nodes(const formats::MeshFile& file, const SmoothOptions& options) {
+std::vector<std::uint8_t> fixed_nodes(const formats::MeshFile& file, const JobInput& given,
+                                      BoundaryPolicy boundary) {
   std::vector<std::uint8_t> fixed = file.mesh.fixed;
   fixed.resize(file.mesh.node_count());
-  for (const NodePair& pair : options.node_pairs) {
+  for (const NodePair& pair : given.node_pairs) {
     for (const NodeId node : pair) fixed[static_cast<std::size_t>(node)] = 1;
   }
-  for (const NodeId node : options.prescribed.nodes) fixed[static_cast<std::size_t>(node)] = 0;
-  if (options.boundary != BoundaryPolicy::fixed) return fixed;
+  for (const NodeId node : given.prescribed.nodes) fixed[static_cast<std::size_t>(node)] = 0;
+  if (boundary != BoundaryPolicy::fixed) return fixed;
   const MeshTopology topology(file.mesh);
   for (const NodeId node : find_boundary_nodes(topology.view())) {
     fixed[static_cast<std::size_t>(node)] = 1;
@@ -153,7 +154,7 @@ std::vector<std::uint8_t> fixed_nodes(const formats::MeshFile& file, const Smoot
   return fixed;
 }
 
-std::string about_job(const JobInput& input, const std::filesystem::path& output,
+std::string about_job(const KeptInput& input, const std::filesystem::path& output,
                       const client::SmoothReport& report, double total_seconds) {
   const SmoothSummary& summary = report.summary;
   const std::vector<std::pair<std::string, std::string>> rows = {
@@ -205,7 +206,7 @@ DrawnMesh drawn_mesh(const CanonicalTopology& canonical, const TopologyView& giv
 
 }  // namespace
 
-std::string job_html(const JobInput& input, const std::filesystem::path& output,
+std::string job_html(const KeptInput& input, const std::filesystem::path& output,
                      const formats::MeshFile& file, const client::SmoothReport& report,
                      const SmoothOptions& options, double total_seconds) {
   const SmoothSummary& summary = report.summary;
@@ -216,7 +217,7 @@ std::string job_html(const JobInput& input, const std::filesystem::path& output,
   const DrawnMesh mesh = drawn_mesh(canonical, topology.view(), file.mesh.positions_view(), before);
   const auto blocking =
       summary.motion ? summary.motion->blocking_elements : std::vector<std::int64_t>();
-  const std::vector<std::uint8_t> fixed = fixed_nodes(file, options);
+  const std::vector<std::uint8_t> fixed = fixed_nodes(file, input.given, options.boundary);
   auto elements = choose_elements(mesh, kMostShownElements, blocking, fixed);
   const bool limited = summary.poor && summary.poor->limited_count > 0;
   const bool told = !limited || mark_limited(mesh, elements, options, fixed);

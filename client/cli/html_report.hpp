@@ -11,9 +11,10 @@
 namespace meshsmooth::cli {
 
 /// The input of a job, for the report: its result replaces the positions.
-struct JobInput {
+struct KeptInput {
   std::filesystem::path path;
   std::variant<std::vector<Vec3f>, std::vector<Vec3d>> positions;
+  JobInput given = {};
 };
 
 /// One page of HTML about a job, which needs nothing else: the summary in words, histograms, and a
@@ -21,7 +22,7 @@ struct JobInput {
 /// each triangle drawn. O(elements).
 ///
 /// @param file the input with the positions of the result
-[[nodiscard]] std::string job_html(const JobInput& input, const std::filesystem::path& output,
+[[nodiscard]] std::string job_html(const KeptInput& input, const std::filesystem::path& output,
                                    const formats::MeshFile& file,
                                    const client::SmoothReport& report, const SmoothOptions& options,
                                    double total_seconds);

@@ -39,7 +39,8 @@ double bounding_box_diagonal(const Mesh& mesh) {
 }
 
 client::SmoothReport call_server(formats::MeshFile& file, const JobFlags& flags,
-                                 const SmoothOptions& options, const Interrupt& interrupt) {
+                                 const JobInput& given, const SmoothOptions& options,
+                                 const Interrupt& interrupt) {
   Connection connection(flags.server, flags.backend);
   client::RequestOptions request;
   request.request_id = flags.request_id;
@@ -53,7 +54,7 @@ client::SmoothReport call_server(formats::MeshFile& file, const JobFlags& flags,
       iteration_limit(options), displacement_tolerance(options, bounding_box_diagonal(file.mesh))};
   return run_call(flags.output, file, goal, interrupt, std::move(request),
                   [&](const client::RequestOptions& complete) {
-                    return connection.client().smooth(file.mesh, options, complete);
+                    return connection.client().smooth(file.mesh, options, complete, given);
                   });
 }
 
@@ -79,7 +80,7 @@ formats::MeshFile read_same_elements(const std::filesystem::path& path, const st
 }
 
 client::SmoothReport run_job(const JobFlags& flags, SmoothOptions options,
-                             const CompleteOptions& complete) {
+                             const CompleteInput& complete) {
   const auto start = std::chrono::steady_clock::now();
   for (const std::string& name : flags.element_quality) {
     options.element_quality_metrics.push_back(find_metric(name).value());
@@ -103,19 +104,21 @@ client::SmoothReport run_job(const JobFlags& flags, SmoothOptions options,
   set_precision(output, file.mesh);
   fix_named_nodes(file, flags);
   const std::vector<NodePair> pairs = find_node_pairs(file, flags);
-  options.node_pairs = pairs;
+  JobInput given{.node_pairs = pairs};
   std::optional<formats::CoincidentNodes> coincident;
   if (flags.merge_coincident) coincident.emplace(file.mesh.positions_view());
-  complete(file, coincident ? &*coincident : nullptr, options);
-  validate(options);
-  const MeshParts parts = set_up_mesh(file, flags, options);
+  complete(file, coincident ? &*coincident : nullptr, given);
+  options = with_target_of(std::move(options), given);
+  validate(options, given);
+  const MeshParts parts = set_up_mesh(file, flags, given, options.boundary);
   interrupt.check();
 
-  const JobInput input = keep_input(output, flags.input.path, file.mesh);
+  KeptInput input = keep_input(output, flags.input.path, file.mesh);
   std::optional<MergedJob> merged;
-  if (coincident) merged.emplace(std::move(*coincident), file.mesh, options);
-  const client::SmoothReport report = call_server(file, flags, options, interrupt);
+  if (coincident) merged.emplace(std::move(*coincident), file.mesh, given);
+  const client::SmoothReport report = call_server(file, flags, given, options, interrupt);
   if (merged) merged->undo();
+  input.given = given;
   write_result(output, input, file, report, options, start);
   if (!output.quiet) std::cout << describe_notes(file) << describe_held_cells(file) << std::flush;
   if (!output.quiet && parts.regions.count > 1) {

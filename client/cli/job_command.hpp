@@ -38,14 +38,15 @@ struct JobFlags {
 /// Adds the flags to a command; `flags` must outlive it.
 void add_job_flags(CLI::App& command, JobFlags& flags, const std::string& input_name);
 
-/// Adds to the options what comes from files. The coincident nodes are null unless they are merged.
-using CompleteOptions =
-    std::function<void(const formats::MeshFile&, const formats::CoincidentNodes*, SmoothOptions&)>;
+/// Adds to the input of a job what comes from files. The coincident nodes are null unless they are
+/// merged.
+using CompleteInput =
+    std::function<void(const formats::MeshFile&, const formats::CoincidentNodes*, JobInput&)>;
 
 /// Reads the mesh, has it computed, writes the result. What `complete` refers to must outlive the
 /// call.
 client::SmoothReport run_job(const JobFlags& flags, SmoothOptions options,
-                             const CompleteOptions& complete);
+                             const CompleteInput& complete);
 
 /// The mesh file that `flag` names, with the same elements of the same nodes as `input`; it is
 /// called `what`. Throws `InvalidMesh` (REFERENCE_DIFFERS) where they differ.

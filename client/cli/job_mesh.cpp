@@ -16,8 +16,10 @@ namespace {
 /// Marks the nodes of lower-dimensional cells and of sets' sides; where the boundary may move,
 /// those inside the mesh, which it returns: the others follow the boundary's nodes. Prescribed ones
 /// move.
-formats::InnerCells fix_lower_dimensional(formats::MeshFile& file, const SmoothOptions& options) {
-  const bool fixed = options.boundary == BoundaryPolicy::fixed;
+formats::InnerCells fix_lower_dimensional(formats::MeshFile& file,
+                                          const PrescribedNodes& prescribed_nodes,
+                                          BoundaryPolicy boundary) {
+  const bool fixed = boundary == BoundaryPolicy::fixed;
   formats::InnerCells inner;
   if (!fixed || formats::names_facets(file)) inner = formats::find_inner_cells(file);
   std::vector<NodeId> nodes = inner.nodes;
@@ -25,7 +27,7 @@ formats::InnerCells fix_lower_dimensional(formats::MeshFile& file, const SmoothO
     const std::vector<NodeId>& of_cells = file.lower_dimensional_nodes();
     nodes.insert(nodes.end(), of_cells.begin(), of_cells.end());
   }
-  std::vector<NodeId> prescribed(options.prescribed.nodes.begin(), options.prescribed.nodes.end());
+  std::vector<NodeId> prescribed(prescribed_nodes.nodes.begin(), prescribed_nodes.nodes.end());
   std::ranges::sort(prescribed);
   std::erase_if(nodes, [&](NodeId node) { return std::ranges::binary_search(prescribed, node); });
   mark_fixed(file.mesh.fixed, nodes, file.mesh.node_count());
@@ -79,10 +81,10 @@ std::vector<NodePair> find_node_pairs(const formats::MeshFile& file, const JobFl
   return pairs;
 }
 
-MeshParts set_up_mesh(formats::MeshFile& file, const JobFlags& flags,
-                      const SmoothOptions& options) {
-  formats::Regions regions = set_regions(file, flags, options.boundary);
-  return {std::move(regions), fix_lower_dimensional(file, options)};
+MeshParts set_up_mesh(formats::MeshFile& file, const JobFlags& flags, const JobInput& input,
+                      BoundaryPolicy boundary) {
+  formats::Regions regions = set_regions(file, flags, boundary);
+  return {std::move(regions), fix_lower_dimensional(file, input.prescribed, boundary)};
 }
 
 }  // namespace meshsmooth::cli

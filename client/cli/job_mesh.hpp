@@ -24,9 +24,10 @@ struct MeshParts {
   formats::InnerCells inner;  // where the boundary may move
 };
 
-/// What follows from the file and the options: gives the mesh its regions, and marks the nodes of
-/// lower-dimensional cells as fixed; where the boundary may move, those inside the mesh alone.
-/// Throws `InvalidOption` (OPTION_MISPLACED, NAME_UNKNOWN, ARRAY_NOT_WHOLE).
-MeshParts set_up_mesh(formats::MeshFile& file, const JobFlags& flags, const SmoothOptions& options);
+/// What follows from the file and the policy of the boundary: gives the mesh its regions, and marks
+/// the nodes of lower-dimensional cells as fixed; where the boundary may move, those inside the
+/// mesh alone. Throws `InvalidOption` (OPTION_MISPLACED, NAME_UNKNOWN, ARRAY_NOT_WHOLE).
+MeshParts set_up_mesh(formats::MeshFile& file, const JobFlags& flags, const JobInput& input,
+                      BoundaryPolicy boundary);
 
 }  // namespace meshsmooth::cli

@@ -71,8 +71,8 @@ JobOutput checked_outputs(JobOutput job, const MeshArgument& input) {
   return job;
 }
 
-JobInput keep_input(const JobOutput& job, const fs::path& path, const Mesh& mesh) {
-  return job.html ? JobInput{path, mesh.positions} : JobInput{};
+KeptInput keep_input(const JobOutput& job, const fs::path& path, const Mesh& mesh) {
+  return job.html ? KeptInput{path, mesh.positions} : KeptInput{};
 }
 
 void set_precision(const JobOutput& job, Mesh& mesh) {
@@ -102,7 +102,7 @@ client::SmoothReport run_call(
   }
 }
 
-void write_result(const JobOutput& job, const JobInput& input, formats::MeshFile& file,
+void write_result(const JobOutput& job, const KeptInput& input, formats::MeshFile& file,
                   const client::SmoothReport& report, const SmoothOptions& options,
                   std::chrono::steady_clock::time_point start) {
   const std::string json = job.report ? report.to_json() : "";  // first, should it have none

@@ -38,8 +38,8 @@ void add_output_flags(CLI::App& command, JobOutput& job);
 void set_precision(const JobOutput& job, Mesh& mesh);
 
 /// What the HTML report needs of the input; empty where none is to be written.
-[[nodiscard]] JobInput keep_input(const JobOutput& job, const std::filesystem::path& path,
-                                  const Mesh& mesh);
+[[nodiscard]] KeptInput keep_input(const JobOutput& job, const std::filesystem::path& path,
+                                   const Mesh& mesh);
 
 /// Runs `call` with timeout, progress and cancellation of this command in its request. Errors name
 /// elements and nodes as the file does.
@@ -49,7 +49,7 @@ void set_precision(const JobOutput& job, Mesh& mesh);
     const std::function<client::SmoothReport(const client::RequestOptions&)>& call);
 
 /// Writes mesh and reports, then prints the summary unless quiet. `start`: of the command.
-void write_result(const JobOutput& job, const JobInput& input, formats::MeshFile& file,
+void write_result(const JobOutput& job, const KeptInput& input, formats::MeshFile& file,
                   const client::SmoothReport& report, const SmoothOptions& options,
                   std::chrono::steady_clock::time_point start);
 

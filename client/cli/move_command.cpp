@@ -77,13 +77,13 @@ ExitCode run(const MoveCommand& command) {
   const client::SmoothReport report =
       run_job(command.job, to_smooth_options(command.moving),
               [&](const formats::MeshFile& file, const formats::CoincidentNodes* coincident,
-                  SmoothOptions& options) {
+                  JobInput& input) {
                 const std::vector<Vec3d> moved = moved_positions(command, file);
                 nodes = prescribed_nodes(command, file, coincident);
                 for (const NodeId node : nodes) {
                   positions.push_back(moved[static_cast<std::size_t>(node)]);
                 }
-                options.prescribed = {nodes, std::span<const Vec3d>(positions)};
+                input.prescribed = {nodes, std::span<const Vec3d>(positions)};
               });
   const std::optional<MotionStats>& motion = report.summary.motion;
   // A server that does not say how far it came has not promised the whole of it.

@@ -30,12 +30,11 @@ std::optional<formats::MeshFile> read_reference(const SmoothCommand& command,
 
 ExitCode run(const SmoothCommand& command) {
   std::optional<formats::MeshFile> reference;
-  run_job(
-      command.job, to_smooth_options(command.smoothing),
-      [&](const formats::MeshFile& file, const formats::CoincidentNodes*, SmoothOptions& options) {
-        reference = read_reference(command, file);
-        if (reference) options.reference = reference->mesh.positions_view();
-      });
+  run_job(command.job, to_smooth_options(command.smoothing),
+          [&](const formats::MeshFile& file, const formats::CoincidentNodes*, JobInput& input) {
+            reference = read_reference(command, file);
+            if (reference) input.reference = reference->mesh.positions_view();
+          });
   return ExitCode::done;
 }
 

@@ -70,7 +70,7 @@ class MeshFile {
   [[nodiscard]] std::int64_t lower_dimensional_cell_count() const;
   /// The cells whose nodes `mesh.fixed` holds in place because they cannot be smoothed, by type.
   [[nodiscard]] const std::vector<HeldCells>& held_cells() const;
-  /// Nodes that the file says belong together, for `SmoothOptions::node_pairs`: periodic ones, of
+  /// Nodes that the file says belong together, for `JobInput::node_pairs`: periodic ones, of
   /// an equation, of zones that meet. A node that is its own partner has one that is not known.
   [[nodiscard]] const std::vector<NodePair>& node_pairs() const;
   /// What is wrong with the file but was read, as the programs do that it is for; one line each.

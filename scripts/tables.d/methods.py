@@ -12,6 +12,16 @@ STRUCTS_END = '''\
 using Method =
     std::variant<{}>;
 
+/// Whether a method moves nodes to prescribed positions.
+[[nodiscard]] inline bool is_motion(const Method& method) {{
+  return std::holds_alternative<Move>(method);
+}}
+
+/// Whether the iterations of a method are the terms of a filter, which does not converge.
+[[nodiscard]] inline bool is_filter(const Method& method) {{
+  return std::holds_alternative<WindowedSinc>(method);
+}}
+
 /// Whether a method sweeps as `Optimize` does.
 [[nodiscard]] inline bool sweeps_as_optimize(const Method& method) {{
   return {};
@@ -73,7 +83,7 @@ def cpp_structs():
 
     structs = [cpp_comment(of["doc"]) + f"struct {camel(name)} {{\n" +
                "".join(member(*field) for field in of["fields"].items()) + "};\n\n" for name, of in methods()]
-    alike = [f"std::holds_alternative<{camel(name)}>(method)" for name, of in methods() if of.get("sweeps_as_optimize")]
+    alike = ["is_motion(method)" if name == "move" else f"std::holds_alternative<{camel(name)}>(method)" for name, of in methods() if of.get("sweeps_as_optimize")]
     return cpp_header("meshsmooth", '#include <variant>\n\n#include "meshsmooth/enums.hpp"\n', *structs,
                       STRUCTS_END.format(", ".join(camel(name) for name, _ in methods()), " || ".join(alike)))
 

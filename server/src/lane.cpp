@@ -84,15 +84,16 @@ void Lane::run_job(Job& job) {
 
 SmoothSummary Lane::smooth(Job& job, const JobControl& control) {
   wire::MeshAssembler& mesh = job.mesh();
-  SmoothOptions options = job.request().options;
-  if (aims_at_reference(options)) options.reference = mesh.reference();
-  if (std::holds_alternative<Move>(options.method)) {
-    options.prescribed = mesh.prescribed();
-    options.reference = mesh.reference();
-  }
-  options.node_pairs = mesh.node_pairs();
+  const SmoothOptions& options = job.request().options;
   JobPositions positions(mesh.given_positions(), mesh.positions());
   positions.kept_on_error = false;  // a job that fails has no result
+  positions.input.node_pairs = mesh.node_pairs();
+  if (is_motion(options.method)) {
+    positions.input.prescribed = mesh.prescribed();
+    if (position_count(mesh.reference()) > 0) positions.given = mesh.reference();
+  } else if (aims_at_reference(options)) {
+    positions.input.reference = mesh.reference();
+  }
   const auto topology = job.topology();
   if (!topology) return smoother_->smooth(mesh.topology(), positions, options, control);
   const PreparedForJob prepared =

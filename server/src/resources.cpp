@@ -177,9 +177,10 @@ void warm_up(Smoother& smoother) {
     SmoothOptions options;
     options.method = method;
     options.max_iterations = 2;
-    if (std::holds_alternative<Move>(method)) options.prescribed = {moved, std::span(there)};
+    JobInput input;
+    if (is_motion(method)) input.prescribed = {moved, std::span(there)};
     Mesh copy = mesh;
-    smoother.smooth(copy, options);
+    smoother.smooth(copy, options, {}, input);
   });
 }
 

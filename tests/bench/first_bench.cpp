@@ -59,7 +59,8 @@ void run(const Settings& settings) {
     p.x += 0.3 * std::sin(p.z);
     there.push_back(p);
   }
-  if (settings.method == "move") options.prescribed = {boundary, std::span<const Vec3d>(there)};
+  JobInput input;
+  if (settings.method == "move") input.prescribed = {boundary, std::span<const Vec3d>(there)};
 
   const auto begin = std::chrono::steady_clock::now();
   server::Server server({.listen = "127.0.0.1:0",
@@ -75,7 +76,7 @@ void run(const Settings& settings) {
   const auto job = [&](const std::string& name) {
     Mesh copy = mesh;
     const auto sent = std::chrono::steady_clock::now();
-    const client::SmoothReport report = client.smooth(copy, options);
+    const client::SmoothReport report = client.smooth(copy, options, {}, input);
     const double all = milliseconds_since(sent);
     if (name.empty()) return all;
     const StageTimes& times = report.summary.times;

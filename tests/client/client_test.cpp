@@ -72,7 +72,7 @@ TEST(Client, SendsPairsOfNodesThatTheServerHolds) {
   InProcessServer server;
   const std::vector<NodePair> pairs = {{1, 4}, {2, 2}, {4, 3}};
   for (Mesh mesh : {test::tet_ball(), test::as_float32(test::tet_ball())}) {
-    connect(server).smooth(mesh, {.node_pairs = pairs});
+    connect(server).smooth(mesh, {}, {}, {.node_pairs = pairs});
     EXPECT_EQ(server.fake().node_pairs(), pairs);
   }
   Mesh mesh = test::tet_ball();
@@ -80,7 +80,7 @@ TEST(Client, SendsPairsOfNodesThatTheServerHolds) {
   EXPECT_TRUE(server.fake().node_pairs().empty()) << "they are of one job";
 
   const std::vector<NodePair> outside = {{1, 7}};
-  EXPECT_THROW(connect(server).smooth(mesh, {.node_pairs = outside}), InvalidMesh);
+  EXPECT_THROW(connect(server).smooth(mesh, {}, {}, {.node_pairs = outside}), InvalidMesh);
 }
 
 TEST(Client, SendsTheReferenceInTheMeshsPrecision) {
@@ -91,12 +91,12 @@ TEST(Client, SendsTheReferenceInTheMeshsPrecision) {
   test::points(reference)[6] = {0.25, 0.5, -0.25};  // exact in float32
   const Mesh in_float32 = test::as_float32(reference);
   for (const Mesh* const given : {static_cast<const Mesh*>(&reference), &in_float32}) {
-    connect(server).smooth(mesh, {.reference = given->positions_view()});
+    connect(server).smooth(mesh, {}, {}, {.reference = given->positions_view()});
     EXPECT_EQ(server.fake().reference().first, test::points(reference));
     EXPECT_TRUE(server.fake().reference().second);
   }
   Mesh small = test::as_float32(mesh);
-  connect(server).smooth(small, {.reference = reference.positions_view()});
+  connect(server).smooth(small, {}, {}, {.reference = reference.positions_view()});
   EXPECT_EQ(server.fake().reference().first, test::points(reference));
   EXPECT_FALSE(server.fake().reference().second);
 
@@ -104,7 +104,8 @@ TEST(Client, SendsTheReferenceInTheMeshsPrecision) {
   EXPECT_TRUE(server.fake().reference().first.empty());
 
   const Mesh other = test::two_tets();
-  EXPECT_THROW(connect(server).smooth(mesh, {.reference = other.positions_view()}), InvalidMesh);
+  EXPECT_THROW(connect(server).smooth(mesh, {}, {}, {.reference = other.positions_view()}),
+               InvalidMesh);
 }
 
 TEST(Client, GivesTheServersReasonForTooFewRegions) {

@@ -50,7 +50,7 @@ TEST(Session, SendsAReferenceWithEachJobThatHasOne) {
     Mesh reference = mesh;
     test::points(reference)[2].y = step;
     const SmoothReport report =
-        session.smooth(positions, {.reference = reference.positions_view()});
+        session.smooth(positions, {}, {}, {.reference = reference.positions_view()});
     EXPECT_EQ(report.topology_reused, step > 0);
     EXPECT_EQ(server.fake().reference().first, test::points(reference));
   }

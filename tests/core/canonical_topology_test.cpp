@@ -289,8 +289,8 @@ TEST_P(Interfaces, TakePartInAMotion) {
   const auto corner = static_cast<NodeId>(0);
   const std::vector<NodeId> nodes = {corner};
   const std::vector<Vec3d> to = {points[0] + Vec3d{0.01, 0.01, 0}};
-  const test::Job job =
-      test::smooth(cut.mesh, {.method = Move{}, .prescribed = {nodes, std::span<const Vec3d>(to)}});
+  const test::Job job = test::smooth(cut.mesh, {.method = Move{}},
+                                     {.prescribed = {nodes, std::span<const Vec3d>(to)}});
   EXPECT_EQ(job.summary.motion->reached, 1);
   EXPECT_EQ(job.summary.quality_after.interface_count, cut.interface_count);
 }

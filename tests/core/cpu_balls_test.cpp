@@ -82,9 +82,10 @@ TEST(HeldBall, AcceptsWhatTheRuleAccepts) {
       const Vec3d before = x[node];
       const Vec3d candidate = before + Vec3d{step(random), step(random), step(random)};
       bool held = false, expected_held = false;
-      const Vec3d position = accept_move(CpuThread{}, around, x, node, candidate, acceptance, held);
+      const Vec3d position =
+          accept_move(CpuThread{}, around, x, node, candidate, {acceptance}, held);
       const Vec3d expected =
-          accept_move(SingleThread{}, around, x, node, candidate, acceptance, expected_held);
+          accept_move(SingleThread{}, around, x, node, candidate, {acceptance}, expected_held);
       EXPECT_EQ(position, expected) << node;
       EXPECT_EQ(held, expected_held) << node;
       const double share = norm(position - before) / norm(candidate - before);

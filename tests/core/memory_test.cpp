@@ -52,14 +52,14 @@ namespace {
 /// The estimate is no less than what is counted, and at most `slack` times what the
 /// summary says.
 void expect_bounded(const std::string& name, Mesh mesh, const SmoothOptions& options,
-                    double slack = 1.2) {
+                    double slack = 1.2, const JobInput& input = {}) {
   ASSERT_GE(mesh.node_count(), 50000U) << name;
   const std::unique_ptr<Smoother> smoother = make_smoother("cpu", 2);
   const std::int64_t estimate = smoother->estimate(test::size_of(mesh), options).host_bytes;
   const std::int64_t before = bytes_now;
   bytes_peak = before;
 
-  const SmoothSummary summary = smoother->smooth(mesh, options);
+  const SmoothSummary summary = smoother->smooth(mesh, options, {}, input);
 
   const std::int64_t told = summary.host_peak_bytes;
   // The values that the summary returns are on the heap and among the buffers.
@@ -99,11 +99,11 @@ TEST(Estimate, BoundsTheMemoryOfAMotion) {
       positions.push_back(p + Vec3d{0.3 * p.y, 9 * std::sin(0.1 * p.x), 0});
     }
     SmoothOptions options{.method = Move{}, .quality_detail = QualityDetail::brief};
-    options.prescribed = {nodes, std::span<const Vec3d>(positions)};
+    const JobInput input{.prescribed = {nodes, std::span<const Vec3d>(positions)}};
     for (const int sweeps : {4, 20}) {
       options.max_iterations = sweeps;
       const std::string name = std::string(element_name(type)) + ", " + std::to_string(sweeps);
-      expect_bounded(name, mesh, options, test::oracle::is_surface(type) ? 3 : 2);
+      expect_bounded(name, mesh, options, test::oracle::is_surface(type) ? 3 : 2, input);
     }
   }
 }

@@ -19,7 +19,7 @@ using test::points;
 /// Moves, and checks what holds of every motion.
 Job moved(const Motion& motion, SmoothOptions options) {
   SCOPED_TRACE(motion.name);
-  Job job = test::smooth(motion.reference, options);
+  Job job = test::smooth(motion.reference, options, motion.input());
   const double reached = job.summary.motion.value().reached;
   EXPECT_EQ(job.summary.quality_after.inverted_count, 0);
   EXPECT_EQ(job.summary.quality_after.degenerate_count, 0);
@@ -171,7 +171,7 @@ TEST(Move, LetsTheEndsSlide) {
 
 TEST(Move, MakesNoSweepWhereAllElementsNearlyKeepTheirShape) {
   const Motion motion = test::turned_hub(16, 1);
-  const Job job = test::smooth(motion.reference, motion.options());
+  const Job job = test::smooth(motion.reference, motion.options(), motion.input());
   EXPECT_EQ(job.summary.convergence.iteration_count, 0);
   EXPECT_EQ(job.summary.stop_reason, StopReason::converged);
   EXPECT_EQ(job.summary.convergence.end_rule, EndRule::small_gains);
@@ -192,7 +192,7 @@ TEST(Move, TellsThatNothingIsLeftToMoveTheRest) {
     const Vec3d p = points(motion.reference)[n];
     motion.positions.push_back(n == 13 ? p + Vec3d{9, 9, 9} : p);
   }
-  const Job job = test::smooth(motion.reference, motion.options());
+  const Job job = test::smooth(motion.reference, motion.options(), motion.input());
   EXPECT_LT(job.summary.motion->reached, 1);
   EXPECT_GT(job.summary.motion->blocking_element_count, 0);
   EXPECT_EQ(job.summary.stop_reason, StopReason::stagnated);
@@ -201,8 +201,9 @@ TEST(Move, TellsThatNothingIsLeftToMoveTheRest) {
 
 TEST(Move, HasTheSameBitsWithAnyNumberOfThreads) {
   const Motion motion = test::turned_hub(16, 60);
-  const Job one = test::smooth(motion.reference, motion.options(), 1);
-  EXPECT_TRUE(test::same_bits(one.mesh, test::smooth(motion.reference, motion.options(), 4).mesh));
+  const Job one = test::smooth(motion.reference, motion.options(), motion.input(), 1);
+  EXPECT_TRUE(test::same_bits(
+      one.mesh, test::smooth(motion.reference, motion.options(), motion.input(), 4).mesh));
 }
 
 TEST(Move, WorksOnAPreparedTopologyAndInFloat) {
@@ -230,18 +231,27 @@ TEST(Move, BoundsTheMemoryOfAKeptReference) { test::expect_bounded_memory("cpu")
 
 TEST(Move, NeedsFewIterationsOnAKeptReference) { test::expect_few_iterations("cpu"); }
 
-TEST(Move, BeginsAtTheReferenceOfItsOptions) {
+TEST(Move, BeginsWhereItIsGivenWhateverTheResultIs) {
   const Motion motion = test::turned_hub(8, 30, 4);
-  const Job expected = test::smooth(motion.reference, motion.options());
-  SmoothOptions options = motion.options();
-  options.reference = std::span<const Vec3d>(points(motion.reference));
-  Mesh elsewhere = motion.reference;
-  std::ranges::fill(std::get<std::vector<Vec3d>>(elsewhere.positions), Vec3d{7, 7, 7});
-  const Job job = test::smooth(elsewhere, options);
-  EXPECT_TRUE(test::same_bits(job.mesh, expected.mesh));
-  EXPECT_EQ(job.summary.nodes.moved, expected.summary.nodes.moved);
-  options.reference = std::span<const Vec3d>(points(motion.reference)).first(5);
-  EXPECT_THROW(test::smooth(elsewhere, options), InvalidMesh);
+  const Job expected = test::smooth(motion.reference, motion.options(), motion.input());
+  const Mesh rounded = test::as_float32(motion.reference);
+  const MeshTopology topology(motion.reference);
+  const auto smoother = make_smoother("cpu", 2);
+  for (const bool in_float32 : {false, true}) {
+    Mesh elsewhere = motion.reference;
+    std::ranges::fill(std::get<std::vector<Vec3d>>(elsewhere.positions), Vec3d{7, 7, 7});
+    JobPositions arrays((in_float32 ? rounded : motion.reference).positions_view(),
+                        elsewhere.positions_span());
+    arrays.input = motion.input();
+    const SmoothSummary summary = smoother->smooth(topology.view(), arrays, motion.options(), {});
+    EXPECT_EQ(summary.nodes.moved, expected.summary.nodes.moved);
+    EXPECT_EQ(test::same_bits(elsewhere, expected.mesh), !in_float32);
+    EXPECT_LT(test::difference(elsewhere, test::oracle::to_points(expected.mesh)), 1e-4);
+
+    arrays.given = std::span<const Vec3d>(points(motion.reference)).first(5);
+    EXPECT_THROW((void)smoother->smooth(topology.view(), arrays, motion.options(), {}),
+                 InvalidMesh);
+  }
 }
 
 TEST(Move, EndsInAValidMeshWhenItsTimeIsUp) {
@@ -254,13 +264,14 @@ TEST(Move, EndsInAValidMeshWhenItsTimeIsUp) {
   stop.request_stop();
   JobControl control;
   control.stop = stop.get_token();
-  EXPECT_THROW(test::smooth(motion.reference, motion.options(), 2, control), Cancelled);
+  EXPECT_THROW(test::smooth(motion.reference, motion.options(), 2, control, motion.input()),
+               Cancelled);
 }
 
 /// The reason that a job is refused with.
-std::string refusal(const Mesh& mesh, const SmoothOptions& options) {
+std::string refusal(const Motion& motion, const SmoothOptions& options) {
   try {
-    test::smooth(mesh, options);
+    test::smooth(motion.reference, options, motion.input());
   } catch (const Error& error) {
     return error.reason();
   }
@@ -272,7 +283,7 @@ TEST(Move, RefusesBadInputByName) {
   const auto with = [&](const auto& change) {
     Motion bad = motion;
     change(bad);
-    return refusal(bad.reference, bad.options());
+    return refusal(bad, bad.options());
   };
   EXPECT_EQ(with([](Motion& m) { m.nodes[1] = m.nodes[0]; }), "PRESCRIBED_TWICE");
   EXPECT_EQ(with([](Motion& m) { m.nodes[0] = -1; }), "INDEX_OUT_OF_RANGE");
@@ -287,14 +298,14 @@ TEST(Move, RefusesBadInputByName) {
 
   SmoothOptions options = motion.options();
   options.only_below = {.quality = 0.5};
-  EXPECT_EQ(refusal(motion.reference, options), "OPTION_NOT_SUPPORTED");
+  EXPECT_EQ(refusal(motion, options), "OPTION_NOT_SUPPORTED");
   options = motion.options();
   options.method = Optimize{};
-  EXPECT_EQ(refusal(motion.reference, options), "OPTION_NOT_SUPPORTED");
-  EXPECT_EQ(refusal(motion.reference, motion.options({.least_step = 0})), "OPTION_OUT_OF_RANGE");
+  EXPECT_EQ(refusal(motion, options), "OPTION_NOT_SUPPORTED");
+  EXPECT_EQ(refusal(motion, motion.options({.least_step = 0})), "OPTION_OUT_OF_RANGE");
   const Motion surface =
       test::boundary_motion("cone", test::open_cone(), [](Vec3d p) { return p; });
-  EXPECT_EQ(refusal(surface.reference, surface.options()), "OPTION_NOT_SUPPORTED");
+  EXPECT_EQ(refusal(surface, surface.options()), "OPTION_NOT_SUPPORTED");
 }
 
 /// A boundary that crosses itself is seen where elements end up inverted.

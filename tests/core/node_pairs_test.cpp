@@ -87,12 +87,13 @@ TEST_P(NodePairs, StayMatchedByEveryMethodUnderEveryBoundary) {
            {BoundaryPolicy::fixed, BoundaryPolicy::slide, BoundaryPolicy::free}) {
         const bool optimizes = std::holds_alternative<Optimize>(way.method);
         if (optimizes && boundary == BoundaryPolicy::free) continue;
-        const test::Job job = test::smooth(periodic.mesh, {.method = way.method,
-                                                           .form = way.form,
-                                                           .max_iterations = 3,
-                                                           .boundary = boundary,
-                                                           .never_worse = false,
-                                                           .node_pairs = periodic.pairs});
+        const test::Job job = test::smooth(periodic.mesh,
+                                           {.method = way.method,
+                                            .form = way.form,
+                                            .max_iterations = 3,
+                                            .boundary = boundary,
+                                            .never_worse = false},
+                                           {.node_pairs = periodic.pairs});
         for (std::size_t i = 0; i < periodic.pairs.size(); ++i) {
           for (const NodeId node : periodic.pairs[i]) {
             const auto n = static_cast<std::size_t>(node);
@@ -127,10 +128,9 @@ TEST_P(NodePairs, StayMatchedOverAHundredMotions) {
                        way * Vec3d{std::sin(turn), std::cos(turn), 0});
         }
       }
-      const SmoothOptions options{.method = Move{},
-                                  .prescribed = {nodes, std::span<const Vec3d>(to)},
-                                  .node_pairs = periodic.pairs};
-      const SmoothSummary summary = smoother->smooth(periodic.mesh, options);
+      const JobInput input{.prescribed = {nodes, std::span<const Vec3d>(to)},
+                           .node_pairs = periodic.pairs};
+      const SmoothSummary summary = smoother->smooth(periodic.mesh, {.method = Move{}}, {}, input);
       ASSERT_EQ(summary.motion->reached, 1) << step;
       ASSERT_EQ(summary.nodes.paired,
                 static_cast<std::int64_t>(2 * periodic.pairs.size() - nodes.size()));
@@ -141,13 +141,15 @@ TEST_P(NodePairs, StayMatchedOverAHundredMotions) {
 
 TEST_P(NodePairs, OfAJobOnAPreparedTopologyAreHeldToo) {
   const Periodic periodic = periodic_lattice(GetParam(), 0);
-  const SmoothOptions options{.boundary = BoundaryPolicy::slide, .node_pairs = periodic.pairs};
-  const test::Job expected = test::smooth(periodic.mesh, options);
+  const SmoothOptions options{.boundary = BoundaryPolicy::slide};
+  const test::Job expected = test::smooth(periodic.mesh, options, {.node_pairs = periodic.pairs});
   Mesh mesh = periodic.mesh;
   const auto smoother = make_smoother("cpu", 2);
   const MeshTopology topology(periodic.mesh);
   const auto prepared = smoother->prepare(topology.view());
-  const SmoothSummary summary = smoother->smooth(*prepared, mesh.positions_span(), options, {});
+  JobPositions arrays(mesh.positions_span());
+  arrays.input.node_pairs = periodic.pairs;
+  const SmoothSummary summary = smoother->smooth(*prepared, arrays, options, {});
   EXPECT_TRUE(test::same_bits(mesh, expected.mesh));
   EXPECT_EQ(summary.nodes.paired, expected.summary.nodes.paired);
 }
@@ -157,7 +159,7 @@ TEST(NodePair, OfNodesThatDoNotExistIsRefused) {
   for (const NodeId wrong : {-1, 1000000}) {
     const std::vector<NodePair> pairs = {{0, 1}, {0, wrong}};
     try {
-      test::smooth(periodic.mesh, {.node_pairs = pairs});
+      test::smooth(periodic.mesh, {}, {.node_pairs = pairs});
       FAIL() << wrong;
     } catch (const InvalidMesh& error) {
       EXPECT_EQ(error.reason(), "INDEX_OUT_OF_RANGE");
@@ -173,9 +175,9 @@ TEST(NodePair, OfWhichOneNodeIsPrescribedIsRefused) {
     const std::vector<NodeId> nodes = {node};
     const std::vector<Vec3d> to = {points(periodic.mesh)[static_cast<std::size_t>(node)]};
     try {
-      test::smooth(periodic.mesh, {.method = Move{},
-                                   .prescribed = {nodes, std::span<const Vec3d>(to)},
-                                   .node_pairs = periodic.pairs});
+      test::smooth(
+          periodic.mesh, {.method = Move{}},
+          {.prescribed = {nodes, std::span<const Vec3d>(to)}, .node_pairs = periodic.pairs});
       FAIL() << node;
     } catch (const InvalidMesh& error) {
       EXPECT_EQ(error.reason(), "PAIR_HALF_PRESCRIBED");

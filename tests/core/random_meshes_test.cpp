@@ -166,12 +166,13 @@ TEST(RandomMeshes, NeverGetMoreEnergyOfTheirTargetsByASweep) {
     if (random.pick(0, 2) == 0) method.stay = random.uniform(0, 2);
     const int kind = random.pick(0, 2);
     ++kinds[kind];
-    if (kind == 0) options.reference = reference.positions_view();
+    JobInput input;
+    if (kind == 0) input.reference = reference.positions_view();
     if (kind == 1) method.target = Target::input;
     if (random.pick(0, 2) == 0) options.boundary = BoundaryPolicy::slide;
     options.method = method;
 
-    const test::Job job = test::smooth(mesh, options);
+    const test::Job job = test::smooth(mesh, options, input);
 
     EXPECT_TRUE(is_valid(job.mesh)) << seed;
     const std::vector<double>& energies = job.summary.convergence.energies;

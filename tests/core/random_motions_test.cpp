@@ -54,7 +54,7 @@ bool is_valid(const Mesh& mesh) {
 
 /// Moves, and checks what holds of every motion.
 Job moved(const Motion& motion, const SmoothOptions& options) {
-  Job job = test::smooth(motion.reference, options);
+  Job job = test::smooth(motion.reference, options, motion.input());
   const MotionStats& stats = job.summary.motion.value();
   EXPECT_TRUE(is_valid(job.mesh));
   EXPECT_EQ(job.summary.quality_after.inverted_count, 0);
@@ -131,7 +131,7 @@ TEST(Units, DoNotMatter) {
     Motion scaled = plain;
     for (Vec3d& p : points(scaled.reference)) p = unit * p;
     for (Vec3d& p : scaled.positions) p = unit * p;
-    const Job job = test::smooth(scaled.reference, scaled.options());
+    const Job job = test::smooth(scaled.reference, scaled.options(), scaled.input());
     EXPECT_EQ(job.summary.motion->reached, 1);
     EXPECT_EQ(job.summary.motion->linear_iteration_count,
               expected.summary.motion->linear_iteration_count);
@@ -171,7 +171,7 @@ TEST(Prescribed, MayLieInsideOrInNoElement) {
 TEST(Prescribed, IsRefusedBeyondTheRangeOfSinglePrecision) {
   Motion motion = test::turned_hub(6, 30);
   motion.positions[3] = {1e300, -1e300, 0};
-  EXPECT_THROW(test::smooth(motion.reference, motion.options()), Error);
+  EXPECT_THROW(test::smooth(motion.reference, motion.options(), motion.input()), Error);
   motion.positions[3] = {1e15, -1e15, 0};
   EXPECT_LT(moved(motion, motion.options()).summary.motion->reached, 1);
 }

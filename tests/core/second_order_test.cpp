@@ -28,8 +28,8 @@ SmoothOptions by(const Method& method) {
   return options;
 }
 
-SmoothSummary smooth(Mesh& mesh, const SmoothOptions& options) {
-  return make_smoother("cpu", 2)->smooth(mesh, options);
+SmoothSummary smooth(Mesh& mesh, const SmoothOptions& options, const JobInput& input = {}) {
+  return make_smoother("cpu", 2)->smooth(mesh, options, {}, input);
 }
 
 std::vector<std::pair<std::string, Mesh>> linear_meshes() {
@@ -448,7 +448,11 @@ struct Wave {
   Mesh start = test::second_order(test::noisy(test::lattice(ElementType::tetrahedron, 5), 0.1, 2));
   std::vector<NodeId> nodes = find_boundary_nodes(MeshTopology(start).view());
   std::vector<Vec3d> to;
-  SmoothOptions options;
+  SmoothOptions options{.method = Move{}};
+
+  [[nodiscard]] JobInput input() const {
+    return {.prescribed = {nodes, std::span<const Vec3d>(to)}};
+  }
 
   explicit Wave(double height) {
     for (const NodeId node : nodes) {
@@ -456,8 +460,6 @@ struct Wave {
       p.z += height * std::sin(p.x) * p.z;
       to.push_back(p);
     }
-    options.method = Move{};
-    options.prescribed = {nodes, std::span<const Vec3d>(to)};
   }
 };
 
@@ -465,7 +467,7 @@ TEST(SecondOrder, MovesToGivenPositions) {
   const Wave wave(0.08);
   Mesh mesh = wave.start;
 
-  const SmoothSummary summary = smooth(mesh, wave.options);
+  const SmoothSummary summary = smooth(mesh, wave.options, wave.input());
 
   EXPECT_EQ(summary.motion->reached, 1);
   EXPECT_EQ(invalid_count(mesh), 0);
@@ -474,22 +476,23 @@ TEST(SecondOrder, MovesToGivenPositions) {
   }
 }
 
-TEST(SecondOrder, MovesFromAReferenceWhateverThePositionsAre) {
+TEST(SecondOrder, MovesFromWhatIsGivenWhateverTheResultIs) {
   for (const double height : {0.08, 3.0}) {  // the second is not reached
     const Wave wave(height);
     Mesh expected = wave.start;
-    const SmoothSummary by_positions = smooth(expected, wave.options);
-    SmoothOptions options = wave.options;
-    options.reference = std::span<const Vec3d>(points(wave.start));
+    const SmoothSummary by_positions = smooth(expected, wave.options, wave.input());
     const MeshTopology topology(wave.start);
     const auto smoother = make_smoother("cpu", 2);
     const auto prepared = smoother->prepare(topology.view());
     for (const bool is_prepared : {false, true}) {
       std::vector<Vec3d> result(wave.start.node_count(), Vec3d{std::nan(""), 0, 0});
 
-      const SmoothSummary summary = is_prepared
-                                        ? smoother->smooth(*prepared, result, options, {})
-                                        : smoother->smooth(topology.view(), result, options, {});
+      JobPositions arrays(std::span<const Vec3d>(points(wave.start)), std::span(result));
+      arrays.input = wave.input();
+
+      const SmoothSummary summary =
+          is_prepared ? smoother->smooth(*prepared, arrays, wave.options, {})
+                      : smoother->smooth(topology.view(), arrays, wave.options, {});
 
       EXPECT_EQ(summary.motion->reached, by_positions.motion->reached);
       EXPECT_EQ(summary.nodes.moved, by_positions.nodes.moved);

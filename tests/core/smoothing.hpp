@@ -20,11 +20,14 @@ struct Job {
 };
 
 inline Job smooth(Mesh mesh, const SmoothOptions& options, int threads = 2,
-                  const JobControl& control = {}) {
+                  const JobControl& control = {}, const JobInput& input = {}) {
   const tbb::global_control enough(tbb::global_control::max_allowed_parallelism, 8);
   Job job{std::move(mesh), {}};
-  job.summary = make_smoother("cpu", threads)->smooth(job.mesh, options, control);
+  job.summary = make_smoother("cpu", threads)->smooth(job.mesh, options, control, input);
   return job;
+}
+inline Job smooth(Mesh mesh, const SmoothOptions& options, const JobInput& input, int threads = 2) {
+  return smooth(std::move(mesh), options, threads, {}, input);
 }
 
 /// How often a job begins: twice where it starts anew on a canonical topology.
@@ -40,9 +43,10 @@ inline int count_starts(Mesh mesh) {
   return starts;
 }
 
-inline Job smooth_on(Smoother& smoother, Mesh mesh, const SmoothOptions& options) {
+inline Job smooth_on(Smoother& smoother, Mesh mesh, const SmoothOptions& options,
+                     const JobInput& input = {}) {
   Job job{std::move(mesh), {}};
-  job.summary = smoother.smooth(job.mesh, options);
+  job.summary = smoother.smooth(job.mesh, options, {}, input);
   return job;
 }
 

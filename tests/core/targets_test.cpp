@@ -25,7 +25,7 @@ double least_jacobian(const Job& job) {
 }
 
 SmoothOptions aiming_at(Target target) { return {.method = Optimize{.target = target}}; }
-SmoothOptions aiming_at(const Mesh& reference) { return {.reference = reference.positions_view()}; }
+JobInput at(const Mesh& reference) { return {.reference = reference.positions_view()}; }
 
 Mesh layer(formats::LayerOptions options) { return formats::generate_layer(options).mesh; }
 
@@ -77,7 +77,7 @@ TEST(Reference, BringsAJitteredLayerBack) {
     if (c.badly_tangled_by_jitter()) continue;
     SCOPED_TRACE(c.name());
     const Mesh clean = c.mesh();
-    const Job job = test::smooth(c.mesh(0.3), aiming_at(clean));
+    const Job job = test::smooth(c.mesh(0.3), {}, at(clean));
     EXPECT_NEAR(first_height(job.mesh, clean, c.first), c.first, 1e-3 * c.first);
     EXPECT_EQ(job.summary.quality_after.inverted_count, 0);
     if (c.elements == LayerElements::hexahedra) {
@@ -96,7 +96,7 @@ TEST(Reference, IsAFixedPoint) {
     const Mesh turned = test::as_float32(test::mapped(mesh, [](Vec3d p) {
       return Vec3d{-3 * p.y, 3 * p.x, 3 * p.z};
     }));
-    const Job job = test::smooth(mesh, aiming_at(turned));
+    const Job job = test::smooth(mesh, {}, at(turned));
     EXPECT_LT(test::difference(job.mesh, test::oracle::to_points(mesh)), 1e-6);
   }
 }
@@ -107,9 +107,7 @@ TEST(Reference, TellsWhatSlidesWhere) {
         formats::generate_hub({.rows = 12, .degrees = degrees, .layers = 12}));
   };
   const Mesh clean = hub(0);
-  SmoothOptions options = aiming_at(clean);
-  options.boundary = BoundaryPolicy::slide;
-  const Job job = test::smooth(hub(30), options);
+  const Job job = test::smooth(hub(30), {.boundary = BoundaryPolicy::slide}, at(clean));
   EXPECT_GT(job.summary.quality_before.inverted_count, 1000);
   EXPECT_EQ(job.summary.quality_after.inverted_count, 0);
   EXPECT_EQ(job.summary.stop_reason, StopReason::converged);
@@ -122,9 +120,7 @@ TEST(Reference, LetsFacetsOfAFarErrorTurnOver) {
         formats::generate_hub({.rows = 30, .degrees = degrees, .layers = 4}));
   };
   const Mesh clean = hub(0);
-  SmoothOptions options = aiming_at(clean);
-  options.boundary = BoundaryPolicy::slide;
-  const Job job = test::smooth(hub(30), options);
+  const Job job = test::smooth(hub(30), {.boundary = BoundaryPolicy::slide}, at(clean));
   EXPECT_EQ(job.summary.quality_after.inverted_count, 0);
   EXPECT_EQ(job.summary.stop_reason, StopReason::converged);
 }
@@ -134,14 +130,14 @@ TEST(Reference, WithFlatElementsLeavesThoseTheirIdealShape) {
   Mesh reference = mesh;
   const std::size_t middle = mesh.node_count() / 2;
   points(reference)[middle] += Vec3d{10, 0, 0};
-  const Job job = test::smooth(mesh, aiming_at(reference));
+  const Job job = test::smooth(mesh, {}, at(reference));
   EXPECT_GT(job.summary.flat_reference_element_count, 0);
   EXPECT_EQ(job.summary.quality_after.inverted_count, 0);
 }
 
-std::string thrown(const Mesh& mesh, const SmoothOptions& options) {
+std::string thrown(const Mesh& mesh, const SmoothOptions& options, const JobInput& input = {}) {
   try {
-    test::smooth(mesh, options);
+    test::smooth(mesh, options, input);
   } catch (const Error& error) {
     return error.reason();
   }
@@ -151,20 +147,18 @@ std::string thrown(const Mesh& mesh, const SmoothOptions& options) {
 TEST(Reference, IsRefusedByNameWhereItIsNone) {
   const Mesh mesh = test::lattice(ElementType::hexahedron, 3);
   const Mesh smaller = test::lattice(ElementType::hexahedron, 2);
-  EXPECT_EQ(thrown(mesh, aiming_at(smaller)), "ARRAY_SIZE_MISMATCH");
-  EXPECT_EQ(thrown(mesh, aiming_at(Target::reference)), "ARRAY_SIZE_MISMATCH");
+  EXPECT_EQ(thrown(mesh, {}, at(smaller)), "ARRAY_SIZE_MISMATCH");
+  EXPECT_EQ(thrown(mesh, aiming_at(Target::reference), {}), "ARRAY_SIZE_MISMATCH");
 
   Mesh reference = mesh;
   points(reference)[7].y = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(thrown(mesh, aiming_at(reference)), "NON_FINITE_COORDINATE");
+  EXPECT_EQ(thrown(mesh, {}, at(reference)), "NON_FINITE_COORDINATE");
   for (Vec3d& p : points(reference)) p.y = 0;
-  EXPECT_EQ(thrown(mesh, aiming_at(reference)), "REFERENCE_FLAT");
+  EXPECT_EQ(thrown(mesh, {}, at(reference)), "REFERENCE_FLAT");
 
-  SmoothOptions options = aiming_at(mesh);
-  options.method = Optimize{.target = Target::input};
-  EXPECT_EQ(thrown(mesh, options), "OPTION_NOT_SUPPORTED");
-  options.method = Laplacian{};
-  EXPECT_EQ(thrown(mesh, options), "OPTION_NOT_SUPPORTED");
+  EXPECT_EQ(thrown(mesh, aiming_at(Target::input), at(mesh)), "OPTION_NOT_SUPPORTED");
+  EXPECT_EQ(thrown(mesh, {.method = Laplacian{}}, at(mesh)), "OPTION_NOT_SUPPORTED");
+  EXPECT_EQ(thrown(mesh, {.method = Move{}}, at(mesh)), "OPTION_NOT_SUPPORTED");
 }
 
 TEST(Anchors, HoldNodesTheMoreTheHeavierTheyAre) {

@@ -82,10 +82,11 @@ JsonLine measure(const formats::MeshFile& file) {
 /// As `smooth FILE -o RESULT` does it, but for the server between. `said`: whether the summary has
 /// a line on what is worse than before.
 JsonLine smooth(formats::MeshFile& file, const cli::SmoothFlags& flags, JsonLine line = {}) {
-  SmoothOptions options = cli::to_smooth_options(flags);
-  options.node_pairs = file.node_pairs();
-  cli::set_up_mesh(file, {}, options);
-  const SmoothSummary summary = make_smoother("cpu", 1)->smooth(file.mesh, options);
+  const SmoothOptions options = cli::to_smooth_options(flags);
+  const std::vector<NodePair> pairs = file.node_pairs();
+  const JobInput input{.node_pairs = pairs};
+  cli::set_up_mesh(file, {}, input, options.boundary);
+  const SmoothSummary summary = make_smoother("cpu", 1)->smooth(file.mesh, options, {}, input);
   line.add("moved", static_cast<long long>(summary.nodes.moved));
   const KeptQuality kept = summary.kept_quality.value_or(KeptQuality{});
   line.add("restored", static_cast<long long>(kept.restored_node_count()));

@@ -20,7 +20,7 @@ class CudaMove : public test::CudaTest {
   static SmoothSummary run(const char* backend, const test::Motion& motion,
                            const SmoothOptions& options, Mesh& mesh) {
     mesh = motion.reference;
-    SmoothSummary summary = make_smoother(backend)->smooth(mesh, options);
+    SmoothSummary summary = make_smoother(backend)->smooth(mesh, options, {}, motion.input());
     const MotionStats& stats = summary.motion.value();
     std::printf(
         "%s on %s: %zu nodes, reached %.4f in %d steps (%d in vain), %d iterations, %d sweeps, "
@@ -103,11 +103,11 @@ TEST_F(CudaMove, SharesAKeptReferenceBetweenLanes) {
     for (int lane = 0; lane < kLanes; ++lane) {
       lanes.emplace_back([&, lane] {
         const auto smoother = make_smoother("cuda:0");
-        SmoothOptions options = motion.options();
-        options.reference = reference;
         for (int n = 0; n < kJobs; ++n) {
           Mesh& result = results[static_cast<std::size_t>(lane * kJobs + n)];
-          (void)smoother->smooth(*prepared, result.positions_span(), options, {});
+          JobPositions arrays(reference, result.positions_span());
+          arrays.input = motion.input();
+          (void)smoother->smooth(*prepared, arrays, motion.options(), {});
         }
       });
     }
@@ -122,7 +122,8 @@ TEST_F(CudaMove, TakesNoMoreMemoryThanTheEstimate) {
         test::twisted("hexahedra", test::unit_lattice(ElementType::hexahedron, 40), 60)}) {
     Mesh mesh = motion.reference;
     const MemoryEstimate estimate = smoother->estimate(test::size_of(mesh), motion.options());
-    EXPECT_GE(estimate.device_bytes, smoother->smooth(mesh, motion.options()).device_peak_bytes)
+    EXPECT_GE(estimate.device_bytes,
+              smoother->smooth(mesh, motion.options(), {}, motion.input()).device_peak_bytes)
         << motion.name;
   }
 }

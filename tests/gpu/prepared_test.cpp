@@ -30,9 +30,11 @@ std::vector<test::NamedMesh> meshes() {
 }
 
 test::Job run(Smoother& smoother, const PreparedTopology& prepared, Mesh mesh,
-              const SmoothOptions& options) {
+              const SmoothOptions& options, const JobInput& input = {}) {
   test::Job job{std::move(mesh), {}};
-  job.summary = smoother.smooth(prepared, job.mesh.positions_span(), options, JobControl());
+  JobPositions arrays(job.mesh.positions_span());
+  arrays.input = input;
+  job.summary = smoother.smooth(prepared, arrays, options, JobControl());
   return job;
 }
 
@@ -125,8 +127,8 @@ TEST_F(CudaPrepared, TakesFloat32AndMoves) {
   const MeshTopology topology(motion.reference);
   const auto prepared = smoother->prepare(topology.view());
   for (const Mesh& mesh : {motion.reference, test::as_float32(motion.reference)}) {
-    const test::Job expected = test::smooth_on(*smoother, mesh, motion.options());
-    const test::Job job = run(*smoother, *prepared, mesh, motion.options());
+    const test::Job expected = test::smooth_on(*smoother, mesh, motion.options(), motion.input());
+    const test::Job job = run(*smoother, *prepared, mesh, motion.options(), motion.input());
     EXPECT_EQ(job.summary.motion.value().reached, 1);
     EXPECT_LE(test::difference(job.mesh, test::oracle::to_points(expected.mesh)), 1e-4);
   }

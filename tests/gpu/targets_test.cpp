@@ -17,8 +17,9 @@ using test::Job;
 
 class CudaTargets : public test::CudaTest {
  protected:
-  static Job on(const char* backend, const Mesh& mesh, const SmoothOptions& options) {
-    return test::smooth_on(*make_smoother(backend), mesh, options);
+  static Job on(const char* backend, const Mesh& mesh, const SmoothOptions& options,
+                const JobInput& input = {}) {
+    return test::smooth_on(*make_smoother(backend), mesh, options, input);
   }
   static const MetricStats& jacobian(const Job& job) {
     return test::scaled_jacobian(job.summary.quality_after);
@@ -33,10 +34,11 @@ class CudaTargets : public test::CudaTest {
         1e3 * job.summary.times.iterate_seconds);
   }
   /// Smooths on both and compares what they end in; gives the result of CUDA.
-  static Job expect_alike(const std::string& name, const Mesh& mesh, const SmoothOptions& options) {
+  static Job expect_alike(const std::string& name, const Mesh& mesh, const SmoothOptions& options,
+                          const JobInput& input = {}) {
     SCOPED_TRACE(name);
-    const Job cpu = on("cpu", mesh, options);
-    Job cuda = on("cuda:0", mesh, options);
+    const Job cpu = on("cpu", mesh, options, input);
+    Job cuda = on("cuda:0", mesh, options, input);
     for (const Job* job : {&cpu, static_cast<const Job*>(&cuda)}) {
       print(name, *job);
       EXPECT_EQ(job->summary.quality_after.inverted_count, 0);
@@ -88,12 +90,13 @@ TEST_F(CudaTargets, BringAJitteredLayerBackToItsReference) {
     const Mesh jittered = formats::generate_layer(options).mesh;
     const Job job =
         expect_alike("jittered layer " + std::to_string(static_cast<int>(type)) + " by reference",
-                     jittered, {.reference = clean.positions_view()});
+                     jittered, {}, {.reference = clean.positions_view()});
     if (type == LayerElements::hexahedra) {
       EXPECT_GE(jacobian(job).min, 0.99);
       expect_alike("jittered layer by itself", jittered, {});
     }
-    expect_alike("in float32", test::as_float32(jittered), {.reference = clean.positions_view()});
+    expect_alike("in float32", test::as_float32(jittered), {},
+                 {.reference = clean.positions_view()});
   }
 }
 
@@ -110,7 +113,7 @@ TEST_F(CudaTargets, TellWhatSlidesWhere) {
     const Mesh turned =
         test::with_fixed_set(formats::generate_hub({.rows = rows, .degrees = 30, .layers = rows}));
     expect_alike("hub of " + std::to_string(rows) + " rows and layers", turned,
-                 {.boundary = BoundaryPolicy::slide, .reference = clean.positions_view()});
+                 {.boundary = BoundaryPolicy::slide}, {.reference = clean.positions_view()});
   }
 }
 
@@ -133,7 +136,7 @@ TEST_F(CudaTargets, AnchorsFlatReferencesAndBadElementsAreAsOnTheCpu) {
   expect_alike("bad elements", mesh, {.only_below = OnlyBelow{.quality = 0.4, .rings = 1}});
   Mesh reference = mesh;
   test::points(reference)[mesh.node_count() / 2] += Vec3d{40, 0, 0};
-  expect_alike("partly flat reference", mesh, {.reference = reference.positions_view()});
+  expect_alike("partly flat reference", mesh, {}, {.reference = reference.positions_view()});
 }
 
 TEST_F(CudaTargets, LeaveNoElementInvalidBetweenItsCorners) {

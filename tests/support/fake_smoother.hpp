@@ -190,8 +190,6 @@ class FakeSmoother final : public Smoother {
                        const SmoothOptions& options, const JobControl& job) override {
     if (control_->extra_bytes_ > 0) job.on_extra_memory(control_->extra_bytes_);
     start();
-    const bool at_reference =
-        std::holds_alternative<Move>(options.method) && position_count(options.reference) > 0;
     for (int i = 1; i <= control_->progress_count_; ++i) {
       job.on_progress({.stage = Stage::iterate,
                        .iteration = i,
@@ -200,22 +198,26 @@ class FakeSmoother final : public Smoother {
     }
     const bool early = wait(job);
     const PositionsSpan& result = positions.result;
-    begin_at(at_reference ? options.reference : positions.given, result);
+    begin_at(positions.given, result);
     std::function<void()> thrower;
     {
       const std::lock_guard lock(control_->mutex_);
       thrower = control_->thrower_;
       control_->regions_.assign(topology.regions.begin(), topology.regions.end());
-      control_->node_pairs_.assign(options.node_pairs.begin(), options.node_pairs.end());
-      control_->reference_ = {{}, options.reference.index() == 1};
+      const JobInput& input = positions.input;
+      control_->node_pairs_.assign(input.node_pairs.begin(), input.node_pairs.end());
+      // What a motion begins at is one too.
+      const PositionsView& reference =
+          is_motion(options.method) ? positions.given : input.reference;
+      control_->reference_ = {{}, reference.index() == 1};
       std::visit(
           [&](auto span) {
             for (const auto& p : span) {
               control_->reference_.first.push_back(vec3_cast<double>(p));
             }
           },
-          options.reference);
-      const auto& prescribed = options.prescribed.nodes;
+          reference);
+      const auto& prescribed = input.prescribed.nodes;
       control_->motion_ = {{prescribed.begin(), prescribed.end()}, {}};
       std::visit(
           [&](auto span) {

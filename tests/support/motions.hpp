@@ -25,8 +25,10 @@ struct Motion {
   [[nodiscard]] SmoothOptions options(Move method = {}) const {
     SmoothOptions options;
     options.method = method;
-    options.prescribed = {nodes, std::span<const Vec3d>(positions)};
     return options;
+  }
+  [[nodiscard]] JobInput input() const {
+    return {.prescribed = {nodes, std::span<const Vec3d>(positions)}};
   }
 };
 

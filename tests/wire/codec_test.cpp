@@ -184,8 +184,8 @@ TEST(DecodeOptions, KeepsWhatOptimizeAimsAt) {
     EXPECT_EQ(std::get<Optimize>(options.method).stay, 0.5);
   }
   const Vec3d reference[] = {{0, 0, 0}};
-  const SmoothOptions given{.reference = std::span<const Vec3d>(reference)};
-  EXPECT_EQ(encode_options(given).optimize().target(), v1::TARGET_REFERENCE);
+  const JobInput given{.reference = std::span<const Vec3d>(reference)};
+  EXPECT_EQ(encode_options(with_target_of({}, given)).optimize().target(), v1::TARGET_REFERENCE);
 }
 
 TEST(DecodeOptions, KeepsTheLimitOfBadElements) {

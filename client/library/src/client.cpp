@@ -50,9 +50,9 @@ Client::~Client() = default;
 Client::Client(Client&&) noexcept = default;
 Client& Client::operator=(Client&&) noexcept = default;
 
-SmoothReport Client::smooth(Mesh& mesh, const SmoothOptions& options,
-                            const RequestOptions& request) {
-  return impl_->smooth(mesh, options, request);
+SmoothReport Client::smooth(Mesh& mesh, const SmoothOptions& options, const RequestOptions& request,
+                            const JobInput& input) {
+  return impl_->smooth(mesh, options, request, input);
 }
 
 SmoothReport Client::attach(const std::string& job_name, Mesh& mesh,

@@ -75,8 +75,9 @@ struct Client::Impl {
   }
 
   /// Smooths a mesh in place.
-  SmoothReport smooth(Mesh& mesh, const SmoothOptions& options, const RequestOptions& request) {
-    const JobMesh job{mesh, mesh.positions_view()};
+  SmoothReport smooth(Mesh& mesh, const SmoothOptions& options, const RequestOptions& request,
+                      const JobInput& input) {
+    const JobMesh job{mesh, mesh.positions_view(), input};
     BorrowedBuffer buffer(buffers, job.positions);
     Delivery delivery{.memory = std::move(buffer.positions)};
     SmoothReport report = smooth(job, options, request, {}, delivery);
@@ -88,8 +89,9 @@ struct Client::Impl {
 
   /// A job, in as many attempts as the request allows, the first one in a region where there is
   /// one. With the region of `delivery`, its positions there are kept until it succeeds.
-  SmoothReport smooth(const JobMesh& job, const SmoothOptions& options,
-                      const RequestOptions& request, TopologyUse topology, Delivery& delivery) {
+  SmoothReport smooth(const JobMesh& job, const SmoothOptions& given, const RequestOptions& request,
+                      TopologyUse topology, Delivery& delivery) {
+    const SmoothOptions options = with_target_of(given, job.input);
     const RequestOptions complete = completed(request, job.mesh, options);
     Retry retry(complete);
     std::size_t early_bytes = last_was_accepted ? kManyEarlyBytes : kFewEarlyBytes;

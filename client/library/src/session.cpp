@@ -37,14 +37,15 @@ struct Session::Impl {
     return typed.operator()<float>();
   }
 
-  SmoothReport smooth(const SmoothOptions& options, const RequestOptions& request) {
+  SmoothReport smooth(const SmoothOptions& options, const RequestOptions& request,
+                      const JobInput& input) {
     leave_lost_region();
-    return run(as_view(positions()), options, request, {topology_name, false, route});
+    return run({mesh, as_view(positions()), input}, options, request, topology_name);
   }
 
   template <class Real>
   SmoothReport smooth(std::span<Vec3<Real>> positions, const SmoothOptions& options,
-                      const RequestOptions& request) {
+                      const RequestOptions& request, const JobInput& input) {
     if (positions.size() != mesh.node_count()) {
       throw ServiceError(StatusCode::invalid_argument, "ARRAY_SIZE_MISMATCH",
                          std::to_string(positions.size()) + " positions for a mesh of " +
@@ -52,28 +53,30 @@ struct Session::Impl {
                          {}, {});
     }
     leave_lost_region();
-    SmoothReport report = run(std::span<const Vec3<Real>>(positions), options, request,
-                              {topology_name, false, route});
+    SmoothReport report =
+        run({mesh, std::span<const Vec3<Real>>(positions), input}, options, request, topology_name);
     std::ranges::copy(std::get<std::span<Vec3<Real>>>(this->positions()), positions.begin());
     return report;
   }
 
-  SmoothReport move(const SmoothOptions& options, const RequestOptions& request) {
+  SmoothReport move(const PrescribedNodes& prescribed, const SmoothOptions& options,
+                    const RequestOptions& request) {
     // It is another topology: its reference belongs to it.
     if (moving_name.empty()) {
       moving_name = wire::topology_name(MeshTopology(mesh).view(), mesh.positions_view());
     }
     leave_lost_region();
-    return run(mesh.positions_view(), options, request, {moving_name, false, route});
+    return run({mesh, mesh.positions_view(), {.prescribed = prescribed}}, options, request,
+               moving_name);
   }
 
-  SmoothReport run(const PositionsView& positions, const SmoothOptions& options,
-                   const RequestOptions& request, const TopologyUse& use) {
+  SmoothReport run(const JobMesh& job, const SmoothOptions& options, const RequestOptions& request,
+                   const std::string& topology) {
     try {
-      now.more_bytes = bytes_of(positions).size();
-      SmoothReport report = client.smooth({mesh, positions}, options, request, use, now);
+      now.more_bytes = bytes_of(job.positions).size();
+      SmoothReport report = client.smooth(job, options, request, {topology, false, route}, now);
       begun = true;
-      float64_in_region = std::holds_alternative<std::span<const Vec3d>>(positions);
+      float64_in_region = std::holds_alternative<std::span<const Vec3d>>(job.positions);
       if (now.in_region.empty()) {
         std::swap(own, now.memory);
         now.region = {};
@@ -117,24 +120,25 @@ Session& Session::operator=(Session&&) noexcept = default;
 const std::string& Session::topology_name() const { return impl_->topology_name; }
 
 SmoothReport Session::smooth(std::span<Vec3d> positions, const SmoothOptions& options,
-                             const RequestOptions& request) {
-  return impl_->smooth(positions, options, request);
+                             const RequestOptions& request, const JobInput& input) {
+  return impl_->smooth(positions, options, request, input);
 }
 
 SmoothReport Session::smooth(std::span<Vec3f> positions, const SmoothOptions& options,
-                             const RequestOptions& request) {
-  return impl_->smooth(positions, options, request);
+                             const RequestOptions& request, const JobInput& input) {
+  return impl_->smooth(positions, options, request, input);
 }
 
 SmoothReport Session::move(std::span<const NodeId> nodes, PositionsView positions,
-                           SmoothOptions options, const RequestOptions& request) {
-  options.prescribed = {nodes, positions};
-  validate(options);
-  return impl_->move(options, request);
+                           const SmoothOptions& options, const RequestOptions& request) {
+  const PrescribedNodes prescribed{nodes, positions};
+  validate(options, {.prescribed = prescribed});
+  return impl_->move(prescribed, options, request);
 }
 
-SmoothReport Session::smooth(const SmoothOptions& options, const RequestOptions& request) {
-  return impl_->smooth(options, request);
+SmoothReport Session::smooth(const SmoothOptions& options, const RequestOptions& request,
+                             const JobInput& input) {
+  return impl_->smooth(options, request, input);
 }
 
 PositionsView Session::positions() const {

@@ -63,15 +63,15 @@ RequestOptions completed(RequestOptions request, const Mesh& mesh, const SmoothO
 
 namespace {
 
-bool moves(const SmoothOptions& options) { return std::holds_alternative<Move>(options.method); }
+bool moves(const SmoothOptions& options) { return is_motion(options.method); }
 
-/// Positions that come with the options: where `Move` shall bring nodes, or the reference.
-const PositionsView& further_positions(const SmoothOptions& options) {
-  return moves(options) ? options.prescribed.positions : options.reference;
+/// Further positions of a job: where `Move` shall bring nodes, or the reference.
+const PositionsView& further_positions(const JobMesh& job, const SmoothOptions& options) {
+  return moves(options) ? job.input.prescribed.positions : job.input.reference;
 }
 
 /// The same in the job's precision, if they come in the other one.
-Positions converted_positions(const PositionsView& own, const SmoothOptions& options) {
+Positions converted_positions(const JobMesh& job, const SmoothOptions& options) {
   return std::visit(
       []<class Real, class Other>(std::span<const Vec3<Real>>,
                                   std::span<const Vec3<Other>> given) -> Positions {
@@ -82,7 +82,7 @@ Positions converted_positions(const PositionsView& own, const SmoothOptions& opt
         }
         return converted;
       },
-      own, further_positions(options));
+      job.positions, further_positions(job, options));
 }
 
 }  // namespace
@@ -90,6 +90,7 @@ Positions converted_positions(const PositionsView& own, const SmoothOptions& opt
 SmoothCall::SmoothCall(const CallTarget& target, const JobMesh& job, const SmoothOptions& options,
                        const RequestOptions& request, Attempt attempt, Positions& memory)
     : server_(target.server),
+      job_(job),
       mesh_(job.mesh),
       positions_(job.positions),
       options_(options),
@@ -97,7 +98,7 @@ SmoothCall::SmoothCall(const CallTarget& target, const JobMesh& job, const Smoot
       topology_(std::move(attempt.topology)),
       left_(attempt.left),
       stub_(target.channel),
-      converted_(converted_positions(job.positions, options)),
+      converted_(converted_positions(job_, options)),
       to_send_(parts_to_send()),
       early_bytes_(attempt.early_bytes),
       result_(job.positions, job.mesh.element_count()),
@@ -140,8 +141,8 @@ v1::JobSpec SmoothCall::make_spec() const {
     spec.set_topology_name(topology_.name);
   }
   spec.set_coordinate_type(wire::encode_position_type(positions_));
-  spec.set_prescribed_node_count(static_cast<std::int64_t>(options_.prescribed.nodes.size()));
-  spec.set_node_pair_count(static_cast<std::int64_t>(options_.node_pairs.size()));
+  spec.set_prescribed_node_count(static_cast<std::int64_t>(job_.input.prescribed.nodes.size()));
+  spec.set_node_pair_count(static_cast<std::int64_t>(job_.input.node_pairs.size()));
   *spec.mutable_options() = wire::encode_options(options_);
   spec.set_backend_kind(encode_backend(request_.backend));
   if (request_.on_progress) {
@@ -290,24 +291,25 @@ std::vector<SmoothCall::Part> SmoothCall::parts_to_send() const {
   const auto add_further = [&](v1::ArrayId id) {
     const auto converted =
         std::visit([](const auto& own) { return std::as_bytes(std::span(own)); }, converted_);
-    add(id, converted.empty() ? bytes_of(further_positions(options_)) : converted);
+    add(id, converted.empty() ? bytes_of(further_positions(job_, options_)) : converted);
   };
-  if (!options_.node_pairs.empty()) {
-    (void)hold_node_pairs(MeshTopology(mesh_).view(), options_);  // refuses them before they travel
+  if (!job_.input.node_pairs.empty()) {
+    (void)hold_node_pairs(MeshTopology(mesh_).view(),
+                          job_.input);  // refuses them before they travel
   }
   if (moves(options_)) {
-    validate_prescribed(MeshTopology(mesh_).view(), options_.prescribed);
+    validate_prescribed(MeshTopology(mesh_).view(), job_.input.prescribed);
     if (topology_.name.empty()) add(v1::ARRAY_ID_REFERENCE_COORDINATES, bytes_of(positions_));
-    add(v1::ARRAY_ID_PRESCRIBED_NODES, std::as_bytes(options_.prescribed.nodes));
+    add(v1::ARRAY_ID_PRESCRIBED_NODES, std::as_bytes(job_.input.prescribed.nodes));
     add_further(v1::ARRAY_ID_PRESCRIBED_COORDINATES);
   } else {
     add(v1::ARRAY_ID_COORDINATES, bytes_of(positions_));
     if (aims_at_reference(options_)) {
-      validate_reference(MeshTopology(mesh_).view(), options_.reference);
+      validate_reference(MeshTopology(mesh_).view(), job_.input.reference);
       add_further(v1::ARRAY_ID_REFERENCE_COORDINATES);
     }
   }
-  add(v1::ARRAY_ID_NODE_PAIRS, std::as_bytes(options_.node_pairs));
+  add(v1::ARRAY_ID_NODE_PAIRS, std::as_bytes(job_.input.node_pairs));
   std::ranges::reverse(parts);
   return parts;
 }

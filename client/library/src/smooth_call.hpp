@@ -48,10 +48,12 @@ inline constexpr std::size_t kFewEarlyBytes = 64 << 10;
 /// The same where the last job was accepted: a mesh of this size does not wait for the answer.
 inline constexpr std::size_t kManyEarlyBytes = 2 << 20;
 
-/// The mesh of a job: the elements of one, and positions in place of its own.
+/// The mesh of a job: the elements of one, and positions in place of its own. What else it is
+/// given.
 struct JobMesh {
   const Mesh& mesh;
   PositionsView positions;
+  JobInput input = {};
 };
 
 /// What differs between the attempts at one job.
@@ -109,6 +111,7 @@ class SmoothCall {
   void write_next();
 
   const std::string server_;
+  const JobMesh job_;
   const Mesh& mesh_;
   const PositionsView positions_;
   const SmoothOptions& options_;

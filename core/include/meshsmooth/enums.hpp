@@ -74,13 +74,13 @@ inline constexpr std::array<std::string_view, 3> kEnumNames<Goal> = {
 
 /// The shape that `Optimize` gives each element.
 enum class Target {
-  /// Its shape in `SmoothOptions::reference`. Without one: simplices their ideal shape; other elements
+  /// Its shape in `JobInput::reference`. Without one: simplices their ideal shape; other elements
   /// right angles at their own aspect ratio where it is meant, as in a boundary layer, else equal edges
   /// (docs/methods.md, Targets).
   automatic,
   ideal,  ///< The ideal shape of its type: equal edges.
   input,  ///< Its shape in the input.
-  reference,  ///< Its shape in `SmoothOptions::reference`, which must be there.
+  reference,  ///< Its shape in `JobInput::reference`, which must be there.
 };
 
 template <>

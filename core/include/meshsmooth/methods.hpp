@@ -88,7 +88,7 @@ struct WindowedSinc {
   double pass_band = 0.1;
 };
 
-/// Moves nodes to given positions (`SmoothOptions::prescribed`) and lets the rest of the mesh
+/// Moves nodes to given positions (`JobInput::prescribed`) and lets the rest of the mesh
 /// follow. The positions that the job brings are the reference: a valid mesh, whose boundary, what
 /// slides where, and element shapes count. Regions do not: what lies between them follows. The
 /// result depends on it and on the prescribed positions alone, not on the way there: after a cycle
@@ -114,9 +114,19 @@ struct Move {
 using Method =
     std::variant<Laplacian, SmartLaplacian, Taubin, HcLaplacian, Optimize, WindowedSinc, Move>;
 
+/// Whether a method moves nodes to prescribed positions.
+[[nodiscard]] inline bool is_motion(const Method& method) {
+  return std::holds_alternative<Move>(method);
+}
+
+/// Whether the iterations of a method are the terms of a filter, which does not converge.
+[[nodiscard]] inline bool is_filter(const Method& method) {
+  return std::holds_alternative<WindowedSinc>(method);
+}
+
 /// Whether a method sweeps as `Optimize` does.
 [[nodiscard]] inline bool sweeps_as_optimize(const Method& method) {
-  return std::holds_alternative<Optimize>(method) || std::holds_alternative<Move>(method);
+  return std::holds_alternative<Optimize>(method) || is_motion(method);
 }
 
 }  // namespace meshsmooth

@@ -43,6 +43,19 @@ struct PrescribedNodes {
 /// Two nodes that belong together, as on periodic sides.
 using NodePair = std::array<NodeId, 2>;
 
+/// What a job is given besides its mesh and its options: arrays, not owned; each may be empty.
+struct JobInput {
+  /// Of `Optimize`: positions of the mesh in which each element has its target shape, [node_count]
+  /// in the mesh's unit. What slides where is read from it too. With it, `Target::automatic` is
+  /// `Target::reference`.
+  PositionsView reference = {};
+  PrescribedNodes prescribed = {};  ///< Of `Move`, which needs at least one.
+  /// Nodes that belong together; a node may be in several pairs. They are held, not moved together,
+  /// by every method and boundary policy. Of `Move`, prescribed ones go where they are prescribed:
+  /// both of a pair, or none.
+  std::span<const NodePair> node_pairs = {};
+};
+
 /// The options of a job. The defaults are those of the wire and of the command line.
 struct SmoothOptions {
   Method method = Optimize{};
@@ -75,15 +88,6 @@ struct SmoothOptions {
   /// classified by the constraint that prevents improvement, which costs one sweep:
   /// SmoothSummary::poor. Unset: they are not.
   std::optional<double> report_below = {};
-  /// Of `Optimize`: positions of the mesh in which each element has its target shape,
-  /// [node_count] in the mesh's unit, not owned; or empty. What slides where is read from it too.
-  /// Of `Move`: where the nodes lie at first, or empty: in the positions of the job.
-  PositionsView reference = {};
-  PrescribedNodes prescribed = {};  ///< Of `Move`, which needs at least one.
-  /// Nodes that belong together, not owned; a node may be in several pairs. They are held, not
-  /// moved together, by every method and boundary policy. Of `Move`, prescribed ones go where they
-  /// are prescribed: both of a pair, or none.
-  std::span<const NodePair> node_pairs = {};
   /// Metrics to return for every element of the result, each once: SmoothSummary::element_quality.
   std::vector<QualityMetric> element_quality_metrics = {};
 };
@@ -108,13 +112,16 @@ template <class Length>
 /// `Optimize` converges by its energy, and of `WindowedSinc`, which does not converge.
 [[nodiscard]] inline double displacement_tolerance(const SmoothOptions& options,
                                                    double bounding_box_diagonal) {
-  if (converges_by_energy(options) || std::holds_alternative<WindowedSinc>(options.method))
-    return 0;
+  if (converges_by_energy(options) || is_filter(options.method)) return 0;
   return in_mesh_unit(options.tolerance, bounding_box_diagonal);
 }
 
-/// Returns whether `Optimize` aims at `SmoothOptions::reference`.
+/// Returns whether `Optimize` aims at `JobInput::reference`, by the options alone.
 [[nodiscard]] bool aims_at_reference(const SmoothOptions& options);
+
+/// Returns the options with `Target::automatic` made definite: `Target::reference` where there is
+/// one.
+[[nodiscard]] SmoothOptions with_target_of(SmoothOptions options, const JobInput& input);
 
 /// Checks that each metric is listed once.
 /// @throws InvalidOption OPTION_OUT_OF_RANGE, detail "field".
@@ -125,22 +132,25 @@ void validate_metrics(std::span<const QualityMetric> metrics);
 /// @throws NotSupported OPTION_NOT_SUPPORTED, detail "field".
 void validate(const SmoothOptions& options);
 
+/// The same, and that the method takes the input.
+void validate(const SmoothOptions& options, const JobInput& input);
+
 /// Checks the nodes that `Move` prescribes. O(prescribed nodes).
 /// @throws InvalidOption OPTION_OUT_OF_RANGE without any; InvalidMesh ARRAY_SIZE_MISMATCH,
 ///         INDEX_OUT_OF_RANGE, NON_FINITE_COORDINATE, PRESCRIBED_TWICE, PRESCRIBED_AND_FIXED,
 ///         detail "node"
 void validate_prescribed(const TopologyView& topology, const PrescribedNodes& prescribed);
 
-/// The nodes that do not move with `SmoothOptions::node_pairs`.
+/// The nodes that do not move with `JobInput::node_pairs`.
 struct HeldPairs {
   std::vector<std::uint8_t> fixed;  ///< [node_count]: 1 for those and the caller's fixed nodes.
   std::int64_t paired = 0;          ///< Held by a pair, whether the caller fixed them or not.
 };
 
-/// Marks the nodes of `options.node_pairs` that are not prescribed.
+/// Marks the nodes of `input.node_pairs` that are not prescribed.
 /// O(nodes + pairs + prescribed nodes).
 /// @throws InvalidMesh INDEX_OUT_OF_RANGE, PAIR_HALF_PRESCRIBED, detail "node";
 ///         ARRAY_SIZE_MISMATCH for a fixed mask of another size
-[[nodiscard]] HeldPairs hold_node_pairs(const TopologyView& topology, const SmoothOptions& options);
+[[nodiscard]] HeldPairs hold_node_pairs(const TopologyView& topology, const JobInput& input);
 
 }  // namespace meshsmooth

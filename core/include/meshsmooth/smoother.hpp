@@ -45,12 +45,13 @@ struct JobControl {
   std::function<void(std::int64_t)> on_extra_memory;
 };
 
-/// The positions of a job: where they are read, and where the result is written.
+/// The arrays of a job: the positions that it reads, where the result is written, and what else it
+/// is given.
 struct JobPositions {
   /// In place.
   template <std::convertible_to<PositionsSpan> Array>
   JobPositions(Array&& both) : result(std::forward<Array>(both)), given(as_view(result)) {}
-  /// Both of one type and size; they do not overlap, or are the same array.
+  /// Both of one size, and of one type but for `Move`; they do not overlap, or are the same array.
   JobPositions(PositionsView from, PositionsSpan to) : result(to), given(from) {}
 
   PositionsSpan result;
@@ -58,6 +59,7 @@ struct JobPositions {
   /// Whether `result` stays as it is when the job fails; else anything may be there then, and some
   /// jobs are faster.
   bool kept_on_error = true;
+  JobInput input = {};
 };
 
 /// The sizes of a mesh: enough to estimate the memory of its job.
@@ -67,7 +69,7 @@ struct MeshSize {
   bool float64 = true;
   bool regions = false;     // its elements have regions
   bool reference = false;   // a reference is kept with it, for motions
-  bool node_pairs = false;  // jobs have `SmoothOptions::node_pairs`
+  bool node_pairs = false;  // jobs have `JobInput::node_pairs`
 };
 
 /// Bytes by memory space.
@@ -142,7 +144,7 @@ class Smoother {
   /// sums from those of a bare topology, whose nodes are ordered by their positions.
   /// About twice the time of those steps of a job, on CUDA 50 to 100 times (1M nodes 82 ms, H200).
   ///
-  /// With a reference, jobs of `Move` whose `SmoothOptions::reference` is this very array share
+  /// With a reference, jobs of `Move` that are given this very array as their positions share
   /// what they need of it: the matrix of Laplace's equation and its multigrid hierarchy, for the
   /// newest set of fixed nodes. The first of them builds it, in the time of about 40 of its
   /// iterations.
@@ -157,14 +159,16 @@ class Smoother {
   [[nodiscard]] virtual MemoryEstimate estimate_prepared(const MeshSize& size) const;
 
   /// Smooths `prepared.topology`. O(nodes + sweeps * edges), and O(elements) to evaluate.
-  /// `Move` with a `SmoothOptions::reference` does not read `positions`.
   virtual SmoothSummary smooth(const PreparedTopology& prepared, const JobPositions& positions,
                                const SmoothOptions& options, const JobControl& control);
 
   /// Smooths a mesh with its own positions.
-  SmoothSummary smooth(Mesh& mesh, const SmoothOptions& options, const JobControl& control = {}) {
+  SmoothSummary smooth(Mesh& mesh, const SmoothOptions& options, const JobControl& control = {},
+                       const JobInput& input = {}) {
     const MeshTopology topology(mesh);
-    return smooth(topology.view(), mesh.positions_span(), options, control);
+    JobPositions positions(mesh.positions_span());
+    positions.input = input;
+    return smooth(topology.view(), positions, options, control);
   }
 };
 

@@ -45,7 +45,7 @@ struct NodeCounts {
   std::int64_t outside_only_below = 0;  ///< Fixed by `SmoothOptions::only_below`.
   /// Fixed because they share their position with another node of the boundary, which may move.
   std::int64_t coincident = 0;
-  std::int64_t paired = 0;  ///< Held by `SmoothOptions::node_pairs`.
+  std::int64_t paired = 0;  ///< Held by `JobInput::node_pairs`.
   /// With BoundaryPolicy::slide, of the nodes on the boundary and between regions; the rest of them
   /// is fixed. With `Optimize` on a curved surface mesh, of all nodes.
   std::int64_t sliding_in_plane = 0;

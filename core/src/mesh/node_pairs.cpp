@@ -18,7 +18,7 @@ constexpr std::uint8_t kFixed = 1, kPrescribed = 2, kPaired = 4;
 
 }  // namespace
 
-HeldPairs hold_node_pairs(const TopologyView& topology, const SmoothOptions& options) {
+HeldPairs hold_node_pairs(const TopologyView& topology, const JobInput& input) {
   validate_sizes(topology);
   HeldPairs held;
   std::vector<std::uint8_t>& marks = held.fixed;
@@ -29,17 +29,17 @@ HeldPairs hold_node_pairs(const TopologyView& topology, const SmoothOptions& opt
   const auto is_node = [&](NodeId node) {
     return node >= 0 && static_cast<std::size_t>(node) < topology.node_count;
   };
-  for (const NodeId node : options.prescribed.nodes) {  // `validate_prescribed` refuses others
+  for (const NodeId node : input.prescribed.nodes) {  // `validate_prescribed` refuses others
     if (is_node(node)) marks[static_cast<std::size_t>(node)] |= kPrescribed;
   }
-  for (std::size_t pair = 0; pair < options.node_pairs.size(); ++pair) {
-    for (const NodeId node : options.node_pairs[pair]) {
+  for (std::size_t pair = 0; pair < input.node_pairs.size(); ++pair) {
+    for (const NodeId node : input.node_pairs[pair]) {
       if (is_node(node)) continue;
       refuse_pair(
           "INDEX_OUT_OF_RANGE", pair, node,
           "is out of range, the mesh has " + std::to_string(topology.node_count) + " nodes");
     }
-    const auto [a, b] = options.node_pairs[pair];
+    const auto [a, b] = input.node_pairs[pair];
     std::uint8_t& mark_a = marks[static_cast<std::size_t>(a)];
     std::uint8_t& mark_b = marks[static_cast<std::size_t>(b)];
     if (((mark_a ^ mark_b) & kPrescribed) != 0) {

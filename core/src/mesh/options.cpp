@@ -47,7 +47,7 @@ void validate_form(const M&, Form form) {
 }
 
 void validate_kept_metric(const SmoothOptions& options) {
-  if (std::holds_alternative<Move>(options.method)) {
+  if (is_motion(options.method)) {
     throw NotSupported("OPTION_NOT_SUPPORTED",
                        "move keeps no quality, since the boundary moves; it has no metric",
                        {{"field", "metric"}});
@@ -62,15 +62,13 @@ void validate_kept_metric(const SmoothOptions& options) {
                       {{"field", "metric"}});
 }
 
-void validate_target(const SmoothOptions& options) {
-  if (position_count(options.reference) == 0) return;
-  if (std::holds_alternative<Move>(options.method)) return;  // begins there
+void validate_reference_of(const SmoothOptions& options) {
   const auto* method = std::get_if<Optimize>(&options.method);
   if (method == nullptr) {
-    throw NotSupported("OPTION_NOT_SUPPORTED",
-                       "only optimize and move have a reference, the method is " +
-                           std::string(method_name(options.method)),
-                       {{"field", "reference"}});
+    throw NotSupported(
+        "OPTION_NOT_SUPPORTED",
+        "only optimize has a reference, the method is " + std::string(method_name(options.method)),
+        {{"field", "reference"}});
   }
   if (method->target == Target::ideal || method->target == Target::input) {
     throw NotSupported("OPTION_NOT_SUPPORTED",
@@ -84,9 +82,14 @@ void validate_target(const SmoothOptions& options) {
 
 bool aims_at_reference(const SmoothOptions& options) {
   const auto* method = std::get_if<Optimize>(&options.method);
-  return method != nullptr &&
-         (method->target == Target::reference ||
-          (method->target == Target::automatic && position_count(options.reference) > 0));
+  return method != nullptr && method->target == Target::reference;
+}
+
+SmoothOptions with_target_of(SmoothOptions options, const JobInput& input) {
+  auto* method = std::get_if<Optimize>(&options.method);
+  const bool open = method != nullptr && method->target == Target::automatic;
+  if (open && position_count(input.reference) > 0) method->target = Target::reference;
+  return options;
 }
 
 void validate_metrics(std::span<const QualityMetric> metrics) {
@@ -104,7 +107,7 @@ void validate(const SmoothOptions& options) {
   std::visit([](const auto& method) { validate_method(method); }, options.method);
   const int limit = iteration_limit(options);
   need(limit >= 0, "max_iteration_count", limit, "0 or more");
-  if (std::holds_alternative<WindowedSinc>(options.method)) {
+  if (is_filter(options.method)) {
     need(limit <= kMostFilterIterations, "max_iteration_count", limit,
          "at most " + std::to_string(kMostFilterIterations) + " for windowed_sinc");
   }
@@ -126,7 +129,7 @@ void validate(const SmoothOptions& options) {
   }
   if (options.metric) validate_kept_metric(options);
   if (options.only_below) {
-    if (std::holds_alternative<Move>(options.method)) {
+    if (is_motion(options.method)) {
       throw NotSupported("OPTION_NOT_SUPPORTED",
                          "only_below chooses elements of the input, which move makes follow as a "
                          "whole; use a movement limit or fixed nodes",
@@ -149,8 +152,12 @@ void validate(const SmoothOptions& options) {
     }
   }
   std::visit([&](const auto& method) { validate_form(method, options.form); }, options.method);
-  validate_target(options);
-  if (!options.prescribed.nodes.empty() && !std::holds_alternative<Move>(options.method)) {
+}
+
+void validate(const SmoothOptions& options, const JobInput& input) {
+  validate(options);
+  if (position_count(input.reference) > 0) validate_reference_of(options);
+  if (!input.prescribed.nodes.empty() && !is_motion(options.method)) {
     throw NotSupported("OPTION_NOT_SUPPORTED",
                        "only move takes prescribed nodes, the method is " +
                            std::string(method_name(options.method)),

@@ -14,25 +14,30 @@ class PairedSmoother final : public ForwardingSmoother {
   [[nodiscard]] MemoryEstimate estimate(const MeshSize& size,
                                         const SmoothOptions& options) const override {
     MemoryEstimate sum = inner().estimate(size, options);
-    if (size.node_pairs || !options.node_pairs.empty()) sum.host_bytes += size.node_count;
+    if (size.node_pairs) sum.host_bytes += size.node_count;
     return sum;
   }
 
   using Smoother::smooth;
   SmoothSummary smooth(const TopologyView& topology, const JobPositions& positions,
                        const SmoothOptions& options, const JobControl& control) override {
-    if (options.node_pairs.empty()) return inner().smooth(topology, positions, options, control);
-    const HeldPairs held = hold_node_pairs(topology, options);
+    const SmoothOptions definite = with_target_of(options, positions.input);
+    if (positions.input.node_pairs.empty()) {
+      return inner().smooth(topology, positions, definite, control);
+    }
+    const HeldPairs held = hold_node_pairs(topology, positions.input);
     TopologyView with_pairs = topology;
     with_pairs.fixed = held.fixed;
-    SmoothSummary summary = inner().smooth(with_pairs, positions, options, control);
+    SmoothSummary summary = inner().smooth(with_pairs, positions, definite, control);
     summary.nodes.paired = held.paired;
     summary.host_peak_bytes += static_cast<std::int64_t>(held.fixed.size());
     return summary;
   }
   SmoothSummary smooth(const PreparedTopology& prepared, const JobPositions& positions,
                        const SmoothOptions& options, const JobControl& control) override {
-    if (options.node_pairs.empty()) return inner().smooth(prepared, positions, options, control);
+    if (positions.input.node_pairs.empty()) {
+      return inner().smooth(prepared, positions, with_target_of(options, positions.input), control);
+    }
     return smooth(prepared.topology, positions, options, control);
   }
 };

@@ -128,9 +128,12 @@ struct Motion {
     SmoothOptions options;
     options.method = Move{};
     options.quality_detail = QualityDetail::brief;
-    options.reference = given();
-    options.prescribed = {nodes, std::span<const Vec3d>(to)};
     return options;
+  }
+  [[nodiscard]] JobPositions arrays() {
+    JobPositions arrays(given(), std::span<Vec3d>(result));
+    arrays.input.prescribed = {nodes, std::span<const Vec3d>(to)};
+    return arrays;
   }
 };
 
@@ -231,16 +234,18 @@ void measure(Smoother& smoother, const Case& of, int repeats, Table& table, Json
     figures.add_time("values of another reference", laplace_values_ms(of.mesh, repeats));
   }
   Motion motion(smoother.backend(), of, 1);
-  const std::span<Vec3d> result = motion.result;
-  figures.add("whole", repeats,
-              [&] { return smoother.smooth(motion.topology(), result, motion.options(), {}); });
+  figures.add("whole", repeats, [&] {
+    return smoother.smooth(motion.topology(), motion.arrays(), motion.options(), {});
+  });
   const auto prepared = smoother.prepare(motion.topology(), {}, motion.given());
-  const auto run = [&] { return smoother.smooth(*prepared, result, motion.options(), {}); };
+  const auto run = [&] {
+    return smoother.smooth(*prepared, motion.arrays(), motion.options(), {});
+  };
   figures.add("first on a kept reference", 1, run);
   figures.add("kept", repeats, run);
   figures.add_time(
       "kept, cancelled: the longest wait", longest_cancel_ms([&](const JobControl& control) {
-        static_cast<void>(smoother.smooth(*prepared, result, motion.options(), control));
+        static_cast<void>(smoother.smooth(*prepared, motion.arrays(), motion.options(), control));
       }));
   motion.place(of, of.step);
   figures.add("kept, small step", repeats, run);
@@ -249,7 +254,7 @@ void measure(Smoother& smoother, const Case& of, int repeats, Table& table, Json
   const auto run_warm = [&] {
     SmoothOptions options = motion.options();
     options.method = Move{.start = Start::warm};
-    return smoother.smooth(*prepared, result, options, {});
+    return smoother.smooth(*prepared, motion.arrays(), options, {});
   };
   for (int n = 0; n < 2; ++n) {  // to extrapolate from
     step();

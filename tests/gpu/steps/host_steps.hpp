@@ -23,10 +23,10 @@ template <class Real>
 DeviceSweeps sweep_on_host(const FlatMesh& mesh, const SmoothOptions& options) {
   HostSession host;
   OnExecutor<detail::CpuExecutor, Real> here(host.executor, mesh, element_table().data());
-  detail::ConvergenceMonitor monitor(options, host.control, mesh.diagonal, mesh.free_count());
-  detail::Sweeper<detail::CpuExecutor, Real> sweeper(
-      host.executor, here.context(detail::acceptance_of(options)), detail::resolve_form(options),
-      here.positions.data());
+  const detail::JobPlan plan = detail::plan_job(options);
+  detail::ConvergenceMonitor monitor(plan, host.control, mesh.diagonal, mesh.free_count());
+  detail::Sweeper<detail::CpuExecutor, Real> sweeper(host.executor, here.context(plan.acceptance),
+                                                     plan.form, here.positions.data());
   while (!monitor.done(sweeper.step(detail::UniformMean{}, 1))) {
   }
   DeviceSweeps result;

@@ -2,7 +2,7 @@
 
 #include "gpu/steps/cuda_steps.hpp"
 #include "gpu/steps/on_executor.hpp"
-#include "smooth/plan/backend.hpp"
+#include "smooth/pipeline/backend.hpp"
 
 namespace meshsmooth::test {
 
@@ -17,7 +17,8 @@ PhaseResult run_optimize_phase(B& backend, const JobControl& control, const Flat
   options.method = Optimize{};
   options.max_iterations = request.sweeps;
   options.tolerance = {0, false};
-  detail::ConvergenceMonitor monitor(options, control, mesh.diagonal, mesh.free_count());
+  const detail::JobPlan plan = detail::plan_job(options);
+  detail::ConvergenceMonitor monitor(plan, control, mesh.diagonal, mesh.free_count());
   const auto opposite = backend.find_opposite_nodes(there.around);
   const auto home = uploaded(executor, positions_as<Real>(mesh.positions));
   auto context = there.context({});

@@ -2,7 +2,7 @@
 #include "gpu/steps/device_session.cuh"
 #include "smooth/cuda/sweeps/sweeps.cuh"
 #include "smooth/guard/sweep_context.hpp"
-#include "smooth/plan/iterate.hpp"
+#include "smooth/pipeline/iterate.hpp"
 
 namespace meshsmooth::test {
 namespace {
@@ -101,9 +101,10 @@ DeviceSweeps sweep(const FlatMesh& mesh, SweepKernel kernel, const SmoothOptions
   DeviceSession device;
   CudaExecutor& executor = device.executor;
   OnDevice<Real> there(executor, mesh, device.lane.shapes());
-  detail::ConvergenceMonitor monitor(options, device.control, mesh.diagonal, mesh.free_count());
-  Sweeper<Real> sweeper(executor, there.context(detail::acceptance_of(options)),
-                        detail::resolve_form(options), there.positions.data());
+  const detail::JobPlan plan = detail::plan_job(options);
+  detail::ConvergenceMonitor monitor(plan, device.control, mesh.diagonal, mesh.free_count());
+  Sweeper<Real> sweeper(executor, there.context(plan.acceptance), plan.form,
+                        there.positions.data());
   DeviceSweeps result;
   result.ran = sweep_by(kernel, executor, mesh, sweeper, options, monitor);
   result.positions =

@@ -63,8 +63,8 @@ DeviceTopology prepare(const Mesh& mesh, const std::vector<Vec3<Real>>& position
   const TopologyView view = topology.view();
   detail::CudaBackend backend(executor, view, mesh.positions_view(), QualityDetail::full);
   StageTimes times;
-  const auto job =
-      backend.prepare(view, std::span<const Vec3<Real>>(positions), options, device.control, times);
+  const auto job = backend.prepare(view, std::span<const Vec3<Real>>(positions),
+                                   detail::plan_job(options), device.control, times);
 
   const auto nodes = downloaded(executor, job.caller_ids.data(), job.node_count);
   DeviceTopology found;

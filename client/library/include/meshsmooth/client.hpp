@@ -161,24 +161,27 @@ class Session {
   /// Smooths the positions in place; on errors they are unchanged.
   /// @param positions one for each node of the mesh, in either precision.
   /// `QualityDetail::brief` saves the server most of the evaluation.
+  /// @param input what else the job is given: of `Optimize` a reference, node pairs.
   SmoothReport smooth(std::span<Vec3d> positions, const SmoothOptions& options,
-                      const RequestOptions& request = {});
+                      const RequestOptions& request = {}, const JobInput& input = {});
   SmoothReport smooth(std::span<Vec3f> positions, const SmoothOptions& options,
-                      const RequestOptions& request = {});
+                      const RequestOptions& request = {}, const JobInput& input = {});
 
   /// Smooths what lies in `positions_span()`; on errors it is unchanged.
-  SmoothReport smooth(const SmoothOptions& options, const RequestOptions& request = {});
+  SmoothReport smooth(const SmoothOptions& options, const RequestOptions& request = {},
+                      const JobInput& input = {});
 
   /// Moves nodes of the mesh, as it was opened, to given positions and lets the rest follow: a step
   /// of a motion. Does not depend on earlier steps. The server keeps the mesh's own positions, the
   /// reference, with the topology, so that a step sends the prescribed nodes alone.
   /// @param nodes which nodes, each once.
   /// @param positions [nodes.size()], where they shall lie.
-  /// @param options whose method is `Move`; `prescribed` is replaced.
+  /// @param options whose method is `Move`.
   /// @returns the report, `summary.motion` among it: look at `reached`. The mesh lies in
   ///   `positions()` until the next call.
   SmoothReport move(std::span<const NodeId> nodes, PositionsView positions,
-                    SmoothOptions options = {.method = Move{}}, const RequestOptions& request = {});
+                    const SmoothOptions& options = {.method = Move{}},
+                    const RequestOptions& request = {});
   /// Returns the positions that the last call of `smooth` or `move` ended with, in the precision of
   /// that call, or the mesh's own; on errors, what lay there before. Valid until the next call.
   [[nodiscard]] PositionsView positions() const;
@@ -215,8 +218,10 @@ class Client {
   /// Smooths `mesh` in place: its positions change when the whole result has arrived, never before;
   /// nothing else changes. The summary has the metrics that
   /// `SmoothOptions::element_quality_metrics` asks for.
+  /// @param input what else the job is given: a reference, prescribed nodes, node pairs.
   /// @throws ServiceError OPTION_NOT_SUPPORTED: an older server, without those metrics.
-  SmoothReport smooth(Mesh& mesh, const SmoothOptions& options, const RequestOptions& request = {});
+  SmoothReport smooth(Mesh& mesh, const SmoothOptions& options, const RequestOptions& request = {},
+                      const JobInput& input = {});
 
   /// Opens a session for many jobs on the topology of `mesh`, which is copied. Hashes it,
   /// O(elements); sends nothing yet.

@@ -95,7 +95,7 @@ struct BallVolumeMean {
 /// The means of `with_mean_of`: a backend has sweeps for each.
 using Means = std::tuple<UniformMean, EdgeLengthMean<1>, EdgeLengthMean<-1>, BallVolumeMean>;
 
-/// Calls `functor(mean)` with the mean of a weighting.
+/// Calls `functor(mean)` with the mean of a weighting. `plan_job` knows which one reads balls.
 template <class Functor>
 void with_mean(Weighting weighting, const Functor& functor) {
   switch (weighting) {
@@ -127,26 +127,6 @@ template <class M>
 concept AveragingMethod = requires(const M& method) {
   with_mean_of(method, AnyMean{});
 };
-
-/// What the memory of a job depends on.
-struct MeanProperties {
-  bool averages = false;     // the method is an `AveragingMethod`; else all is false
-  bool uniform = false;      // its mean is `UniformMean`
-  bool reads_balls = false;  // its mean reads the balls, not only the rings
-};
-
-[[nodiscard]] inline MeanProperties mean_properties(const Method& method) {
-  MeanProperties result;
-  const auto find = [&]<class M>(const M& averaging) {
-    if constexpr (AveragingMethod<M>) {
-      with_mean_of(averaging, [&]<class Mean>(const Mean&) {
-        result = {true, std::is_same_v<Mean, UniformMean>, Mean::reads_balls};
-      });
-    }
-  };
-  std::visit(find, method);
-  return result;
-}
 
 /// One relaxed step towards a goal. A node at its goal stays, and factor 1 reaches the goal
 /// exactly.

@@ -44,7 +44,7 @@ class Sweeper {
   /// Reports the sweep just done to the monitor, for a history also the mesh's energy; true
   /// when it was the last.
   bool done(const SweepStats& stats, ConvergenceMonitor& monitor) {
-    if (monitor.options().history) record_energy(executor_, around(), current_, monitor);
+    if (monitor.keeps_history()) record_energy(executor_, around(), current_, monitor);
     return monitor.done(stats);
   }
 

@@ -80,17 +80,16 @@ SweepStats sweep_jacobi(E& executor, const SweepContext<E, Real>& context, const
 
 /// The new position of a node that moves alone.
 template <class Team, class Mean, class P>
-MESHSMOOTH_HD Vec3<typename P::Real> move_node(
-    const Team& team, const Surroundings& around, const P& x, std::size_t node, const Mean& mean,
-    typename P::Real factor, Acceptance acceptance, bool& held,
-    DisplacementLimit<typename P::Real> displacement_limit = {}) {
-  Vec3<typename P::Real> position = step_towards(mean, around, x, node, factor);
+MESHSMOOTH_HD Vec3<typename P::Real> move_node(const Team& team, const Surroundings& around,
+                                               const P& x, std::size_t node,
+                                               const LaplacianStep<Mean, typename P::Real>& step,
+                                               const MoveRule<typename P::Real>& rule, bool& held) {
+  Vec3<typename P::Real> position = step_towards(step.mean, around, x, node, step.factor);
   // Where the compiler knows that no node slides, it drops this code.
-  if (acceptance.facets || displacement_limit.home != nullptr)
-    position = project(around, displacement_limit, node, position);
-  return acceptance.active()
-             ? accept_move(team, around, x, node, position, acceptance, held, displacement_limit)
-             : position;
+  if (rule.acceptance.facets || rule.displacement_limit.home != nullptr)
+    position = project(around, rule.displacement_limit, node, position);
+  return rule.acceptance.active() ? accept_move(team, around, x, node, position, rule, held)
+                                  : position;
 }
 
 /// Deterministic Gauss-Seidel: in place, colour by colour.
@@ -98,20 +97,19 @@ template <Executor E, class Mean, class Real>
 SweepStats sweep_gauss_seidel(E& executor, const SweepContext<E, Real>& context, const Mean& mean,
                               Real factor, Vec3<Real>* positions) {
   const Surroundings& around = context.around;
-  const Acceptance acceptance = context.acceptance;
-  const DisplacementLimit<Real> displacement_limit = context.displacement_limit;
+  const MoveRule<Real> rule{context.acceptance, context.displacement_limit};
+  const LaplacianStep<Mean, Real> step{mean, factor};
   const QuietPositions<Real> x{positions};
   const auto visit = [=] MESHSMOOTH_HD(std::size_t node) {
     bool held = false;
     const Vec3<Real> before = x[node];
-    const Vec3<Real> position = move_node(typename E::Thread{}, around, x, node, mean, factor,
-                                          acceptance, held, displacement_limit);
+    const Vec3<Real> position = move_node(typename E::Thread{}, around, x, node, step, rule, held);
     positions[node] = position;
     return stats_of_move(before, position, held);
   };
   return reduce_by_colour<SweepStats>(
       executor, *context.colouring, visit,
-      Lookahead<Real>{around, positions, acceptance.active() || Mean::reads_balls});
+      Lookahead<Real>{around, positions, context.acceptance.active() || Mean::reads_balls});
 }
 
 /// Asynchronous relaxation: in place, without an order. Not deterministic.

@@ -66,7 +66,7 @@ void windowed_sinc(E& executor, const SweepContext<E, Real>& context, const Wind
   const Surroundings& around = context.around;
   const std::size_t node_count = around.node_count;
   const bool limited = context.acceptance.active() || context.displacement_limit.home != nullptr;
-  const int term_count = iteration_limit(monitor.options());
+  const int term_count = monitor.plan().iteration_limit;
   const WindowedSincFilter filter(method, term_count);
   auto first = executor.template allocate<Vec3<Real>>(node_count);
   auto second = executor.template allocate<Vec3<Real>>(node_count);
@@ -90,7 +90,7 @@ void windowed_sinc(E& executor, const SweepContext<E, Real>& context, const Wind
                         static_cast<Real>(filter.factor(k)), term, previous, positions);
     std::swap(term, previous);
     if (k == term_count) stats.held = admit(executor, context, input, positions);
-    if (monitor.options().history) record_energy(executor, around, positions, monitor);
+    if (monitor.keeps_history()) record_energy(executor, around, positions, monitor);
     monitor.record(stats);
     if (k < term_count && monitor.interrupted()) {
       admit(executor, context, input, positions);

@@ -10,6 +10,7 @@
 #include "meshsmooth/error.hpp"
 #include "meshsmooth/smoother.hpp"
 #include "smooth/base/sweep_stats.hpp"
+#include "smooth/plan/job_plan.hpp"
 
 namespace meshsmooth::detail {
 
@@ -19,9 +20,10 @@ class ConvergenceMonitor {
   /// Sweeps without a new minimum of the moves after which the job has stagnated.
   static constexpr int kPatience = 50;
 
-  ConvergenceMonitor(const SmoothOptions& options, const JobControl& control, double diagonal,
+  ConvergenceMonitor(const JobPlan& plan, const JobControl& control, double diagonal,
                      std::size_t free_count)
-      : options_(options), control_(control), free_count_(free_count) {
+      : plan_(plan), control_(control), free_count_(free_count) {
+    const SmoothOptions& options = plan.options;
     state_.bounding_box_diagonal = diagonal;
     state_.tolerance = displacement_tolerance(options, diagonal);
     if (options.compute_budget) budget_end_ = end_of(*options.compute_budget);
@@ -29,7 +31,7 @@ class ConvergenceMonitor {
 
   /// Before any sweep: true when there is nothing to do.
   [[nodiscard]] bool done_at_once() {
-    if (iteration_limit(options_) == 0) return end(StopReason::iteration_limit);
+    if (plan_.iteration_limit == 0) return end(StopReason::iteration_limit);
     if (free_count_ == 0) return end(StopReason::converged);
     return interrupted();
   }
@@ -56,7 +58,7 @@ class ConvergenceMonitor {
     state_.last_max_displacement = std::sqrt(stats.max_squared);
     state_.last_rms_displacement = std::sqrt(stats.sum_squared / static_cast<double>(free_count_));
     state_.held_node_count = stats.held;
-    if (options_.history) {
+    if (keeps_history()) {
       state_.max_displacements.push_back(state_.last_max_displacement);
       state_.rms_displacements.push_back(state_.last_rms_displacement);
       state_.moved_node_counts.push_back(stats.moved);
@@ -93,9 +95,7 @@ class ConvergenceMonitor {
   [[nodiscard]] int sweeps_ahead() const {
     return std::min(sweeps_left(), lowest_at_ + kPatience - state_.iteration_count);
   }
-  [[nodiscard]] int sweeps_left() const {
-    return iteration_limit(options_) - state_.iteration_count;
-  }
+  [[nodiscard]] int sweeps_left() const { return plan_.iteration_limit - state_.iteration_count; }
   [[nodiscard]] double tolerance() const { return state_.tolerance; }
 
   /// A `Tolerance` or a `MovementLimit` in the mesh's unit; relative ones are shares of the
@@ -105,7 +105,8 @@ class ConvergenceMonitor {
     return meshsmooth::in_mesh_unit(length, state_.bounding_box_diagonal);
   }
 
-  [[nodiscard]] const SmoothOptions& options() const { return options_; }
+  [[nodiscard]] const JobPlan& plan() const { return plan_; }
+  [[nodiscard]] bool keeps_history() const { return plan_.options.history; }
   [[nodiscard]] std::size_t free_count() const { return free_count_; }
 
   /// Ends the job; true.
@@ -143,7 +144,7 @@ class ConvergenceMonitor {
     return state_.iteration_count - lowest_at_ >= kPatience;
   }
 
-  const SmoothOptions& options_;
+  const JobPlan& plan_;
   const JobControl& control_;
   std::size_t free_count_;
   std::optional<Clock::time_point> budget_end_;

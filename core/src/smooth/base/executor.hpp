@@ -8,6 +8,7 @@
 
 #include "meshsmooth/annotations.hpp"
 #include "meshsmooth/mesh.hpp"
+#include "smooth/base/byte_count.hpp"
 
 namespace meshsmooth::detail {
 
@@ -87,6 +88,7 @@ struct NoSuspects {
 ///   synchronize()         waits for all queued work
 ///   hold(pointer)         keeps what it points to until all work of the job has ended
 ///   finish()              waits for all work and completes the timers; ends a job
+///   bytes()               counts what is allocated, by the stages of the job
 ///   check()               throws Cancelled or DeadlineExceeded when the job must end
 template <class E>
 concept Executor = requires(E& e, double* data, const double* host, std::span<const double> span,
@@ -118,6 +120,7 @@ concept Executor = requires(E& e, double* data, const double* host, std::span<co
   { x.store(n, x[n]) } -> std::same_as<void>;
   { e.synchronize() } -> std::same_as<void>;
   { e.hold(std::shared_ptr<const void>()) } -> std::same_as<void>;
+  { e.bytes() } -> std::same_as<ByteCount&>;
   { e.check() } -> std::same_as<void>;
   { e.finish() } -> std::same_as<void>;
 }

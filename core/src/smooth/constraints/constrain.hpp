@@ -11,6 +11,7 @@
 #include "smooth/constraints/curved_constraint.hpp"
 #include "smooth/constraints/find_facets.hpp"
 #include "smooth/constraints/node_constraint.hpp"
+#include "smooth/plan/job_plan.hpp"
 
 namespace meshsmooth::detail {
 
@@ -32,21 +33,15 @@ struct Constraints {
   }
 };
 
-/// Whether the method keeps the nodes of a curved surface mesh on it.
-[[nodiscard]] inline bool stays_on_surface(const SmoothOptions& options) {
-  return std::holds_alternative<Optimize>(options.method);
-}
-
 /// Bytes of `Constraints`. Of a surface those of a curved one: sizes do not tell.
-[[nodiscard]] inline std::int64_t constraint_bytes(const MeshCounts& mesh,
-                                                   const SmoothOptions& options) {
-  if (mesh.dimension == 2 && stays_on_surface(options)) {
+[[nodiscard]] inline std::int64_t constraint_bytes(const MeshCounts& mesh, const JobPlan& plan) {
+  if (mesh.dimension == 2 && plan.stays_on_surface) {
     return mesh.elements *
                static_cast<std::int64_t>(sizeof(ConstrainedFacet) + 4 * sizeof(ElementId)) +
            mesh.entries * 4 +
            mesh.nodes * static_cast<std::int64_t>(sizeof(NodeConstraint) + 4 + 8);
   }
-  if (options.boundary != BoundaryPolicy::slide) return 0;
+  if (plan.options.boundary != BoundaryPolicy::slide) return 0;
   // A boundary node has two triangles and six entries in their rows, or one quad or edge.
   const std::int64_t facets = mesh.dimension == 3 && !mesh.only(8) ? 2 : 1;
   // `across` has four entries a facet; a slot has an offset.
@@ -56,11 +51,10 @@ struct Constraints {
 }
 
 /// Bytes that `constrain` holds while it runs.
-[[nodiscard]] inline std::int64_t constraining_bytes(const MeshCounts& mesh,
-                                                     const SmoothOptions& options) {
-  if (mesh.dimension == 2 && stays_on_surface(options))
+[[nodiscard]] inline std::int64_t constraining_bytes(const MeshCounts& mesh, const JobPlan& plan) {
+  if (mesh.dimension == 2 && plan.stays_on_surface)
     return mesh.nodes * 8 + mesh.elements * static_cast<std::int64_t>(sizeof(PackedDirection));
-  return options.boundary == BoundaryPolicy::slide ? mesh.nodes * 8 : 0;
+  return plan.options.boundary == BoundaryPolicy::slide ? mesh.nodes * 8 : 0;
 }
 
 /// Which nodes slide.
@@ -132,10 +126,11 @@ std::size_t number_slots(E& executor, std::size_t node_count, const ConstrainedF
 ///
 /// cost   O(facets)
 template <Executor E, class Real, class Position>
-SlidingCounts find_node_constraints(E& executor, const JobMesh<E, Real>& job,
-                                    const Position* positions, const SlidingConstraints& sliding,
+SlidingCounts find_node_constraints(E& executor, JobMesh<E, Real>& job, const Position* positions,
+                                    const SlidingConstraints& sliding,
                                     const NodeConstraintRule& rule, const std::uint8_t* mask,
-                                    NodeConstraint* node_constraints, std::uint8_t* fixed) {
+                                    NodeConstraint* node_constraints) {
+  std::uint8_t* const fixed = job.fixed.data();
   const NodeId* const caller_ids = job.caller_ids.data();
   const bool volume = job.volume();
   return executor.reduce(
@@ -246,6 +241,19 @@ void slide_from_input(E& executor, const JobMesh<E, Real>& job, const SlidingCon
   });
 }
 
+/// Whether nodes between regions are fixed.
+[[nodiscard]] inline bool fixes_interfaces(const TopologyView& topology,
+                                           const SmoothOptions& options) {
+  return !topology.regions.empty() && options.boundary != BoundaryPolicy::free;
+}
+
+/// Whether `constrain` has something to do.
+[[nodiscard]] inline bool constrains(const TopologyView& topology, const SmoothOptions& options,
+                                     bool surface) {
+  return surface || options.boundary == BoundaryPolicy::slide ||
+         fixes_interfaces(topology, options);
+}
+
 /// After step 2: fixes the nodes between regions, and lets those of the boundary and between
 /// regions slide, as the options say. On a `surface`, a curved surface mesh whose nodes stay on it,
 /// the facets are its elements and all nodes are constrained; those of a free boundary slide.
@@ -257,13 +265,8 @@ void slide_from_input(E& executor, const JobMesh<E, Real>& job, const SlidingCon
 ///        and between regions (on a surface all), 8 B a node while it runs
 template <Executor E, class Real>
 Constraints<E> constrain(E& executor, const TopologyView& topology, const SmoothOptions& options,
-                         bool surface, const JobControl& control, const Vec3d* reference,
-                         JobMesh<E, Real>& job, StageTimes& times) {
+                         bool surface, const Vec3d* reference, JobMesh<E, Real>& job) {
   Constraints<E> result;
-  const bool slide = surface || options.boundary == BoundaryPolicy::slide;
-  const bool interfaces = !topology.regions.empty() && options.boundary != BoundaryPolicy::free;
-  if (!slide && !interfaces) return result;
-  const StageTimer timer(executor, times.find_boundary_seconds, control, Stage::find_boundary);
   const std::size_t node_count = job.node_count;
   const Rows<ElementId> balls = job.balls.view();
   auto region_array = executor.in_executor_memory(topology.regions);
@@ -273,13 +276,13 @@ Constraints<E> constrain(E& executor, const TopologyView& topology, const Smooth
     job.nodes.fixed -= count;
     job.free_count = static_cast<std::size_t>(static_cast<std::int64_t>(job.free_count) + count);
   };
-  if (interfaces) {
+  if (fixes_interfaces(topology, options)) {
     const InterfaceCounts found =
         fix_interfaces(executor, node_count, balls, regions, job.fixed.data());
     job.nodes.between_regions = found.nodes;
     release(-found.were_free);
   }
-  if (!slide) return result;
+  if (!surface && options.boundary != BoundaryPolicy::slide) return result;
 
   auto mask = executor.in_executor_memory(topology.fixed);
   const auto find_facets = [&](const auto* positions) {
@@ -304,7 +307,7 @@ Constraints<E> constrain(E& executor, const TopologyView& topology, const Smooth
   const auto find_constraints = [&](const auto* positions) {
     if (!surface) {
       return find_node_constraints(executor, job, positions, result.view(), rule, stays,
-                                   result.node_constraints.data(), job.fixed.data());
+                                   result.node_constraints.data());
     }
     start_on_surface(executor, job, positions, result.view(), stays,
                      options.boundary == BoundaryPolicy::fixed, result.node_constraints.data());

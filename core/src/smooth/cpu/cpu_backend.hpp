@@ -7,7 +7,7 @@
 #include "smooth/cpu/colouring.hpp"
 #include "smooth/cpu/optimize_phase.hpp"
 #include "smooth/cpu/prepare.hpp"
-#include "smooth/plan/backend.hpp"
+#include "smooth/pipeline/backend.hpp"
 
 namespace meshsmooth::detail {
 
@@ -68,12 +68,11 @@ class CpuBackend {
 
   template <class Real>
   [[nodiscard]] Job<Real> prepare(const TopologyView& topology,
-                                  std::span<const Vec3<Real>> positions,
-                                  const SmoothOptions& options, const JobControl& control,
-                                  StageTimes& times) {
+                                  std::span<const Vec3<Real>> positions, const JobPlan& plan,
+                                  const JobControl& control, StageTimes& times) {
     return prepared_ != nullptr
-               ? prepare_job(executor_, *prepared_, topology, positions, options, control, times)
-               : prepare_job(executor_, topology, positions, options, control, times);
+               ? prepare_job(executor_, *prepared_, topology, positions, plan, control, times)
+               : prepare_job(executor_, topology, positions, plan, control, times);
   }
 
   [[nodiscard]] Colouring<CpuExecutor> colour(const Surroundings& around,

@@ -9,7 +9,7 @@
 
 #include "smooth/cpu/cpu_backend.hpp"
 #include "smooth/cpu/memory_model.hpp"
-#include "smooth/plan/pipeline.hpp"
+#include "smooth/pipeline/pipeline.hpp"
 
 namespace meshsmooth::detail {
 namespace {
@@ -34,17 +34,17 @@ class CpuSmoother final : public Smoother {
 
   [[nodiscard]] MemoryEstimate estimate(const MeshSize& size,
                                         const SmoothOptions& options) const override {
-    return {estimate_bytes(size, options, thread_count_), 0};
+    return {plan_memory(plan_job(options), size, thread_count_).peak(), 0};
   }
 
   using Smoother::smooth;
   SmoothSummary smooth(const TopologyView& topology, const JobPositions& positions,
                        const SmoothOptions& options, const JobControl& control) override {
-    validate(options);
+    validate(options, positions.input);
     run_in(arena_, [&] {
       validate(topology);
       validate_given(topology, positions, options);
-      validate_arrays(topology, options);
+      validate_input(topology, positions.input, options);
     });
     return run(topology, positions, options, control, nullptr);
   }
@@ -69,11 +69,11 @@ class CpuSmoother final : public Smoother {
 
   SmoothSummary smooth(const PreparedTopology& prepared, const JobPositions& positions,
                        const SmoothOptions& options, const JobControl& control) override {
-    validate(options);
+    validate(options, positions.input);
     const auto& own = dynamic_cast<const CpuPreparedTopology&>(prepared);
     run_in(arena_, [&] {
-      validate_given(own.topology, positions, options);
-      validate_arrays(own.topology, options, own.reference);
+      validate_given(own.topology, positions, options, own.reference);
+      validate_input(own.topology, positions.input, options);
     });
     return run(own.topology, positions, options, control, &own);
   }
@@ -84,17 +84,18 @@ class CpuSmoother final : public Smoother {
                     const CpuPreparedTopology* prepared) {
     return std::visit(
         [&](auto span) {
+          const JobPlan plan = plan_job(options);
           const Interrupt interrupt(control);
           CpuExecutor executor(arena_, interrupt);
           executor.check();
-          const auto given = given_positions(options, positions, span);
+          const JobArrays arrays{given_positions(positions, span), span, positions.input};
           KeptReference<CpuExecutor>* const kept =
-              prepared != nullptr && is_same_array(prepared->reference, given)
+              prepared != nullptr && is_same_array(prepared->reference, arrays.given)
                   ? prepared->kept.get()
                   : nullptr;
-          CpuBackend steps(executor, evaluated_detail(options), prepared, kept);
-          const JobTopology of_job(topology, options);
-          SmoothSummary summary = run_pipeline(steps, of_job.view(), given, span, options, control);
+          CpuBackend steps(executor, plan.evaluated_detail, prepared, kept);
+          const JobTopology of_job(topology, options, arrays.input.prescribed);
+          SmoothSummary summary = run_pipeline(steps, of_job.view(), arrays, plan, control);
           summary.backend = backend();
           summary.device_name = device_name_;
           summary.thread_count = thread_count_;

@@ -103,18 +103,17 @@ struct CpuThread : SingleThread {};
 template <bool kTetrahedra = false, class P>
 Vec3<typename P::Real> accept_move(const CpuThread& thread, const Surroundings& around, const P& x,
                                    std::size_t node, Vec3<typename P::Real> candidate,
-                                   Acceptance acceptance, bool& held,
-                                   DisplacementLimit<typename P::Real> displacement_limit = {}) {
+                                   const MoveRule<typename P::Real>& rule, bool& held) {
+  const Acceptance acceptance = rule.acceptance;
   const SingleThread& single = thread;
   const Vec3<typename P::Real> before = x[node];
   if (!HeldBall::fits(around, node) || candidate == before) {
-    return accept_move(single, around, x, node, candidate, acceptance, held, displacement_limit);
+    return accept_move(single, around, x, node, candidate, rule, held);
   }
   return run_wide([&] {
     HeldBall ball(around, x, node, acceptance);
     return first_allowed(
-        around, node, before, candidate, acceptance, held, displacement_limit,
-        [&](Vec3<typename P::Real> position) {
+        around, node, before, candidate, rule, held, [&](Vec3<typename P::Real> position) {
           return !(acceptance.facets && !keeps_facets(single, around.sliding, x, node, position)) &&
                  ball.allows(position);
         });

@@ -11,8 +11,8 @@
 #include "smooth/energy/find_targets.hpp"
 #include "smooth/guard/keep_quality.hpp"
 #include "smooth/optimize/recount_poor.hpp"
-#include "smooth/plan/iterate.hpp"
-#include "smooth/plan/needs_balls.hpp"
+#include "smooth/pipeline/iterate.hpp"
+#include "smooth/plan/memory_plan.hpp"
 
 namespace meshsmooth::detail {
 
@@ -25,52 +25,51 @@ namespace meshsmooth::detail {
 }
 
 /// Bytes of `CpuSuspects`, where a job finds them.
-[[nodiscard]] inline std::int64_t suspects_bytes(const MeshCounts& mesh,
-                                                 const SmoothOptions& options) {
-  const bool sweeps = !std::holds_alternative<Optimize>(options.method) &&
-                      !std::holds_alternative<Move>(options.method) &&
-                      !std::holds_alternative<WindowedSinc>(options.method);
-  const bool finds = sweeps && mesh.only(4) && options.guard && !acceptance_of(options).smart &&
-                     resolve_form(options) != Form::gauss_seidel;
+[[nodiscard]] inline std::int64_t suspects_bytes(const MeshCounts& mesh, const JobPlan& plan) {
+  const bool finds = (plan.averages || plan.in_steps()) && mesh.only(4) && plan.acceptance.guard &&
+                     !plan.acceptance.smart && !plan.colours;
   return finds ? mesh.nodes * 16 + mesh.elements * std::int64_t{sizeof(ElementId)} : 0;
 }
 
-/// Upper bound of the bytes of a job on the CPU backend, from its sizes alone: the highest of its
-/// stages.
-[[nodiscard]] inline std::int64_t estimate_bytes(const MeshSize& size, const SmoothOptions& given,
-                                                 int thread_count) {
-  const SmoothOptions options = sweeping_options(given);
+/// The memory of a job on the CPU backend, from its sizes alone.
+[[nodiscard]] inline MemoryPlan plan_memory(const JobPlan& plan, const MeshSize& size,
+                                            int thread_count) {
   const MeshCounts mesh = count_mesh(size);
   const std::int64_t n = mesh.nodes;
-  const std::int64_t kept = n * (mesh.position_bytes + 4) +  // positions, caller's ids
-                            element_bytes(mesh) + constraint_bytes(mesh, options) +
-                            target_bytes(mesh, options);
   const std::int64_t rings = ring_bytes(mesh);
   const std::int64_t rows = ball_bytes(mesh) + rings;
-  const bool colours = resolve_form(options) == Form::gauss_seidel;
   // A plane surface needs no normals.
   const std::int64_t normals =
       mesh.dimension == 2 ? mesh.elements * std::int64_t{sizeof(PackedDirection)} : 0;
-  const std::int64_t found = n + normals + (needs_balls(options) ? rows : rings);
-  const std::int64_t sweeping = iterate_bytes(mesh, options) + suspects_bytes(mesh, options);
-  const bool moves = std::holds_alternative<Move>(given.method);
-  const std::int64_t iterating =
-      found + (moves ? motion_bytes(mesh, given, size.reference, sweeping) : sweeping) +
-      (colours ? colouring_bytes(n) : 0);
-  const std::int64_t evaluating = found + element_quality_bytes(mesh, options);
-  const bool recounts = may_recount_poor(options);
-  const std::int64_t keeping = found - (recounts ? 0 : rings) + keep_quality_bytes(mesh, options);
-  const std::int64_t recounting = recounts ? iterating + recount_poor_bytes(mesh, options) : 0;
-  const std::int64_t peak =
-      kept + std::max({n * 4 + renumbering_bytes(mesh), rows + finding_rings_bytes(mesh),
-                       rows + n + (colours ? colouring_nodes_bytes(n) : 0),
-                       rows + n + constraining_bytes(mesh, options),
-                       rows + n + finding_coincident_bytes(mesh, options),
-                       rows + n + normals + only_below_bytes(mesh, options),
-                       rows + n + normals + finding_boxes_bytes(mesh, options), iterating,
-                       evaluating, keeping, recounting});
-  const std::int64_t histograms = (1 + thread_count) * (std::int64_t{192} << 10);
-  return peak + peak / 50 + histograms;
+  const std::int64_t prepared = rows + n;
+  const std::int64_t oriented = prepared + normals;
+  const std::int64_t found = n + normals + (plan.needs_balls ? rows : rings);
+  const std::int64_t sweeping = iterate_bytes(mesh, plan) + suspects_bytes(mesh, plan);
+
+  MemoryPlan memory;
+  memory.kept = n * (mesh.position_bytes + 4) +  // positions, caller's ids
+                element_bytes(mesh) + constraint_bytes(mesh, plan) + target_bytes(mesh, plan);
+  memory.beside = (1 + thread_count) * (std::int64_t{192} << 10);
+  using S = JobStage;
+  memory[S::order_nodes] = n * 4 + renumbering_bytes(mesh);
+  memory[S::find_neighbours] = rows + finding_rings_bytes(mesh);
+  memory[S::find_boundary] = prepared;
+  memory[S::find_coincident] = prepared + finding_coincident_bytes(mesh, plan.options);
+  memory[S::find_reference] = prepared;
+  memory[S::constrain] = oriented + constraining_bytes(mesh, plan);
+  memory[S::measure_input] = oriented;
+  memory[S::find_boxes] = oriented + finding_boxes_bytes(mesh, plan);
+  memory[S::find_anchors] = oriented;
+  memory[S::fix_outside] = oriented + only_below_bytes(mesh, plan.options);
+  memory[S::colour] = oriented + (plan.colours ? colouring_nodes_bytes(n) : 0);
+  memory[S::iterate] = found + (plan.colours ? colouring_bytes(n) : 0) +
+                       (plan.moves ? motion_bytes(mesh, plan, size.reference, sweeping) : sweeping);
+  memory[S::measure_result] = found + element_quality_bytes(mesh, plan.options);
+  memory[S::keep_quality] =
+      found - (plan.recounts_poor ? 0 : rings) + keep_quality_bytes(mesh, plan);
+  memory[S::recount_poor] =
+      plan.recounts_poor ? memory[S::iterate] + recount_poor_bytes(mesh, plan) : 0;
+  return memory;
 }
 
 }  // namespace meshsmooth::detail

@@ -12,6 +12,7 @@
 #include "smooth/cpu/job_elements.hpp"
 #include "smooth/cpu/node_order.hpp"
 #include "smooth/linear/kept_reference.hpp"
+#include "smooth/plan/job_plan.hpp"
 
 namespace meshsmooth::detail {
 
@@ -22,6 +23,7 @@ void find_incidence(CpuExecutor& executor, const TopologyView& topology, Renumbe
   const std::size_t node_count = topology.node_count;
   to.elements = renumber_elements(executor, topology, order.internal_of.data());
   order.internal_of = {};
+  executor.bytes().enter(JobStage::find_neighbours);
   to.caller_ids = std::move(order.caller_ids);
   to.balls = find_balls(executor, node_count, to.elements.view, to.elements.caller_ids.data());
   to.rings =
@@ -42,11 +44,11 @@ CpuBuffer<std::uint8_t> mark_boundary(CpuExecutor& executor, const TopologyView&
 
 /// Applies `FixRule` to all nodes of a job whose `fixed` has the boundary's marks.
 template <class Real>
-void fix_nodes(CpuExecutor& executor, const TopologyView& topology, const SmoothOptions& options,
+void fix_nodes(CpuExecutor& executor, const TopologyView& topology, const JobPlan& plan,
                JobMesh<CpuExecutor, Real>& job) {
   const FixRule rule{job.caller_ids.data(),
                      topology.fixed.empty() ? nullptr : topology.fixed.data(),
-                     options.boundary != BoundaryPolicy::free, job.fixed.data()};
+                     plan.options.boundary != BoundaryPolicy::free, job.fixed.data()};
   const Rows<NodeId> rings = job.rings.view();
   const FixedCounts counts = executor.reduce(
       job.node_count, FixedCounts{},
@@ -61,15 +63,15 @@ void fix_nodes(CpuExecutor& executor, const TopologyView& topology, const Smooth
 /// cost   see the steps
 template <class Real>
 JobMesh<CpuExecutor, Real> prepare_job(CpuExecutor& executor, const TopologyView& topology,
-                                       std::span<const Vec3<Real>> positions,
-                                       const SmoothOptions& options, const JobControl& control,
-                                       StageTimes& times) {
+                                       std::span<const Vec3<Real>> positions, const JobPlan& plan,
+                                       const JobControl& control, StageTimes& times) {
   const std::size_t node_count = topology.node_count;
   JobMesh<CpuExecutor, Real> job;
   job.node_count = node_count;
   {
     const StageTimer timer(executor, times.find_neighbours_seconds, control,
                            Stage::find_neighbours);
+    executor.bytes().enter(JobStage::order_nodes);
     job.given = positions;
     job.box = find_box(executor, job.given.data(), node_count);
     Renumbering renumbering = renumber_nodes(executor, job.given.data(), node_count, job.box);
@@ -79,8 +81,9 @@ JobMesh<CpuExecutor, Real> prepare_job(CpuExecutor& executor, const TopologyView
   }
   {
     const StageTimer timer(executor, times.find_boundary_seconds, control, Stage::find_boundary);
+    executor.bytes().enter(JobStage::find_boundary);
     job.fixed = mark_boundary(executor, topology, job);
-    fix_nodes(executor, topology, options, job);
+    fix_nodes(executor, topology, plan, job);
   }
   return job;
 }
@@ -156,15 +159,15 @@ inline std::shared_ptr<CpuPreparedTopology> prepare_topology(CpuExecutor& execut
 template <class Real>
 JobMesh<CpuExecutor, Real> prepare_job(CpuExecutor& executor, const CpuPreparedTopology& prepared,
                                        const TopologyView& topology,
-                                       std::span<const Vec3<Real>> positions,
-                                       const SmoothOptions& options, const JobControl& control,
-                                       StageTimes& times) {
+                                       std::span<const Vec3<Real>> positions, const JobPlan& plan,
+                                       const JobControl& control, StageTimes& times) {
   const std::size_t node_count = prepared.topology.node_count;
   JobMesh<CpuExecutor, Real> job;
   job.node_count = node_count;
   {
     const StageTimer timer(executor, times.find_neighbours_seconds, control,
                            Stage::find_neighbours);
+    executor.bytes().enter(JobStage::order_nodes);
     job.given = positions;
     job.box = find_box(executor, positions.data(), node_count);
     job.caller_ids = prepared.caller_ids.borrow();
@@ -177,9 +180,10 @@ JobMesh<CpuExecutor, Real> prepare_job(CpuExecutor& executor, const CpuPreparedT
   }
   {
     const StageTimer timer(executor, times.find_boundary_seconds, control, Stage::find_boundary);
+    executor.bytes().enter(JobStage::find_boundary);
     job.fixed = executor.allocate<std::uint8_t>(node_count);
     executor.upload(prepared.on_boundary.data(), node_count, job.fixed.data());
-    fix_nodes(executor, topology, options, job);
+    fix_nodes(executor, topology, plan, job);
   }
   return job;
 }

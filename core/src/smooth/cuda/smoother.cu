@@ -6,7 +6,7 @@
 #include "meshsmooth/error.hpp"
 #include "smooth/cuda/backend.cuh"
 #include "smooth/cuda/estimate.cuh"
-#include "smooth/plan/pipeline.hpp"
+#include "smooth/pipeline/pipeline.hpp"
 
 // No anonymous namespace; see sweeps/optimize.cu.
 namespace meshsmooth::detail {
@@ -39,7 +39,7 @@ class CudaSmoother final : public Smoother {
   [[nodiscard]] MemoryEstimate estimate(const MeshSize& size,
                                         const SmoothOptions& options) const override {
     return {CudaEvaluator::host_bytes(count_mesh(size), options),
-            estimate_device_bytes(size, options, lane_.limits())};
+            plan_device_memory(plan_job(options), size, lane_.limits()).peak()};
   }
 
   /// The sides of a surface are told apart on the host.
@@ -83,21 +83,22 @@ class CudaSmoother final : public Smoother {
   SmoothSummary run(const TopologyView& topology, const JobPositions& positions,
                     const SmoothOptions& options, const JobControl& control,
                     const CudaPreparedTopology* prepared) {
-    validate(options);
+    validate(options, positions.input);
     validate_sizes(topology, positions, options);
-    validate_arrays(topology, options, prepared != nullptr ? prepared->reference : PositionsView{});
-    const JobTopology of_job(topology, options);
+    validate_input(topology, positions.input, options);
+    const JobTopology of_job(topology, options, positions.input.prescribed);
     use_device(lane_.device());
     return std::visit(
         [&](auto span) {
+          const JobPlan plan = plan_job(options);
           const Interrupt interrupt(control);
           CudaExecutor executor(lane_, interrupt);
           executor.check();
-          const auto given = given_positions(options, positions, span);
-          const bool kept = prepared != nullptr && is_same_array(prepared->reference, given);
-          CudaBackend steps(executor, of_job.view(), given, evaluated_detail(options), prepared,
+          const JobArrays arrays{given_positions(positions, span), span, positions.input};
+          const bool kept = prepared != nullptr && is_same_array(prepared->reference, arrays.given);
+          CudaBackend steps(executor, of_job.view(), arrays.given, plan.evaluated_detail, prepared,
                             kept, positions.kept_on_error ? nullptr : &positions.result);
-          SmoothSummary summary = run_pipeline(steps, of_job.view(), given, span, options, control);
+          SmoothSummary summary = run_pipeline(steps, of_job.view(), arrays, plan, control);
           summary.backend = backend();
           summary.device_name = device_name_;
           summary.device_peak_bytes = static_cast<std::int64_t>(executor.bytes().peak());

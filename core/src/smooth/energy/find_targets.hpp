@@ -10,6 +10,7 @@
 #include "smooth/base/positions.hpp"
 #include "smooth/base/refusals.hpp"
 #include "smooth/energy/box_lengths.hpp"
+#include "smooth/plan/job_plan.hpp"
 
 namespace meshsmooth::detail {
 
@@ -22,36 +23,17 @@ struct TargetArrays {
   std::int64_t flat = 0;  // elements of the reference
 };
 
-/// Whether elements aim at those of a reference mesh, given or the input.
-[[nodiscard]] inline bool has_reference(const SmoothOptions& options) {
-  const auto* method = std::get_if<Optimize>(&options.method);
-  return aims_at_reference(options) || (method != nullptr && method->target == Target::input);
-}
-/// Whether elements aim at boxes, simplices at their ideal shape.
-[[nodiscard]] inline bool has_boxes(const SmoothOptions& options) {
-  const auto* method = std::get_if<Optimize>(&options.method);
-  return method != nullptr && method->target == Target::automatic && !has_reference(options);
-}
-
-/// The weight that holds nodes at their input positions; 0: none.
-[[nodiscard]] inline double anchor_weight(const SmoothOptions& options) {
-  const auto* method = std::get_if<Optimize>(&options.method);
-  return method != nullptr ? method->stay : 0;
-}
-
 /// Bytes that `find_boxes` holds while it runs.
-[[nodiscard]] inline std::int64_t finding_boxes_bytes(const MeshCounts& mesh,
-                                                      const SmoothOptions& options) {
-  return has_boxes(options) ? mesh.boxes * std::int64_t{sizeof(BoxLengths)} : 0;
+[[nodiscard]] inline std::int64_t finding_boxes_bytes(const MeshCounts& mesh, const JobPlan& plan) {
+  return plan.aim == Aim::boxes ? mesh.boxes * std::int64_t{sizeof(BoxLengths)} : 0;
 }
 
 /// Bytes of `TargetArrays` and anchors.
-[[nodiscard]] inline std::int64_t target_bytes(const MeshCounts& mesh,
-                                               const SmoothOptions& options) {
+[[nodiscard]] inline std::int64_t target_bytes(const MeshCounts& mesh, const JobPlan& plan) {
   const std::int64_t anchors =
-      anchor_weight(options) > 0 ? mesh.nodes * std::int64_t{sizeof(Anchor)} : 0;
-  if (has_reference(options)) return anchors + mesh.nodes * std::int64_t{sizeof(Vec3d)};
-  return anchors + finding_boxes_bytes(mesh, options);  // as many are kept
+      plan.anchor_weight > 0 ? mesh.nodes * std::int64_t{sizeof(Anchor)} : 0;
+  if (plan.has_reference()) return anchors + mesh.nodes * std::int64_t{sizeof(Vec3d)};
+  return anchors + finding_boxes_bytes(mesh, plan);  // as many are kept
 }
 
 /// What `find_reference` finds in a reference.
@@ -92,29 +74,27 @@ void order_reference(E& executor, std::size_t node_count, const Vec3<Real>* from
 /// cost   O(nodes + elements); 24 B a node
 /// throws InvalidMesh where all elements of the reference are flat
 template <Executor E, class Real>
-TargetArrays<E> find_reference(E& executor, const JobMesh<E, Real>& job,
-                               const SmoothOptions& options) {
+TargetArrays<E> find_reference(E& executor, const JobMesh<E, Real>& job, const JobPlan& plan,
+                               const PositionsView& given) {
   TargetArrays<E> result;
-  if (!has_reference(options)) return result;
+  if (!plan.has_reference()) return result;
   result.reference = executor.template allocate<Vec3d>(job.node_count);
   Vec3d* const reference = result.reference.data();
-  if (position_count(options.reference) == 0) {
+  if (plan.aim == Aim::input) {
     order_reference<E, Real>(executor, job.node_count, job.positions.data(), nullptr, reference);
   } else {
     std::visit(
-        [&](const auto& given) {
-          const auto array = executor.in_executor_memory(given);
+        [&](const auto& positions) {
+          const auto array = executor.in_executor_memory(positions);
           order_reference(executor, job.node_count, array.data(), job.caller_ids.data(), reference);
         },
-        options.reference);
+        given);
   }
   const ReferenceCheck check = job.volume()
                                    ? check_reference<3>(executor, job.elements.view, reference)
                                    : check_reference<2>(executor, job.elements.view, reference);
   // Of an input all of whose elements are flat or inverted, `refuse_tangled` tells more.
-  if (position_count(options.reference) > 0) {
-    refuse_flat_reference(check.flat, job.elements.view.count);
-  }
+  if (plan.aim == Aim::reference) refuse_flat_reference(check.flat, job.elements.view.count);
   result.flat = check.flat;
   result.view.reference = reference;
   result.view.some_flat = check.flat > 0;
@@ -182,9 +162,8 @@ void find_boxes(E& executor, const Surroundings& around, const Vec3<Real>* posit
 /// cost   O(ring entries); 32 B a node
 template <Executor E, class Real>
 typename E::template Buffer<Anchor> find_anchors(E& executor, const Surroundings& around,
-                                                 const Vec3<Real>* positions,
-                                                 const SmoothOptions& options) {
-  const double weight = anchor_weight(options);
+                                                 const Vec3<Real>* positions, const JobPlan& plan) {
+  const double weight = plan.anchor_weight;
   if (weight == 0) return {};
   auto anchors = executor.template allocate<Anchor>(around.node_count);
   Anchor* const out = anchors.data();

@@ -2,16 +2,15 @@
 
 #include "smooth/base/displacement.hpp"
 #include "smooth/base/element_quality.hpp"
+#include "smooth/plan/job_plan.hpp"
 
 namespace meshsmooth::detail {
 
-/// Which moves are accepted, evaluated in double on the positions as they are stored.
-struct Acceptance {
-  bool guard = false;   // a valid element stays valid
-  bool smart = false;   // the worst quality of the ball does not fall
-  bool facets = false;  // the facets around sliding nodes keep their orientation
-
-  [[nodiscard]] MESHSMOOTH_HD bool active() const { return guard || smart || facets; }
+/// Which moves are accepted, and how far nodes may go.
+template <class Real>
+struct MoveRule {
+  Acceptance acceptance = {};
+  DisplacementLimit<Real> displacement_limit = {};
 };
 
 /// `element_quality` of an element at the positions `x`.
@@ -85,15 +84,15 @@ MESHSMOOTH_HD bool is_allowed(Acceptance acceptance, double quality, double wors
 template <class Real, class Allowed>
 MESHSMOOTH_HD Vec3<Real> first_allowed(const Surroundings& around, std::size_t node,
                                        Vec3<Real> before, Vec3<Real> candidate,
-                                       Acceptance acceptance, bool& held,
-                                       const DisplacementLimit<Real>& displacement_limit,
+                                       const MoveRule<Real>& rule, bool& held,
                                        const Allowed& allowed) {
   Real share = 1;
   for (int trial = 0; trial < kMoveTrials; ++trial) {
-    const Vec3<Real> position = trial == 0          ? candidate
-                                : acceptance.facets ? part_of_way(around, displacement_limit, node,
-                                                                  before, candidate, share)
-                                                    : before + share * (candidate - before);
+    const Vec3<Real> position =
+        trial == 0 ? candidate
+        : rule.acceptance.facets
+            ? part_of_way(around, rule.displacement_limit, node, before, candidate, share)
+            : before + share * (candidate - before);
     if (allowed(position)) return position;
     held = true;
     share /= 2;
@@ -106,11 +105,13 @@ MESHSMOOTH_HD Vec3<Real> first_allowed(const Surroundings& around, std::size_t n
 /// at once, and the CPU's and a CUDA team's, which read a ball of tetrahedra once for all trials
 /// (compared by cpu_balls_test and tests/gpu/parity_test).
 template <bool kTetrahedra = false, class Team, class P>
-MESHSMOOTH_HD Vec3<typename P::Real> accept_move(
-    const Team& team, const Surroundings& around, const P& x, std::size_t node,
-    Vec3<typename P::Real> candidate, Acceptance acceptance, bool& held,
-    DisplacementLimit<typename P::Real> displacement_limit = {}) {
+MESHSMOOTH_HD Vec3<typename P::Real> accept_move(const Team& team, const Surroundings& around,
+                                                 const P& x, std::size_t node,
+                                                 Vec3<typename P::Real> candidate,
+                                                 const MoveRule<typename P::Real>& rule,
+                                                 bool& held) {
   using Real = typename P::Real;
+  const Acceptance acceptance = rule.acceptance;
   const Vec3<Real> before = x[node];
   if (candidate == before) return before;
   const double worst = acceptance.smart ? worst_quality<kTetrahedra>(team, around, x, node) : 0.0;
@@ -126,8 +127,7 @@ MESHSMOOTH_HD Vec3<typename P::Real> accept_move(
     }
     return team.all(accepted);
   };
-  return first_allowed(around, node, before, candidate, acceptance, held, displacement_limit,
-                       allowed);
+  return first_allowed(around, node, before, candidate, rule, held, allowed);
 }
 
 }  // namespace meshsmooth::detail

@@ -12,9 +12,8 @@
 namespace meshsmooth::detail {
 
 /// Bytes of `keep_quality`, which runs without the rings.
-[[nodiscard]] inline std::int64_t keep_quality_bytes(const MeshCounts& mesh,
-                                                     const SmoothOptions& options) {
-  return keeps_quality(options) ? mesh.nodes * (mesh.position_bytes + 1 + 4 + 8) : 0;
+[[nodiscard]] inline std::int64_t keep_quality_bytes(const MeshCounts& mesh, const JobPlan& plan) {
+  return plan.keeps_quality ? mesh.nodes * (mesh.position_bytes + 1 + 4 + 8) : 0;
 }
 
 /// The measures of element `e` at the positions `x`.
@@ -166,7 +165,7 @@ void restore_mean(E& executor, const Restoring<E, Real>& rules, bool keeps_mean)
 /// cost   a few measures per element, where the evaluation found a reason; `keep_quality_bytes`
 /// order  deterministic
 template <Executor E, class Real>
-void keep_quality(E& executor, const Surroundings& around, const SmoothOptions& options,
+void keep_quality(E& executor, const Surroundings& around, const JobPlan& plan,
                   JobMesh<E, Real>& job, KeptQuality& kept) {
   const std::size_t count = job.node_count;
   auto before = positions_in_order(executor, job.given.data(), job.caller_ids.data(), count);
@@ -187,8 +186,8 @@ void keep_quality(E& executor, const Surroundings& around, const SmoothOptions& 
     rules.floor = floor;
     restore_below(executor, rules);
   };
-  keep_least(measure_change(executor, rules).floor, options, kept, restore, restored);
-  restore_mean(executor, rules, keeps_mean(options));
+  keep_least(measure_change(executor, rules).floor, plan, kept, restore, restored);
+  restore_mean(executor, rules, plan.keeps_mean);
   kept.for_mean = restored();
 }
 

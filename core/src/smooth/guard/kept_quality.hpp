@@ -6,9 +6,9 @@
 #include <span>
 
 #include "mesh/accumulator.hpp"
-#include "meshsmooth/options.hpp"
 #include "meshsmooth/summary.hpp"
 #include "smooth/base/topology.hpp"
+#include "smooth/plan/job_plan.hpp"
 
 namespace meshsmooth::detail {
 
@@ -83,28 +83,10 @@ template <class Before>
   return after < before - kMostMeanLoss * std::abs(before);
 }
 
-/// Whether a job ends with the step `keep_quality`: not `Move`, whose boundary moves, nor without
-/// the guard, which already allows inverted elements, nor where a reference has the shapes.
-[[nodiscard]] inline bool keeps_quality(const SmoothOptions& options) {
-  return options.never_worse && options.guard && !std::holds_alternative<Move>(options.method) &&
-         !aims_at_reference(options) && iteration_limit(options) > 0;
-}
-
-/// Whether the step keeps the mean too, which `Goal::worst` gives up for the worst elements.
-[[nodiscard]] inline bool keeps_mean(const SmoothOptions& options) {
-  const auto* const method = std::get_if<Optimize>(&options.method);
-  return method == nullptr || method->goal != Goal::worst;
-}
-
-/// How much the evaluations of a job must find: the result must not depend on what is reported.
-[[nodiscard]] inline QualityDetail evaluated_detail(const SmoothOptions& options) {
-  return keeps_quality(options) ? QualityDetail::full : options.quality_detail;
-}
-
 /// The metric that the caller named, or that of the mesh's elements.
 [[nodiscard]] inline QualityMetric metric_in_force(const TopologyView& topology,
-                                                   const SmoothOptions& options) {
-  if (options.metric) return *options.metric;
+                                                   const JobPlan& plan) {
+  if (plan.options.metric) return *plan.options.metric;
   const bool simplices = std::ranges::all_of(topology.blocks, [](const ElementBlockView& block) {
     return block.nodes.empty() || is_simplex(element_shape(linear_type(block.type)));
   });
@@ -117,12 +99,12 @@ template <class Before>
 /// `restore(floor)` moves nodes of elements below a floor back, `restored()` tells how many have
 /// gone back since it was last called.
 template <class Restore, class Restored>
-void keep_least(const QualityFloor& least, const SmoothOptions& options, KeptQuality& kept,
+void keep_least(const QualityFloor& least, const JobPlan& plan, KeptQuality& kept,
                 const Restore& restore, const Restored& restored) {
   const bool ratio = kept.metric == QualityMetric::mean_ratio;
   restore(least.lowered().of(kept.metric));
   (ratio ? kept.for_mean_ratio : kept.for_scaled_jacobian) = restored();
-  if (options.metric) return;
+  if (plan.options.metric) return;
   restore(least.lowered());
   (ratio ? kept.for_scaled_jacobian : kept.for_mean_ratio) = restored();
 }
@@ -131,16 +113,16 @@ void keep_least(const QualityFloor& least, const SmoothOptions& options, KeptQua
 /// untangled, nothing is taken back. Behind the least value of a locked element, those of the
 /// others may have fallen unseen.
 [[nodiscard]] inline bool may_be_worse(const QualityStats& before, const QualityStats& after,
-                                       const LockedStats& locked, const SmoothOptions& options,
+                                       const LockedStats& locked, const JobPlan& plan,
                                        QualityMetric in_force) {
   if (after.inverted_count < before.inverted_count) return false;
   for (std::size_t m = 0; m < before.metrics.size(); ++m) {
     const MetricStats &first = before.metrics[m], &last = after.metrics[m];
     const bool falls = first.metric == in_force && is_mean_lower(first.mean, last.mean);
-    if (falls && keeps_mean(options)) return true;
-    const bool kept = options.metric ? first.metric == in_force
-                                     : first.metric == QualityMetric::mean_ratio ||
-                                           first.metric == QualityMetric::scaled_jacobian;
+    if (falls && plan.keeps_mean) return true;
+    const bool kept = plan.options.metric ? first.metric == in_force
+                                          : first.metric == QualityMetric::mean_ratio ||
+                                                first.metric == QualityMetric::scaled_jacobian;
     if (!kept) continue;
     if (last.min < first.min - kQualityRounding) return true;
     if (locked.element_count > 0 && last.min <= first.min + kQualityRounding) return true;

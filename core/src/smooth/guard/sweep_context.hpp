@@ -2,21 +2,11 @@
 
 #include <vector>
 
-#include "meshsmooth/options.hpp"
 #include "smooth/base/executor.hpp"
 #include "smooth/base/surroundings.hpp"
 #include "smooth/guard/acceptance.hpp"
 
 namespace meshsmooth::detail {
-
-[[nodiscard]] inline Form resolve_form(const SmoothOptions& options) {
-  return options.form != Form::automatic ? options.form : forms_of(options.method).front();
-}
-
-[[nodiscard]] inline Acceptance acceptance_of(const SmoothOptions& options) {
-  return {options.guard, std::holds_alternative<SmartLaplacian>(options.method),
-          options.boundary == BoundaryPolicy::slide};
-}
 
 /// Free nodes grouped so that no two of one colour share an element: all nodes of a colour can
 /// move concurrently.

@@ -139,6 +139,13 @@ struct JacobiStep {
 inline constexpr float kFirstDamping = 3.4641016F;
 inline constexpr float kSecondDamping = 1.1389990F;
 
+/// The matrix of a level, with the weights of damped Jacobi.
+struct LevelMatrix {
+  LaplaceMatrix matrix;
+  const float* weights;
+  std::size_t row_count;
+};
+
 /// A V-cycle from 0 with two steps of damped Jacobi before and after the coarser level, but for the
 /// last step, which is returned. It is a symmetric positive definite operator.
 ///
@@ -147,9 +154,11 @@ inline constexpr float kSecondDamping = 1.1389990F;
 /// cost   four products on each level
 /// order  deterministic
 template <class Team, Executor E>
-JacobiStep cycle(E& executor, const LaplaceMatrix& matrix, const float* weights,
-                 std::size_t row_count, const Vec3f* right, const Hierarchy<E>& hierarchy,
-                 std::size_t level, CycleVectors<E>& vectors) {
+JacobiStep cycle(E& executor, const LevelMatrix& of, const Vec3f* right,
+                 const Hierarchy<E>& hierarchy, std::size_t level, CycleVectors<E>& vectors) {
+  const LaplaceMatrix matrix = of.matrix;
+  const float* const weights = of.weights;
+  const std::size_t row_count = of.row_count;
   using RowTeam = typename E::RowTeam;
   const CoarseLevel<E>& coarser = hierarchy.levels[level];
   Vec3f* const guess = vectors.levels[level].guess.data();
@@ -188,7 +197,7 @@ JacobiStep cycle(E& executor, const LaplaceMatrix& matrix, const float* weights,
         });
   } else {
     const JacobiStep last =
-        cycle<RowTeam>(executor, coarser.matrix.view(), coarser.weights.data(), coarser.size,
+        cycle<RowTeam>(executor, {coarser.matrix.view(), coarser.weights.data(), coarser.size},
                        below_right, hierarchy, level + 1, vectors);
     executor.template for_each_row<RowTeam>(
         coarser.size, [=] MESHSMOOTH_HD(std::size_t row, const RowTeam& team) {

@@ -155,8 +155,9 @@ class LaplaceSolver {
     const Surroundings around = around_;
     const Vec3f* const r = residual_.data();
     Vec3f* const z = preconditioned_.data();
-    const JacobiStep last = cycle<Team>(executor_, system_.matrix(around), system_.weights.data(),
-                                        around.node_count, r, system_.hierarchy, 0, vectors_);
+    const JacobiStep last =
+        cycle<Team>(executor_, {system_.matrix(around), system_.weights.data(), around.node_count},
+                    r, system_.hierarchy, 0, vectors_);
     executor_.template reduce_rows_to<Team>(
         around.node_count, Vec3d{0, 0, 0},
         [=] MESHSMOOTH_HD(std::size_t node, const Team& team) {

@@ -84,15 +84,22 @@ void begin_displacement(E& executor, std::size_t node_count, const Prescribed<E,
   });
 }
 
-/// Places the nodes for a share of the motion: the prescribed ones where they then are, the free
-/// ones `step` of their displacement from `start`.
+/// How far nodes go: free ones by `step` of their displacement, prescribed ones to `share` of
+/// their whole way.
+struct Advance {
+  double step;
+  double share;
+};
+
+/// Places the nodes for a part of the motion, the free ones from `start`.
 template <Executor E, class Real>
 void place(E& executor, const SweepContext<E, Real>& context, const Prescribed<E, Real>& prescribed,
-           const Vec3f* displacement, const Vec3<Real>* start, double step, double share,
+           const Vec3f* displacement, const Vec3<Real>* start, Advance advance,
            Vec3<Real>* positions) {
+  const double share = advance.share;
   const Surroundings around = context.around;
   const DisplacementLimit<Real> limit = context.displacement_limit;
-  const auto by = static_cast<Real>(step);
+  const auto by = static_cast<Real>(advance.step);
   executor.for_each(around.node_count, [=] MESHSMOOTH_HD(std::size_t node) {
     if (around.fixed[node] != 0) return;
     positions[node] =
@@ -110,13 +117,13 @@ void place(E& executor, const SweepContext<E, Real>& context, const Prescribed<E
 /// Bytes of `Motion`, whose sweeps take `sweeping`: at first the solver's; then those of sweeps, or
 /// of global steps in place of their acceleration, and where to return to. `kept`: its system is to
 /// be kept.
-[[nodiscard]] inline std::int64_t motion_bytes(const MeshCounts& mesh, const SmoothOptions& options,
+[[nodiscard]] inline std::int64_t motion_bytes(const MeshCounts& mesh, const JobPlan& plan,
                                                bool kept, std::int64_t sweeping) {
   const std::int64_t displacement = mesh.nodes * std::int64_t{sizeof(Vec3f)};
   const std::int64_t prescribed = mesh.nodes * (4 + 2 * mesh.position_bytes);
   const std::int64_t finding = mesh.nodes * (4 + 4 + mesh.position_bytes);
   const std::int64_t valid = mesh.nodes * mesh.position_bytes;
-  const int sweeps = iteration_limit(options);
+  const int sweeps = plan.iteration_limit;
   const std::int64_t steps = sweeps > kSweepsBeforeSteps ? global_steps_bytes(mesh) : 0;
   const std::int64_t accelerating = sweeps > kDescentSweeps ? anderson_bytes(mesh) : 0;
   const std::int64_t most =
@@ -124,6 +131,12 @@ void place(E& executor, const SweepContext<E, Real>& context, const Prescribed<E
                 optimizer_bytes(mesh) + solving_bytes(mesh, false)});
   return displacement + prescribed + std::max({finding, solving_bytes(mesh, kept), valid + most});
 }
+
+/// What a motion is to do, and its statistics to fill.
+struct MotionTask {
+  const PrescribedNodes& prescribed;
+  MotionStats& stats;
+};
 
 /// The method Move: from the reference, which is valid, to the prescribed positions, in one step or
 /// in halves of it.
@@ -133,22 +146,22 @@ class Motion {
  public:
   using E = typename B::Executor;
 
-  /// `positions` are those of the reference, and become those of the result.
+  /// The job's positions are those of the reference, and become those of the result.
   Motion(B& backend, const SweepContext<E, Real>& context, Colouring<E>& colouring,
-         const JobMesh<E, Real>& job, const SmoothOptions& options, ConvergenceMonitor& monitor,
-         Vec3<Real>* positions)
+         const Move& method, ConvergenceMonitor& monitor, JobMesh<E, Real>& job)
       : backend_(backend),
         executor_(backend.executor()),
         context_(context),
         colouring_(colouring),
         job_(job),
-        options_(options),
-        method_(std::get<Move>(options.method)),
+        plan_(monitor.plan()),
+        method_(method),
         monitor_(monitor),
-        positions_(positions) {}
+        positions_(job.positions.data()) {}
 
-  void run(MotionStats& stats) {
-    const auto prescribed = find_prescribed(executor_, job_, options_.prescribed);
+  void run(const MotionTask& task) {
+    MotionStats& stats = task.stats;
+    const auto prescribed = find_prescribed(executor_, job_, task.prescribed);
     auto displacement = find_displacement(prescribed, stats);
     const std::size_t n = job_.node_count;
     auto valid = executor_.template allocate<Vec3<Real>>(n);  // the last one
@@ -164,8 +177,8 @@ class Motion {
         continue_displacement(prescribed, valid.data(), displacement.data(), stats);
         solved = reached;
       }
-      place(executor_, context_, prescribed, displacement.data(), valid.data(), next - reached,
-            next, positions_);
+      place(executor_, context_, prescribed, displacement.data(), valid.data(),
+            {.step = next - reached, .share = next}, positions_);
       InvalidCounts invalid = count_invalid(executor_, context_.around, positions_);
       const bool tangled = invalid.all > 0;
       if (invalid.all == 0 && near_reference()) {
@@ -210,7 +223,7 @@ class Motion {
         monitor_.end(StopReason::stagnated, EndRule::no_progress);
       }
     }
-    if (options_.report_below) optimizer().report();
+    if (plan_.options.report_below) optimizer().report();
   }
 
  private:
@@ -218,8 +231,7 @@ class Motion {
   [[nodiscard]] Optimizer<B, Real>& optimizer() {
     if (!optimizer_) {
       colouring_ = backend_.colour(context_.around, job_.caller_ids.data());
-      const auto& sweeping = std::get<Optimize>(monitor_.options().method);
-      optimizer_.emplace(backend_, context_, sweeping, monitor_, positions_);
+      optimizer_.emplace(backend_, context_, plan_.optimizer.value(), monitor_, positions_);
     }
     return *optimizer_;
   }
@@ -235,7 +247,7 @@ class Motion {
   /// Whether every element that can change is nearly as in the reference. Its mean ratio against
   /// that is at most 1: sweeps could not raise the worst one by more than what is missing.
   [[nodiscard]] bool near_reference() {
-    const Tolerance& tolerance = options_.tolerance;
+    const Tolerance& tolerance = plan_.options.tolerance;
     if (context_.around.targets.reference == nullptr || !tolerance.relative) return false;
     const Vec3<Real>* const positions = positions_;
     return measure_energy(executor_, context_.around, positions, 1).worst >=
@@ -297,7 +309,7 @@ class Motion {
   Colouring<E>& colouring_;
   std::optional<Optimizer<B, Real>> optimizer_;
   const JobMesh<E, Real>& job_;
-  const SmoothOptions& options_;
+  const JobPlan& plan_;
   const Move& method_;
   ConvergenceMonitor& monitor_;
   Vec3<Real>* positions_;

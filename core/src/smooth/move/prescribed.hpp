@@ -13,40 +13,17 @@
 
 namespace meshsmooth::detail {
 
-/// The options of the sweeps of a job: `Move` sweeps as `Optimize` does, and its input is the
-/// reference.
-[[nodiscard]] inline SmoothOptions sweeping_options(const SmoothOptions& options) {
-  SmoothOptions sweeps = options;
-  if (const auto* method = std::get_if<Move>(&options.method)) {
-    const bool ideal = method->target == Target::ideal;
-    sweeps.method = Optimize{.target = ideal ? Target::ideal : Target::input};
-    sweeps.tangled = TangledPolicy::repair;
-    sweeps.never_worse = false;
-    sweeps.reference = {};
-    sweeps.max_iterations = iteration_limit(options);
-  }
-  return sweeps;
-}
-
-/// Whether the nodes lie in `SmoothOptions::reference` at first.
-[[nodiscard]] inline bool begins_at_reference(const SmoothOptions& options) {
-  return std::holds_alternative<Move>(options.method) && position_count(options.reference) > 0;
-}
-
-/// Where the nodes of a job lie at first. A reference of the other type is copied to `result`.
+/// Where the nodes of a job lie at first. Positions of the other type are copied to `result`.
 template <class Real>
-[[nodiscard]] std::span<const Vec3<Real>> given_positions(const SmoothOptions& options,
-                                                          const JobPositions& positions,
+[[nodiscard]] std::span<const Vec3<Real>> given_positions(const JobPositions& positions,
                                                           std::span<Vec3<Real>> result) {
-  using Same = std::span<const Vec3<Real>>;
-  if (!begins_at_reference(options)) return std::get<Same>(positions.given);
-  if (const auto* same = std::get_if<Same>(&options.reference)) return *same;
+  if (const auto* same = std::get_if<std::span<const Vec3<Real>>>(&positions.given)) return *same;
   std::visit(
-      [&](const auto& reference) {
-        std::ranges::transform(reference, result.begin(),
+      [&](const auto& given) {
+        std::ranges::transform(given, result.begin(),
                                [](const auto& p) { return vec3_cast<Real>(p); });
       },
-      options.reference);
+      positions.given);
   return result;
 }
 
@@ -59,35 +36,32 @@ template <class Real>
   return std::visit([&](const auto& positions) { return is_same_array(known, positions); }, given);
 }
 
-/// Checks the sizes of the caller's arrays. With a reference only that of the result counts.
+/// Checks the sizes of the caller's positions.
 inline void validate_sizes(const TopologyView& topology, const JobPositions& positions,
                            const SmoothOptions& options) {
   validate_sizes(topology, as_view(positions.result));
-  if (begins_at_reference(options)) return;
-  if (positions.given.index() != positions.result.index()) {
+  validate_sizes(topology, positions.given);
+  const bool moves = is_motion(options.method);
+  if (!moves && positions.given.index() != positions.result.index()) {
     throw InvalidOption("OPTION_OUT_OF_RANGE",
                         "positions: the result is of another type than what is given",
                         {{"field", "positions"}});
   }
-  validate_sizes(topology, positions.given);
 }
 
-/// The same, and what the positions are.
+/// The same, and what the positions are. `known`: positions that have been checked.
 inline void validate_given(const TopologyView& topology, const JobPositions& positions,
-                           const SmoothOptions& options) {
+                           const SmoothOptions& options, const PositionsView& known = {}) {
   validate_sizes(topology, positions, options);
-  if (!begins_at_reference(options)) validate_positions(topology, positions.given);
+  if (!is_same_array(known, positions.given)) validate_positions(topology, positions.given);
 }
 
-/// Checks the arrays that come with the options. `known`: a reference that has been checked.
-inline void validate_arrays(const TopologyView& topology, const SmoothOptions& options,
-                            const PositionsView& known = {}) {
-  if (aims_at_reference(options) ||
-      (begins_at_reference(options) && !is_same_array(known, options.reference))) {
-    validate_reference(topology, options.reference);
-  }
-  if (std::holds_alternative<Move>(options.method)) {
-    validate_prescribed(topology, options.prescribed);
+/// Checks what else a job is given.
+inline void validate_input(const TopologyView& topology, const JobInput& input,
+                           const SmoothOptions& options) {
+  if (aims_at_reference(options)) validate_reference(topology, input.reference);
+  if (is_motion(options.method)) {
+    validate_prescribed(topology, input.prescribed);
   }
 }
 
@@ -95,14 +69,16 @@ inline void validate_arrays(const TopologyView& topology, const SmoothOptions& o
 /// caller; what lies between regions follows like all else. What it views must outlive it.
 class JobTopology {
  public:
-  JobTopology(const TopologyView& topology, const SmoothOptions& options) : view_(topology) {
-    if (!std::holds_alternative<Move>(options.method)) return;
+  JobTopology(const TopologyView& topology, const SmoothOptions& options,
+              const PrescribedNodes& prescribed)
+      : view_(topology) {
+    if (!is_motion(options.method)) return;
     if (topology.fixed.empty()) {
       fixed_.resize(topology.node_count);
     } else {
       fixed_.assign(topology.fixed.begin(), topology.fixed.end());
     }
-    for (const NodeId node : options.prescribed.nodes) fixed_[static_cast<std::size_t>(node)] = 1;
+    for (const NodeId node : prescribed.nodes) fixed_[static_cast<std::size_t>(node)] = 1;
     view_.fixed = fixed_;
     view_.regions = {};
   }

@@ -33,7 +33,7 @@ class Optimizer {
         context_(context),
         method_(method),
         monitor_(monitor),
-        options_(monitor.options()),
+        plan_(monitor.plan()),
         opposite_(backend.find_opposite_nodes(context.around)),
         sweeper_(executor_, with_opposite(context, opposite_.data()), positions) {}
 
@@ -57,7 +57,8 @@ class Optimizer {
 
   /// After the last run: what holds poor elements, if the options ask for it.
   void report() {
-    if (options_.report_below) monitor_.record_poor(explain(*options_.report_below));
+    const std::optional<double>& below = plan_.options.report_below;
+    if (below) monitor_.record_poor(explain(*below));
   }
 
  private:
@@ -66,12 +67,12 @@ class Optimizer {
   [[nodiscard]] PoorElements explain(double quality) {
     constexpr double kWorthwhile = 1e-3;  // decrement
     const Saved saved = save();
-    const SmoothOptions once{.max_iterations = 1};
+    const JobPlan once = plan_job({.max_iterations = 1});
     const JobControl nobody;
     ConvergenceMonitor monitor(once, nobody, 0, monitor_.free_count());
     const OptimizePhase phase{.power = power_of(method_.goal),
                               .poor = 1 / quality,
-                              .guard = options_.guard,
+                              .guard = plan_.options.guard,
                               .rest = kWorthwhile};
     PhaseMonitor phase_monitor(monitor, phase, {}, 0);
     if (monitor_.free_count() > 0) {
@@ -113,7 +114,7 @@ class Optimizer {
   bool refine(const PhaseEnd& converged) {
     const Saved saved = save();
     const double worst = sweeper_.measure(1).worst;
-    bool goes_on = run_phase({.power = 4, .guard = options_.guard}, converged);
+    bool goes_on = run_phase({.power = 4, .guard = plan_.options.guard}, converged);
     // Few balls are poor, which is no reason to ask more of them; and what high powers gain in
     // many sweeps is little (cube of 10,000 nodes: 0.1 degrees for twice the sweeps).
     PhaseEnd refined = converged;
@@ -121,7 +122,7 @@ class Optimizer {
     refined.tolerance *= 3;
     const double poor = method_.target_quality > 0 ? method_.target_quality : kPoorMeanRatio;
     for (const int power : kRefinementPowers) {
-      const OptimizePhase phase{.power = power, .poor = 1 / poor, .guard = options_.guard};
+      const OptimizePhase phase{.power = power, .poor = 1 / poor, .guard = plan_.options.guard};
       goes_on = goes_on && run_phase(phase, refined);
     }
     if (sweeper_.measure(1).worst < worst) restore(saved);
@@ -150,9 +151,10 @@ class Optimizer {
     } else if (moves.moved == 0 && moves.held > 0) {
       monitor_.end(StopReason::stagnated, EndRule::all_held);
     } else {
-      monitor_.end(StopReason::converged, moves.moved == 0              ? EndRule::at_rest
-                                          : options_.tolerance.relative ? EndRule::small_gains
-                                                                        : EndRule::small_moves);
+      monitor_.end(StopReason::converged, moves.moved == 0 ? EndRule::at_rest
+                                          : plan_.options.tolerance.relative
+                                              ? EndRule::small_gains
+                                              : EndRule::small_moves);
     }
   }
 
@@ -166,7 +168,7 @@ class Optimizer {
   }
 
   [[nodiscard]] PhaseEnd converged_end() const {
-    const Tolerance& tolerance = options_.tolerance;
+    const Tolerance& tolerance = plan_.options.tolerance;
     return {.tolerance = tolerance.relative ? run_.tolerance * tolerance.value : 0,
             .free_count = static_cast<double>(monitor_.free_count()),
             .least_move = tolerance.relative ? 0 : run_.tolerance * tolerance.value};
@@ -241,7 +243,7 @@ class Optimizer {
     return goes_on;
   }
 
-  [[nodiscard]] bool undoes() const { return options_.guard && run_.given != nullptr; }
+  [[nodiscard]] bool undoes() const { return plan_.options.guard && run_.given != nullptr; }
 
   /// Undoes moves that inverted an element which was valid in the input.
   void undo_inversions() {
@@ -255,10 +257,10 @@ class Optimizer {
 
   /// A phase that descends a power of the energy.
   [[nodiscard]] OptimizePhase descent(int power) const {
-    OptimizePhase phase{.power = power, .guard = options_.guard};
-    if (run_.ring_entries > 0 && options_.tolerance.relative) {
+    OptimizePhase phase{.power = power, .guard = plan_.options.guard};
+    if (run_.ring_entries > 0 && plan_.options.tolerance.relative) {
       // Nodes at rest end a job, and do not tell whether a long error is left.
-      phase.rest *= std::min(1.0, options_.tolerance.value / Tolerance{}.value);
+      phase.rest *= std::min(1.0, plan_.options.tolerance.value / Tolerance{}.value);
     }
     return phase;
   }
@@ -295,7 +297,7 @@ class Optimizer {
     if (!run_.precise || context_.around.targets.reference == nullptr || converged.tolerance == 0) {
       return true;
     }
-    if (iteration_limit(options_) <= kDescentSweeps) return true;  // as `optimize_bytes` assumes
+    if (plan_.iteration_limit <= kDescentSweeps) return true;  // as `optimize_bytes` assumes
     if (!(mean_energy(sweeper_.measure(phase.power), phase.power) < kNear)) return true;
     phase.rest *= kPrecision * kPrecision;
     converged.tolerance *= kPrecision;
@@ -378,7 +380,7 @@ class Optimizer {
   const SweepContext<E, Real>& context_;
   const Optimize& method_;
   ConvergenceMonitor& monitor_;
-  const SmoothOptions& options_;
+  const JobPlan& plan_;
   typename E::template Buffer<NodeId> opposite_;
   OptimizeSweeper<E, Real> sweeper_;
   OptimizeStats last_;

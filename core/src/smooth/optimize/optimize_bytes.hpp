@@ -22,19 +22,18 @@ inline constexpr int kSweepsBeforeSteps = 7;
 
 /// Bytes of `optimize`: states, opposite nodes, and the most of its parts. Each part but the last
 /// of repair holds what a backend's sweeps need, `sweeping`, and most of them where to return to.
-[[nodiscard]] inline std::int64_t optimize_bytes(const MeshCounts& mesh,
-                                                 const SmoothOptions& options,
+[[nodiscard]] inline std::int64_t optimize_bytes(const MeshCounts& mesh, const JobPlan& plan,
                                                  std::int64_t sweeping) {
   const std::int64_t positions = mesh.nodes * mesh.position_bytes;
-  const auto* method = std::get_if<Optimize>(&options.method);
-  const bool returns = options.report_below || (method != nullptr && method->goal == Goal::worst);
+  const bool returns =
+      plan.options.report_below || (plan.optimizer && plan.optimizer->goal == Goal::worst);
   std::int64_t most = returns ? positions + sweeping : sweeping;
-  if (options.tangled == TangledPolicy::repair) {
-    const bool softens = iteration_limit(options) > kUntanglingSweeps;
+  if (plan.tangled == TangledPolicy::repair) {
+    const bool softens = plan.iteration_limit > kUntanglingSweeps;
     most = std::max(
         most, positions + std::max(softens ? sweeping : 0, limit_moves_bytes(mesh.nodes, false)));
   }
-  if (iteration_limit(options) > kDescentSweeps) {
+  if (plan.iteration_limit > kDescentSweeps) {
     most = std::max(most, positions + anderson_bytes(mesh) + sweeping);
   }
   return optimizer_bytes(mesh) + most;

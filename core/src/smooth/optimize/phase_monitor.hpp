@@ -33,8 +33,7 @@ class PhaseMonitor {
     gain_before_ = last_.gain;
     last_ = stats;
     ++sweeps_;
-    if (job_.options().history)
-      job_.record_energy(mean_energy(*energy, phase_.power), energy->worst);
+    if (job_.keeps_history()) job_.record_energy(mean_energy(*energy, phase_.power), energy->worst);
     if (target_ > 0 && energy->worst >= target_) return end_job(StopReason::target_reached);
     ended_ = end_.after(stats, gain_before_);
     if (ended_) return true;
@@ -50,7 +49,7 @@ class PhaseMonitor {
   }
 
   /// Whether the mesh must be measured after every sweep.
-  [[nodiscard]] bool needs_energy() const { return job_.options().history || target_ > 0; }
+  [[nodiscard]] bool needs_energy() const { return job_.keeps_history() || target_ > 0; }
 
   /// How many sweeps a backend may run in one batch if it applies `end()` itself after each: no
   /// other rule ends the part earlier.

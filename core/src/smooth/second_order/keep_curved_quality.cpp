@@ -148,7 +148,7 @@ class CurvedKeeper {
 
 template <class Real>
 void keep_curved_quality(const TopologyView& topology, const SurfaceOrientation& orientation,
-                         const SmoothOptions& options, const QualityStats& quality_before,
+                         const JobPlan& plan, const QualityStats& quality_before,
                          std::span<const Vec3<Real>> before, std::span<Vec3<Real>> after,
                          KeptQuality& kept) {
   QualityFloor least;
@@ -158,17 +158,17 @@ void keep_curved_quality(const TopologyView& topology, const SurfaceOrientation&
   }
   CurvedKeeper<Real> keeper(topology, orientation, before, after);
   keep_least(
-      least, options, kept, [&](const QualityFloor& floor) { keeper.restore_below(floor); },
+      least, plan, kept, [&](const QualityFloor& floor) { keeper.restore_below(floor); },
       [&] { return keeper.take_restored(); });
-  keeper.restore_mean(kept.metric, keeps_mean(options), quality_before);
+  keeper.restore_mean(kept.metric, plan.keeps_mean, quality_before);
   kept.for_mean = keeper.take_restored();
 }
 
-template void keep_curved_quality(const TopologyView&, const SurfaceOrientation&,
-                                  const SmoothOptions&, const QualityStats&, std::span<const Vec3f>,
-                                  std::span<Vec3f>, KeptQuality&);
-template void keep_curved_quality(const TopologyView&, const SurfaceOrientation&,
-                                  const SmoothOptions&, const QualityStats&, std::span<const Vec3d>,
-                                  std::span<Vec3d>, KeptQuality&);
+template void keep_curved_quality(const TopologyView&, const SurfaceOrientation&, const JobPlan&,
+                                  const QualityStats&, std::span<const Vec3f>, std::span<Vec3f>,
+                                  KeptQuality&);
+template void keep_curved_quality(const TopologyView&, const SurfaceOrientation&, const JobPlan&,
+                                  const QualityStats&, std::span<const Vec3d>, std::span<Vec3d>,
+                                  KeptQuality&);
 
 }  // namespace meshsmooth::detail

@@ -16,7 +16,7 @@ namespace meshsmooth::detail {
 /// gives  `after`, and how many nodes went back for what
 template <class Real>
 void keep_curved_quality(const TopologyView& topology, const SurfaceOrientation& orientation,
-                         const SmoothOptions& options, const QualityStats& quality_before,
+                         const JobPlan& plan, const QualityStats& quality_before,
                          std::span<const Vec3<Real>> before, std::span<Vec3<Real>> after,
                          KeptQuality& kept);
 

@@ -27,22 +27,22 @@ class Job {
   using Positions = std::span<const Vec3<Real>>;
 
  public:
-  Job(tbb::task_arena& arena, const TopologyView& topology, const CornerMesh& mesh,
-      Positions positions, const SmoothOptions& options, const JobControl& control,
-      const SmoothCorners<Real>& run)
-      : arena_(arena),
-        topology_(topology),
-        mesh_(mesh),
-        positions_(positions),
-        options_(options),
-        control_(control),
-        run_(run),
-        orientation_(run_in(arena, [&] { return SurfaceOrientation(topology, positions); })),
-        carry_(
-            run_in(arena, [&] { return Carry<Real>(topology, mesh, positions, orientation_); })) {}
+  Job(const SecondOrderTask<Real>& task, const JobArrays<Real>& arrays)
+      : arena_(task.arena),
+        topology_(task.topology),
+        mesh_(task.mesh),
+        positions_(arrays.given),
+        input_(arrays.input),
+        plan_(task.plan),
+        options_(plan_.options),
+        control_(task.control),
+        run_(task.run),
+        orientation_(run_in(arena_, [&] { return SurfaceOrientation(topology_, positions_); })),
+        carry_(run_in(arena_,
+                      [&] { return Carry<Real>(topology_, mesh_, positions_, orientation_); })) {}
 
   SmoothSummary smooth(std::span<Vec3<Real>> result) {
-    const bool moves = std::holds_alternative<Move>(options_.method);
+    const bool moves = plan_.moves;
     QualityStats before;
     if (carry_.any_curved()) {
       before = measure(positions_);
@@ -65,7 +65,7 @@ class Job {
     if (recounts_poor()) {
       const Stopwatch stopwatch(iterate_seconds_);
       const std::vector<Vec3<Real>> first = gather(positions_, mesh_);
-      count_poor<Real>(run_, with_reference(options_), first, gather<Real>(after, mesh_), held,
+      count_poor<Real>(run_, {of_corners(), options_, held}, first, gather<Real>(after, mesh_),
                        summary);
     }
     report(summary, after);
@@ -81,16 +81,14 @@ class Job {
   }
 
   /// Whether poor elements are counted when curved elements have been repaired.
-  [[nodiscard]] bool recounts_poor() const {
-    return carry_.any_curved() && can_count_poor(options_);
-  }
+  [[nodiscard]] bool recounts_poor() const { return carry_.any_curved() && can_count_poor(plan_); }
 
   SmoothSummary sweep(const std::vector<NodeId>& held, std::vector<Vec3<Real>>& after) {
     std::vector<Vec3<Real>> corners = gather(positions_, mesh_);
-    SmoothOptions of_corners = with_reference(options_);
-    if (carry_.any_curved()) of_corners.never_worse = false;  // whole elements are kept below
-    if (recounts_poor()) of_corners.report_below = {};
-    SmoothSummary summary = run_(corners, of_corners, held);
+    SmoothOptions options = options_;
+    if (carry_.any_curved()) options.never_worse = false;  // whole elements are kept below
+    if (recounts_poor()) options.report_below = {};
+    SmoothSummary summary = run_(corners, of_corners(), options, held);
     const Stopwatch stopwatch(iterate_seconds_);
     const std::vector<std::uint8_t> right_angled = find_right_angled();
     for (std::size_t n = 0; n < right_angled.size(); ++n) {
@@ -103,8 +101,7 @@ class Job {
     } else {
       run_in(arena_, [&] { carry_.place(corners, after); });
     }
-    if (std::holds_alternative<Optimize>(options_.method) && iteration_limit(options_) > 0 &&
-        carry_.any_curved()) {
+    if (plan_.improves() && carry_.any_curved()) {
       const std::int64_t held_bytes = run_in(arena_, [&] {
         return cure_elements(summary.convergence.bounding_box_diagonal, right_angled, after);
       });
@@ -116,9 +113,7 @@ class Job {
 
   /// The nodes that already have what `Target::automatic` aims at; empty: none.
   [[nodiscard]] std::vector<std::uint8_t> find_right_angled() const {
-    const auto* const method = std::get_if<Optimize>(&options_.method);
-    const bool boxes = method != nullptr && method->target == Target::automatic;
-    if (!boxes || aims_at_reference(options_) || !carry_.any_curved()) return {};
+    if (plan_.aim != Aim::boxes || !carry_.any_curved()) return {};
     return run_in(arena_,
                   [&] { return detail::find_right_angled(topology_, orientation_, positions_); });
   }
@@ -155,9 +150,9 @@ class Job {
 
   /// As far as curved elements stay valid: with half the motion until they do.
   SmoothSummary move(const std::vector<NodeId>& held, std::vector<Vec3<Real>>& after) {
-    const PrescribedParts<Real> prescribed(options_.prescribed, mesh_);
-    SmoothOptions options = with_reference(options_);
-    const double least = std::get<Move>(options.method).least_step;
+    const PrescribedParts<Real> prescribed(input_.prescribed, mesh_);
+    JobInput input = of_corners();
+    const double least = std::get<Move>(options_.method).least_step;
     SmoothSummary summary;
     int halvings = 0;
     for (double share = 1;; share /= 2) {
@@ -168,8 +163,8 @@ class Job {
         const Vec3<Real> from = corners[static_cast<std::size_t>(prescribed.corners[n])];
         if (share < 1) to[n] = towards(from, to[n], share);
       }
-      options.prescribed = {prescribed.corners, std::span<const Vec3<Real>>(to)};
-      summary = run_(corners, options, held);
+      input.prescribed = {prescribed.corners, std::span<const Vec3<Real>>(to)};
+      summary = run_(corners, input, options_, held);
       MotionStats& motion = *summary.motion;
       motion.reached *= share;
       motion.rejected_step_count += halvings++;
@@ -191,22 +186,23 @@ class Job {
     return vec3_cast<Real>(start + share * (vec3_cast<double>(to) - start));
   }
 
-  /// The options with the reference of the linear mesh.
-  [[nodiscard]] SmoothOptions with_reference(SmoothOptions options) {
-    if (!aims_at_reference(options) && !begins_at_reference(options)) return options;
+  /// What the linear mesh's job is given: the reference of its nodes.
+  [[nodiscard]] JobInput of_corners() {
+    JobInput input;
+    if (plan_.aim != Aim::reference) return input;
     std::visit(
         [&]<class R>(std::span<const Vec3<R>> all) {
           reference_ = gather(all, mesh_);
-          options.reference = std::span<const Vec3<R>>(std::get<std::vector<Vec3<R>>>(reference_));
+          input.reference = std::span<const Vec3<R>>(std::get<std::vector<Vec3<R>>>(reference_));
         },
-        options.reference);
-    return options;
+        input_.reference);
+    return input;
   }
 
   [[nodiscard]] QualityStats measure(Positions positions) {
     const Stopwatch stopwatch(evaluate_seconds_);
     return run_in(arena_, [&] {
-      return measure_quality(topology_, positions, orientation_, {}, evaluated_detail(options_));
+      return measure_quality(topology_, positions, orientation_, {}, plan_.evaluated_detail);
     });
   }
 
@@ -214,15 +210,15 @@ class Job {
   void evaluate(SmoothSummary& summary, QualityStats before, std::vector<Vec3<Real>>& after) {
     summary.quality_before = std::move(before);
     summary.quality_after = measure(after);
-    if (keeps_quality(options_)) {
+    if (plan_.keeps_quality) {
       KeptQuality& kept =
-          summary.kept_quality.emplace(KeptQuality{metric_in_force(topology_, options_)});
-      if (may_be_worse(summary.quality_before, summary.quality_after, {}, options_, kept.metric)) {
+          summary.kept_quality.emplace(KeptQuality{metric_in_force(topology_, plan_)});
+      if (may_be_worse(summary.quality_before, summary.quality_after, {}, plan_, kept.metric)) {
         summary.host_peak_bytes =
             std::max(summary.host_peak_bytes, keep_curved_quality_bytes(summary.nodes.total));
         const Stopwatch stopwatch(evaluate_seconds_);
         run_in(arena_, [&] {
-          keep_curved_quality(topology_, orientation_, options_, summary.quality_before, positions_,
+          keep_curved_quality(topology_, orientation_, plan_, summary.quality_before, positions_,
                               std::span<Vec3<Real>>(after), kept);
         });
       }
@@ -261,7 +257,9 @@ class Job {
   const TopologyView& topology_;
   const CornerMesh& mesh_;
   Positions positions_;  // at first
-  const SmoothOptions& options_;
+  const JobInput& input_;
+  const JobPlan& plan_;
+  const SmoothOptions& options_;  // of the plan
   const JobControl& control_;
   const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
   const SmoothCorners<Real>& run_;
@@ -275,20 +273,13 @@ class Job {
 }  // namespace
 
 template <class Real>
-SmoothSummary smooth_second_order(tbb::task_arena& arena, const TopologyView& topology,
-                                  const CornerMesh& mesh, std::span<const Vec3<Real>> given,
-                                  std::span<Vec3<Real>> result, const SmoothOptions& options,
-                                  const JobControl& control, const SmoothCorners<Real>& run) {
-  return Job<Real>(arena, topology, mesh, given, options, control, run).smooth(result);
+SmoothSummary smooth_second_order(const SecondOrderTask<Real>& task,
+                                  const JobArrays<Real>& arrays) {
+  return Job<Real>(task, arrays).smooth(arrays.result);
 }
 
-template SmoothSummary smooth_second_order(tbb::task_arena&, const TopologyView&, const CornerMesh&,
-                                           std::span<const Vec3f>, std::span<Vec3f>,
-                                           const SmoothOptions&, const JobControl&,
-                                           const SmoothCorners<float>&);
-template SmoothSummary smooth_second_order(tbb::task_arena&, const TopologyView&, const CornerMesh&,
-                                           std::span<const Vec3d>, std::span<Vec3d>,
-                                           const SmoothOptions&, const JobControl&,
-                                           const SmoothCorners<double>&);
+template SmoothSummary smooth_second_order(const SecondOrderTask<float>&, const JobArrays<float>&);
+template SmoothSummary smooth_second_order(const SecondOrderTask<double>&,
+                                           const JobArrays<double>&);
 
 }  // namespace meshsmooth::detail

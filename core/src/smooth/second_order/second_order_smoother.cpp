@@ -43,10 +43,11 @@ class SecondOrderSmoother final : public ForwardingSmoother {
   [[nodiscard]] MemoryEstimate estimate(const MeshSize& size,
                                         const SmoothOptions& options) const override {
     MemoryEstimate sum = inner().estimate(CornerMesh::size_of(size), options);
-    if (std::holds_alternative<Optimize>(options.method) && iteration_limit(options) > 0) {
+    const JobPlan plan = plan_job(options);
+    if (plan.improves()) {
       sum.host_bytes = std::max(sum.host_bytes, cure_bytes(size));  // one after the other
     }
-    if (keeps_quality(options) && is_second_order(size)) {
+    if (plan.keeps_quality && is_second_order(size)) {
       sum.host_bytes = std::max(sum.host_bytes, keep_curved_quality_bytes(size.node_count));
     }
     sum.host_bytes += job_bytes(size) + CornerMesh::estimate_bytes(size);
@@ -77,11 +78,11 @@ class SecondOrderSmoother final : public ForwardingSmoother {
   SmoothSummary smooth(const TopologyView& topology, const JobPositions& positions,
                        const SmoothOptions& options, const JobControl& control) override {
     if (!is_second_order(topology)) return inner().smooth(topology, positions, options, control);
-    validate(options);
+    validate(options, positions.input);
     run_in(arena_, [&] {
       validate(topology);
       validate_given(topology, positions, options);
-      validate_arrays(topology, options);
+      validate_input(topology, positions.input, options);
     });
     const CornerMesh corners(topology);
     return run(topology, corners, nullptr, positions, options, control);
@@ -91,10 +92,10 @@ class SecondOrderSmoother final : public ForwardingSmoother {
                        const SmoothOptions& options, const JobControl& control) override {
     const auto* own = dynamic_cast<const PreparedSecondOrder*>(&prepared);
     if (own == nullptr) return inner().smooth(prepared, positions, options, control);
-    validate(options);
+    validate(options, positions.input);
     run_in(arena_, [&] {
       validate_given(own->topology, positions, options);
-      validate_arrays(own->topology, options);
+      validate_input(own->topology, positions.input, options);
     });
     return run(own->topology, own->corners, own->linear.get(), positions, options, control);
   }
@@ -126,27 +127,29 @@ class SecondOrderSmoother final : public ForwardingSmoother {
                     const SmoothOptions& options, const JobControl& control) {
     return std::visit(
         [&]<class Real>(std::span<Vec3<Real>> span) {
-          const SmoothCorners<Real> smooth_corners = [&](std::vector<Vec3<Real>>& corners,
-                                                         const SmoothOptions& of_corners,
-                                                         const std::vector<NodeId>& held) {
-            return with_own_facets(topology, [&] {
-              const std::span<Vec3<Real>> all(corners);
-              if (held.empty() && prepared != nullptr) {
-                return inner().smooth(*prepared, all, of_corners, control);
-              }
-              TopologyView view = mesh.view();
-              std::vector<std::uint8_t> fixed(view.fixed.begin(), view.fixed.end());
-              if (!held.empty()) {
-                fixed.resize(view.node_count);
-                for (const NodeId node : held) fixed[static_cast<std::size_t>(node)] = 1;
-                view.fixed = fixed;
-              }
-              return inner().smooth(view, all, of_corners, control);
-            });
-          };
+          const SmoothCorners<Real> smooth_corners =
+              [&](std::vector<Vec3<Real>>& corners, const JobInput& input,
+                  const SmoothOptions& of_corners, const std::vector<NodeId>& held) {
+                return with_own_facets(topology, [&] {
+                  JobPositions all{std::span(corners)};
+                  all.input = input;
+                  if (held.empty() && prepared != nullptr) {
+                    return inner().smooth(*prepared, all, of_corners, control);
+                  }
+                  TopologyView view = mesh.view();
+                  std::vector<std::uint8_t> fixed(view.fixed.begin(), view.fixed.end());
+                  if (!held.empty()) {
+                    fixed.resize(view.node_count);
+                    for (const NodeId node : held) fixed[static_cast<std::size_t>(node)] = 1;
+                    view.fixed = fixed;
+                  }
+                  return inner().smooth(view, all, of_corners, control);
+                });
+              };
+          const JobPlan plan = plan_job(options);
           SmoothSummary summary =
-              smooth_second_order(arena_, topology, mesh, given_positions(options, positions, span),
-                                  span, options, control, smooth_corners);
+              smooth_second_order<Real>({arena_, topology, mesh, plan, control, smooth_corners},
+                                        {given_positions(positions, span), span, positions.input});
           summary.host_peak_bytes += mesh.bytes() + job_bytes(detail::size_of(topology));
           return summary;
         },

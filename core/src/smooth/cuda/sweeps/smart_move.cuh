@@ -88,7 +88,7 @@ __device__ Vec3<typename P::Real> move_to_mean(const Team& team, const Surroundi
   };
   if (!acceptance.active()) return candidate();
   if (!Ball::fits(around, visit.ball)) {
-    return accept_move<kTetrahedra>(team, around, x, node, candidate(), acceptance, held);
+    return accept_move<kTetrahedra>(team, around, x, node, candidate(), {acceptance}, held);
   }
   const Ball ball(team, around, x, visit.ball, visit.element);
   return ball.accept_move(before, candidate(), acceptance, held);
@@ -119,7 +119,8 @@ __global__ void __launch_bounds__(kBlockSize, 2)
     if constexpr (std::is_same_v<Mean, UniformMean>) {
       move.after = move_to_mean<kTetrahedra>(team, around, x, now, factor, accepted, move.held);
     } else {
-      move.after = move_node(team, around, x, node, mean, factor, accepted, move.held);
+      move.after = move_node(team, around, x, node, LaplacianStep<Mean, Real>{mean, factor},
+                             {accepted}, move.held);
     }
     return move;
   };

@@ -31,7 +31,7 @@ void run_sweeps(CudaExecutor& executor, Sweeper<CudaExecutor, Real>& sweeper, co
   }
   if (sweeper.form() == Form::jacobi && !sweeper.acceptance().active()) {
     if constexpr (std::is_same_v<Mean, UniformMean>) {
-      // `estimate_device_bytes` mirrors this choice.
+      // As `plan_device_memory` counts.
       const auto patch = PatchSizes::of(around.node_count, sizeof(Real), executor.lane().limits());
       if constexpr (std::is_same_v<Real, float>) {
         if (patch && run_resident_sweeps(executor, *patch, sweeper, f, monitor)) return;

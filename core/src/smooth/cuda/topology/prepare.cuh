@@ -135,10 +135,10 @@ std::size_t find_topology(CudaExecutor& executor, const TopologyView& topology, 
 /// then named by the host.
 template <class Real>
 JobMesh<CudaExecutor, Real> prepare_job(CudaExecutor& executor, const TopologyView& topology,
-                                        std::span<const Vec3<Real>> positions,
-                                        const SmoothOptions& options, const JobControl& control,
-                                        StageTimes& times) {
+                                        std::span<const Vec3<Real>> positions, const JobPlan& plan,
+                                        const JobControl& control, StageTimes& times) {
   if (control.on_progress) control.on_progress({Stage::find_neighbours, 0, 0, 0});
+  executor.bytes().enter(JobStage::order_nodes);
   JobMesh<CudaExecutor, Real> job;
   job.node_count = topology.node_count;
   job.given = executor.allocate<Vec3<Real>>(job.node_count);
@@ -149,9 +149,10 @@ JobMesh<CudaExecutor, Real> prepare_job(CudaExecutor& executor, const TopologyVi
   const UploadsEnd uploads_end_first(executor);
   upload_job(executor, topology, positions, std::move(connectivity), job, preparation, times);
   order_job(executor, job, preparation);
+  executor.bytes().enter(JobStage::find_neighbours);
   const std::size_t rings_end =
-      find_topology(executor, topology, BallPlan::of(size_of(topology), options),
-                    options.boundary != BoundaryPolicy::free, control, job, preparation, [&] {
+      find_topology(executor, topology, BallPlan::of(size_of(topology), plan),
+                    plan.options.boundary != BoundaryPolicy::free, control, job, preparation, [&] {
                       // What the device has seen: the caller may change its array meanwhile.
                       validate(topology, std::span<const Vec3<Real>>(executor.to_host(job.given)));
                     });

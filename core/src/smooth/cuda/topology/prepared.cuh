@@ -105,7 +105,7 @@ inline std::shared_ptr<const CudaPreparedTopology> prepare_topology(
   job.elements = upload_elements(executor, topology, std::move(connectivity), preparation.chunks);
   TopologyView unmasked = topology;
   unmasked.fixed = {};
-  BallPlan plan = BallPlan::of(size_of(topology), {});
+  BallPlan plan = BallPlan::of(size_of(topology), plan_job({}));
   const auto search = [&](bool keep_balls) {
     order_job(executor, job, preparation);
     plan.kept = keep_balls;
@@ -211,10 +211,10 @@ template <class Real>
 JobMesh<CudaExecutor, Real> prepare_job(CudaExecutor& executor,
                                         const CudaPreparedTopology& prepared,
                                         const TopologyView& topology,
-                                        std::span<const Vec3<Real>> positions,
-                                        const SmoothOptions& options, const JobControl& control,
-                                        StageTimes& times) {
+                                        std::span<const Vec3<Real>> positions, const JobPlan& plan,
+                                        const JobControl& control, StageTimes& times) {
   const std::size_t node_count = topology.node_count;
+  executor.bytes().enter(JobStage::find_boundary);
   JobMesh<CudaExecutor, Real> job;
   job.node_count = node_count;
   job.caller_ids = prepared.caller_ids.borrow();
@@ -237,7 +237,7 @@ JobMesh<CudaExecutor, Real> prepare_job(CudaExecutor& executor,
   job.positions = executor.allocate<Vec3<Real>>(node_count);
   job.fixed = executor.allocate<std::uint8_t>(node_count);
   const FixRule rule{job.caller_ids.data(), topology.fixed.empty() ? nullptr : mask.data(),
-                     options.boundary != BoundaryPolicy::free, job.fixed.data()};
+                     plan.options.boundary != BoundaryPolicy::free, job.fixed.data()};
   const std::uint8_t* const on_boundary = prepared.on_boundary.data();
   const Rows<NodeId> rings = job.rings.view();
   const Vec3<Real>* const given = job.given.data();

@@ -7,7 +7,7 @@
 #include "smooth/cuda/primitives/vector_access.cuh"
 #include "smooth/cuda/topology/prepare_state.hpp"
 #include "smooth/guard/sweep_context.hpp"
-#include "smooth/plan/needs_balls.hpp"
+#include "smooth/plan/job_plan.hpp"
 
 namespace meshsmooth::detail {
 
@@ -18,11 +18,11 @@ struct BallPlan {
 
   static constexpr std::int64_t kSlots = 64;  // more elements than most nodes have
 
-  static BallPlan of(const MeshSize& size, const SmoothOptions& options) {
+  static BallPlan of(const MeshSize& size, const JobPlan& plan) {
     constexpr std::int64_t kMostNodes = 1 << 17;  // below, the memory does not matter
     const auto tetrahedra = size.element_counts[static_cast<std::size_t>(ElementType::tetrahedron)];
     return {size.node_count <= kMostNodes && tetrahedra == count_mesh(size).elements,
-            needs_balls(options) || size.regions};
+            plan.needs_balls || size.regions};
   }
 };
 

@@ -1,54 +1,63 @@
 #pragma once
 
-#include <span>
+#include <optional>
 #include <utility>
 
 #include "smooth/averaging/deviations.hpp"
 #include "smooth/averaging/only_below.hpp"
 #include "smooth/base/find_not_canonical.hpp"
+#include "smooth/base/job_arrays.hpp"
 #include "smooth/base/refusals.hpp"
 #include "smooth/constraints/constrain.hpp"
 #include "smooth/constraints/find_coincident.hpp"
 #include "smooth/energy/find_targets.hpp"
 #include "smooth/guard/keep_quality.hpp"
 #include "smooth/optimize/recount_poor.hpp"
-#include "smooth/plan/iterate.hpp"
-#include "smooth/plan/needs_balls.hpp"
+#include "smooth/pipeline/iterate.hpp"
+#include "smooth/plan/job_plan.hpp"
 
 namespace meshsmooth::detail {
 
 /// neighbours -> boundary -> constraints -> iterate -> evaluate, and what is worse back -> write
-/// back, in this order and timed: the one text of every backend.
+/// back, in this order and timed, as planned: the one text of every backend. The stages that it
+/// enters are those of `MemoryPlan`.
 ///
-/// takes  a mesh whose sizes are valid, the given positions in host memory; what the backend has
-///        not had validated, `prepare` finds
-/// gives  smoothed positions in `positions`, which may be the array given, and the summary
+/// takes  a mesh whose sizes are valid, the arrays in host memory; what the backend has not had
+///        validated, `prepare` finds
+/// gives  smoothed positions in the array of the result, and the summary
 template <Backend B, class Real>
-SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
-                           std::span<const Vec3<Real>> given, std::span<Vec3<Real>> positions,
-                           const SmoothOptions& options, const JobControl& control) {
+SmoothSummary run_pipeline(B& backend, const TopologyView& topology, const JobArrays<Real>& arrays,
+                           const JobPlan& plan, const JobControl& control) {
   using E = typename B::Executor;
   E& executor = backend.executor();
   refuse_too_large(topology);
-  const SmoothOptions sweeping = sweeping_options(options);
-  const bool moves = std::holds_alternative<Move>(options.method);
+  const SmoothOptions& options = plan.options;
+  const auto enter = [&](JobStage stage) { executor.bytes().enter(stage); };
   StageTimes times;
-  auto job = backend.prepare(topology, given, sweeping, control, times);
-  if (!topology.canonical && sweeping.boundary != BoundaryPolicy::fixed) {
+  auto job = backend.prepare(topology, arrays.given, plan, control, times);
+  if (!topology.canonical && options.boundary != BoundaryPolicy::fixed) {
+    enter(JobStage::find_coincident);
     const typename E::Timer timer(executor, times.find_boundary_seconds);
     if (may_have_coincident_nodes(executor, job)) throw NotCanonical{};
   }
-  TargetArrays<E> targets = find_reference(executor, job, sweeping);
+  enter(JobStage::find_reference);
+  TargetArrays<E> targets = find_reference(executor, job, plan, arrays.input.reference);
+  enter(JobStage::measure_input);
   typename B::Orientation orientation;
   {
     const typename E::Timer timer(executor, times.evaluate_seconds);
     orientation = backend.orient(job);
   }
   // A plane surface has no normals of its elements.
-  const bool surface = orientation.references() != nullptr && stays_on_surface(sweeping);
-  if (surface && moves) refuse_moving_surface();
-  const Constraints<E> constraints =
-      constrain(executor, topology, sweeping, surface, control, targets.view.reference, job, times);
+  const bool surface = orientation.references() != nullptr && plan.stays_on_surface;
+  if (surface && plan.moves) refuse_moving_surface();
+  enter(JobStage::constrain);
+  Constraints<E> constraints;
+  if (constrains(topology, options, surface)) {
+    const StageTimer timer(executor, times.find_boundary_seconds, control, Stage::find_boundary);
+    constraints = constrain(executor, topology, options, surface, targets.view.reference, job);
+  }
+  enter(JobStage::measure_input);
   SmoothSummary summary;
   summary.flat_reference_element_count = targets.flat;
 
@@ -64,8 +73,8 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
     if (!topology.canonical && !plain && may_not_be_canonical(executor, job, orientation)) {
       throw NotCanonical{};
     }
-    refuse_tangled(summary.quality_before, sweeping.tangled);
-    if (moves) refuse_tangled_reference(summary.quality_before);
+    refuse_tangled(summary.quality_before, plan.tangled);
+    if (plan.moves) refuse_tangled_reference(summary.quality_before);
   }
   const auto surroundings = [&] {
     Surroundings around{job.node_count,      job.elements.view, job.rings.view(),
@@ -77,22 +86,28 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
   {
     const StageTimer timer(executor, times.iterate_seconds, control, Stage::iterate);
     Surroundings around = surroundings();
-    if (has_boxes(sweeping)) {
+    if (plan.aim == Aim::boxes) {
+      enter(JobStage::find_boxes);
       find_boxes(executor, around, job.positions.data(), simplex_count(topology), targets);
     }
     around.targets = targets.view;
-    const auto anchors = find_anchors(executor, around, job.positions.data(), sweeping);
+    enter(JobStage::find_anchors);
+    const auto anchors = find_anchors(executor, around, job.positions.data(), plan);
     around.anchors = anchors.data();
+    enter(JobStage::fix_outside);
     if (options.only_below) fix_outside(executor, around, *options.only_below, job);
     summary.nodes = job.nodes;
     Colouring<E> colouring;  // `Motion` finds its own, unless it makes no sweep
-    if (resolve_form(sweeping) == Form::gauss_seidel && !moves) {
+    if (plan.colours && !plan.moves) {
+      enter(JobStage::colour);
       colouring = backend.colour(around, job.caller_ids.data());
     }
-    if (!needs_balls(sweeping)) job.balls = {};
-    ConvergenceMonitor monitor(sweeping, control, job.box.diagonal(), job.free_count);
-    if (moves) summary.motion.emplace();
-    iterate(backend, around, colouring, options, monitor, job, moves ? &*summary.motion : nullptr);
+    if (!plan.needs_balls) job.balls = {};
+    enter(JobStage::iterate);
+    ConvergenceMonitor monitor(plan, control, job.box.diagonal(), job.free_count);
+    std::optional<MotionTask> motion;
+    if (plan.moves) motion.emplace(MotionTask{arrays.input.prescribed, summary.motion.emplace()});
+    iterate(backend, around, colouring, monitor, job, motion);
     summary.colour_count = static_cast<int>(colouring.count());
     summary.stop_reason = monitor.reason();
     summary.convergence = monitor.take();
@@ -100,20 +115,24 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
   }
   {
     const StageTimer timer(executor, times.evaluate_seconds, control, Stage::evaluate);
+    enter(JobStage::measure_result);
     QualityReport report = backend.evaluate_result(job, orientation);
-    if (keeps_quality(sweeping)) {
+    if (plan.keeps_quality) {
       KeptQuality& kept =
-          summary.kept_quality.emplace(KeptQuality{metric_in_force(topology, options)});
-      if (may_be_worse(summary.quality_before, report.quality, report.locked, options,
-                       kept.metric)) {
+          summary.kept_quality.emplace(KeptQuality{metric_in_force(topology, plan)});
+      if (may_be_worse(summary.quality_before, report.quality, report.locked, plan, kept.metric)) {
         if (!summary.poor) job.rings = {};  // its memory serves the step
-        keep_quality(executor, surroundings(), options, job, kept);
+        enter(JobStage::keep_quality);
+        keep_quality(executor, surroundings(), plan, job, kept);
+        enter(JobStage::measure_result);
         if (kept.restored_node_count() > 0) {
           report = backend.evaluate_result(job, orientation);
           if (summary.poor) {
             Surroundings around = surroundings();
             around.targets = targets.view;
-            summary.poor = recount_poor(backend, around, sweeping, control, job);
+            enter(JobStage::recount_poor);
+            summary.poor = recount_poor(backend, around, plan, control, job);
+            enter(JobStage::measure_result);
           }
         }
       }
@@ -132,7 +151,7 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
   const std::int64_t* moved = nullptr;  // known when all work is finished
   {
     const typename E::Timer timer(executor, times.download_seconds);
-    moved = backend.write_back(job, positions);
+    moved = backend.write_back(job, arrays.result);
   }
   executor.finish();
   if (options.quality_detail == QualityDetail::brief) {
