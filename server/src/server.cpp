@@ -23,8 +23,8 @@
 #include "port_probe.hpp"
 #include "rpc/call_limits.hpp"
 #include "rpc/smoothing_service.hpp"
+#include "rpc/transport_limits.hpp"
 #include "rpc/transport_security.hpp"
-#include "transport_limits.hpp"
 
 namespace meshsmooth::server {
 namespace {

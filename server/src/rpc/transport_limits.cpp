@@ -1,4 +1,4 @@
-#include "transport_limits.hpp"
+#include "rpc/transport_limits.hpp"
 
 #include <grpcpp/resource_quota.h>
 #include <grpcpp/version_info.h>
