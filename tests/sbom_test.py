@@ -13,11 +13,12 @@ ROOT = Path(__file__).parents[1]
 
 
 class Sbom(unittest.TestCase):
-    def check(self, source: str) -> subprocess.CompletedProcess:
+    def check(self, source: str, *flags: str) -> subprocess.CompletedProcess:
         with tempfile.TemporaryDirectory() as folder:
             sbom = Path(folder) / "sbom.spdx"
             sbom.write_text("SPDXVersion: SPDX-2.3\n" + source)
-            return subprocess.run([sys.executable, ROOT / "scripts" / "check-sbom", sbom],
+            return subprocess.run([sys.executable, ROOT / "scripts" / "check-sbom", *flags,
+                                   sbom],
                                   capture_output=True, text=True)
 
     def test_names_accepted_ones_of_an_old_grpc(self):
@@ -25,6 +26,26 @@ class Sbom(unittest.TestCase):
         self.assertEqual(result.returncode, 0, result.stdout)
         self.assertIn("CVE-2024-7246", result.stdout)
         self.assertIn("accepted", result.stdout)
+
+    def test_accepts_none_where_a_new_grpc_is_asked_for(self):
+        result = self.check("PackageSourceInfo: built from grpc 1.51.1-3\n", "--strict")
+        self.assertEqual(result.returncode, 1, result.stdout)
+        self.assertNotIn("accepted", result.stdout)
+        self.assertEqual(self.check("PackageSourceInfo: built from grpc 1.83.0-1\n",
+                                    "--strict").returncode, 0)
+
+    def test_an_epoch_makes_no_version_newer(self):
+        result = self.check("PackageSourceInfo: built from grpc 1:1.51.1-3\n", "--strict")
+        self.assertEqual(result.returncode, 1, result.stdout)
+
+    def test_finds_the_old_one_of_two_versions(self):
+        old, new = (f"PackageSourceInfo: built from grpc {version}\n"
+                    for version in ("1.51.1-3", "1.83.0-1"))
+        for sbom in old + new, new + old:
+            self.assertEqual(self.check(sbom, "--strict").returncode, 1)
+
+    def test_unknown_flags_are_refused(self):
+        self.assertEqual(self.check("", "--stric").returncode, 2)
 
     def test_finds_none_in_a_new_grpc(self):
         result = self.check("PackageSourceInfo: built from grpc 1.83.0-1\n")

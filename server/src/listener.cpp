@@ -8,7 +8,6 @@
 #include <poll.h>
 #include <sys/eventfd.h>
 #include <sys/resource.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -31,8 +30,6 @@ constexpr std::string_view kUnix = "unix:";
 constexpr auto kTick = std::chrono::milliseconds(100);
 // Of the kernel's tables, which others fill too.
 constexpr auto kPause = std::chrono::milliseconds(50);
-// One count of the open connections costs a system call for each.
-constexpr auto kCountInterval = std::chrono::milliseconds(20);
 constexpr int kAcceptedAtOnce = 64;
 // Who means to speak does so at once; all of them are polled.
 constexpr std::size_t kMaxSilent = 1024;
@@ -69,11 +66,6 @@ int port_of(const sockaddr_storage& peer) {
   return peer.ss_family == AF_INET ? ntohs(reinterpret_cast<const sockaddr_in&>(peer).sin_port) : 0;
 }
 
-unsigned long inode_of(int descriptor) {
-  struct stat facts {};
-  return fstat(descriptor, &facts) == 0 ? facts.st_ino : 0;
-}
-
 void set_option(int socket, int level, int option, int value) {
   setsockopt(socket, level, option, &value, sizeof value);
 }
@@ -88,8 +80,17 @@ int max_connection_descriptor() {
   return all - std::min(all / 4, 1024);
 }
 
+int free_connection_descriptors() {
+  const Descriptor lowest(eventfd(0, EFD_CLOEXEC));
+  return lowest ? std::max(0, max_connection_descriptor() - lowest.number()) : 0;
+}
+
 Listener::Listener(const std::string& address, Limits limits, std::string setting)
-    : limits_(limits), setting_(std::move(setting)), wake_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
+    : limits_(limits),
+      setting_(std::move(setting)),
+      wake_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
+      open_({limits.max_connections, limits.max_connections_per_address,
+             address.starts_with(kUnix) ? 0 : limits.max_unanswered_bytes}) {
   if (!address.starts_with(kUnix)) {
     listen_on_host(address);
     return;
@@ -178,17 +179,7 @@ void Listener::cut_wanted() {
     const std::lock_guard lock(mutex_);
     peers.swap(to_cut_);
   }
-  if (!peers.empty()) forget_closed();
-  for (const std::string& peer : peers) {
-    for (const auto& [descriptor, open] : open_) {
-      if (!peer.ends_with(':' + std::to_string(open.port)) ||
-          peer.find(open.address) == std::string::npos) {
-        continue;
-      }
-      shutdown(descriptor, SHUT_RDWR);
-      ++refused_;
-    }
-  }
+  for (const std::string& peer : peers) refused_ += open_.cut(peer);
 }
 
 void Listener::close() {
@@ -217,10 +208,13 @@ void Listener::run() {
       events.push_back({paused ? -1 : listener.number(), POLLIN, 0});
     }
     for (const Silent& peer : silent_) events.push_back({peer.socket.number(), POLLIN, 0});
-    const bool waits_for_time = paused || !silent_.empty();
-    if (poll(events.data(), events.size(), waits_for_time ? static_cast<int>(kTick.count()) : -1) <
-        0) {
-      continue;
+    std::chrono::milliseconds patience(-1);
+    if (paused || !silent_.empty()) patience = kTick;
+    if (open_.watching()) patience = OpenConnections::kWatchInterval;
+    if (poll(events.data(), events.size(), static_cast<int>(patience.count())) < 0) continue;
+    if (open_.watching() && Clock::now() >= next_watch_) {
+      refused_ += open_.cut_floods();
+      next_watch_ = Clock::now() + OpenConnections::kWatchInterval;
     }
     if (events[0].revents != 0) cut_wanted();
     std::size_t place = 1 + listeners_.size();
@@ -282,34 +276,13 @@ void Listener::pass_on(Silent& peer) {
   char first = 0;
   const ssize_t count = recv(peer.socket.number(), &first, 1, MSG_PEEK | MSG_DONTWAIT);
   if (count <= 0) return;  // it is gone
-  if (!has_room(peer.address)) {
+  if (!open_.has_room(peer.address)) {
     ++refused_;
     return;
   }
   const int descriptor = std::exchange(peer.socket, Descriptor()).release();
-  open_[descriptor] = {inode_of(descriptor), peer.address, peer.port};
+  open_.add(descriptor, peer.address, peer.port);
   accepted_(descriptor, listeners_.front().number());
-}
-
-bool Listener::has_room(const std::string& address) {
-  const auto fits = [&] {
-    if (open_.size() >= limits_.max_connections) return false;
-    if (address.empty()) return true;
-    const auto same = std::ranges::count_if(
-        open_, [&](const auto& entry) { return entry.second.address == address; });
-    return static_cast<std::size_t>(same) < limits_.max_connections_per_address;
-  };
-  if (fits()) return true;
-  const auto now = Clock::now();
-  if (now - counted_ < kCountInterval) return false;
-  counted_ = now;
-  forget_closed();
-  return fits();
-}
-
-void Listener::forget_closed() {
-  std::erase_if(open_,
-                [](const auto& entry) { return inode_of(entry.first) != entry.second.inode; });
 }
 
 }  // namespace meshsmooth::server

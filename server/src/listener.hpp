@@ -8,12 +8,12 @@
 #include <cstdint>
 #include <functional>
 #include <list>
-#include <map>
 #include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "open_connections.hpp"
 #include "wire/descriptor.hpp"
 
 namespace meshsmooth::server {
@@ -39,6 +39,8 @@ class Listener {
     Clock::duration first_byte_timeout = std::chrono::seconds(20);
     /// For data that the peer does not acknowledge; 0: the system's.
     std::chrono::milliseconds unacknowledged_timeout{0};
+    /// See OpenConnections; not for Unix sockets.
+    std::uint64_t max_unanswered_bytes = 0;
   };
   /// Takes the descriptor of a connection, non-blocking. Called by one thread.
   using Accepted = std::function<void(int descriptor, int listener)>;
@@ -69,11 +71,6 @@ class Listener {
     int port;
     Clock::time_point accepted;
   };
-  struct Open {  // passed on; another file may have its number since
-    unsigned long inode;
-    std::string address;
-    int port;  // of the peer
-  };
 
   void listen_on_host(const std::string& address);
   void bind_to(int family, const sockaddr* address, socklen_t size, bool only_this_family);
@@ -82,8 +79,6 @@ class Listener {
   void pass_on(Silent& peer);
   void wake() const;
   void cut_wanted();
-  [[nodiscard]] bool has_room(const std::string& address);
-  void forget_closed();
 
   const Limits limits_;
   const std::string setting_;
@@ -95,9 +90,8 @@ class Listener {
   std::vector<std::string> to_cut_;  // with the lock
   Accepted accepted_;
   std::list<Silent> silent_;  // the oldest first
-  std::map<int, Open> open_;  // by descriptor
-  Clock::time_point counted_{};
-  Clock::time_point pause_until_{};
+  OpenConnections open_;
+  Clock::time_point pause_until_{}, next_watch_{};
   std::atomic<std::int64_t> refused_ = 0;
   std::atomic<bool> stopped_ = false;
   std::thread thread_;
@@ -105,5 +99,7 @@ class Listener {
 
 /// The limit for `Listener::Limits::max_descriptor` that leaves enough to the rest of the process.
 [[nodiscard]] int max_connection_descriptor();
+/// How many more connections fit below it.
+[[nodiscard]] int free_connection_descriptors();
 
 }  // namespace meshsmooth::server

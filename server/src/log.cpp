@@ -160,6 +160,11 @@ void log_denied(const Error& error, const std::string& peer) {
                 {{"event", "denied"}, {"reason", error.reason()}, {"peer", peer}});
 }
 
+void log_cut(const std::string& peer, const std::string& why) {
+  static LineLimit limit;
+  write_limited(limit, spdlog::level::warn, {{"event", "cut"}, {"peer", peer}, {"message", why}});
+}
+
 void log_event(const std::string& event) { write(spdlog::level::info, {{"event", event}}); }
 
 void log_warning(const std::string& event, const std::string& message) {

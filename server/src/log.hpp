@@ -29,6 +29,8 @@ void log_job_end(const Job& job);
 void log_refused(const std::exception_ptr& error, const std::string& traceparent);
 /// A call had no valid credentials.
 void log_denied(const Error& error, const std::string& peer);
+/// A connection was ended because of what its peer sends.
+void log_cut(const std::string& peer, const std::string& why);
 void log_error(const std::string& event, const std::string& message);
 void log_warning(const std::string& event, const std::string& message);
 void log_event(const std::string& event);

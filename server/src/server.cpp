@@ -3,15 +3,13 @@
 #include <absl/synchronization/mutex.h>
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/health_check_service_interface.h>
-#include <grpcpp/resource_quota.h>
 #include <grpcpp/server.h>
 #include <grpcpp/server_builder.h>
-#include <grpcpp/version_info.h>
 
-#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <mutex>
+#include <string>
 #include <utility>
 
 #include "admin_server.hpp"
@@ -25,87 +23,16 @@
 #include "port_probe.hpp"
 #include "rpc/call_limits.hpp"
 #include "rpc/smoothing_service.hpp"
+#include "rpc/transport_limits.hpp"
 #include "rpc/transport_security.hpp"
 
 namespace meshsmooth::server {
 namespace {
 
-constexpr int kMaxReflectionThreads = 16;
 // Additional time for calls that have nothing left to wait for.
 constexpr auto kCallSlack = std::chrono::seconds(1);
 // Probes give up after a second.
 constexpr auto kProbeTimeout = std::chrono::milliseconds(800);
-constexpr auto kHandshakeTimeout = std::chrono::seconds(20);
-
-int to_milliseconds(ServerConfig::Duration duration) {
-  return static_cast<int>(std::chrono::duration_cast<std::chrono::milliseconds>(duration).count());
-}
-
-// `transport_bytes`: what gRPC may have for connections, calls and messages that nobody took yet.
-void configure(grpc::ServerBuilder& builder, const ServerConfig& config,
-               std::int64_t transport_bytes) {
-  builder.SetMaxReceiveMessageSize(config.max_receive_message_bytes);
-  builder.AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, config.max_metadata_bytes);
-#ifdef GRPC_ARG_ABSOLUTE_MAX_METADATA_SIZE
-  // Since 1.54 the one above is the size from which on calls are refused at random.
-  builder.AddChannelArgument(GRPC_ARG_ABSOLUTE_MAX_METADATA_SIZE, config.max_metadata_bytes);
-#endif
-  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, config.max_concurrent_streams);
-  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, to_milliseconds(config.keepalive_time));
-  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS,
-                             to_milliseconds(config.keepalive_timeout));
-  builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
-                             to_milliseconds(config.min_client_ping_interval));
-  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
-#if GRPC_CPP_VERSION_MAJOR > 1 || GRPC_CPP_VERSION_MINOR >= 54
-  // Each ping beyond those that are allowed adds an error to those of the connection before it
-  // is closed, in time that grows with the square of the pings that were read at once: 4 MB of them
-  // held a thread for seconds. Answers that a client does not take stop the reading anyway.
-  builder.AddChannelArgument(GRPC_ARG_HTTP2_MAX_PING_STRIKES, 0);
-#endif
-  // For TLS, and for the first settings of HTTP/2.
-  builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS,
-                             to_milliseconds(kHandshakeTimeout));
-  if (config.max_connection_idle > ServerConfig::Duration::zero()) {
-    builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS,
-                               to_milliseconds(config.max_connection_idle));
-  }
-  if (config.max_connection_age > ServerConfig::Duration::zero()) {
-    builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_MS,
-                               to_milliseconds(config.max_connection_age));
-  }
-  if (config.stream_window_bytes > 0) {
-    builder.AddChannelArgument(GRPC_ARG_HTTP2_BDP_PROBE, 0);
-    builder.AddChannelArgument(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, config.stream_window_bytes);
-  }
-  // Reflection holds a thread for each open stream; it waits for one when there are too many.
-  grpc::ResourceQuota quota("meshsmooth");
-  quota.SetMaxThreads(kMaxReflectionThreads);
-  quota.Resize(static_cast<std::size_t>(transport_bytes));
-  builder.SetResourceQuota(quota);
-  builder.SetSyncServerOption(grpc::ServerBuilder::NUM_CQS, 1);
-  builder.SetSyncServerOption(grpc::ServerBuilder::MIN_POLLERS, 1);
-  builder.SetSyncServerOption(grpc::ServerBuilder::MAX_POLLERS, 2);
-}
-
-// Twice of what is announced: calls that have ended for the client may not have ended here.
-CallLimits::Limits call_limits(const ServerConfig& config) {
-  constexpr std::int64_t kAnswerBytes = 8 << 20;  // more than one answer ever has
-  return {.calls_per_connection = 2 * config.max_concurrent_streams,
-          .answer_bytes_per_connection = kAnswerBytes,
-          .answer_bytes = 4 * kAnswerBytes};
-}
-
-Listener::Limits listener_limits(const ServerConfig& config) {
-  const auto all = static_cast<std::size_t>(config.max_connections);
-  const auto one = static_cast<std::size_t>(config.max_connections_per_address);
-  return {.max_connections = all,
-          .max_connections_per_address = config.behind_proxy ? all : std::min(all, one),
-          .max_descriptor = max_connection_descriptor(),
-          .first_byte_timeout = kHandshakeTimeout,
-          .unacknowledged_timeout =
-              std::chrono::duration_cast<std::chrono::milliseconds>(config.keepalive_timeout)};
-}
 
 }  // namespace
 
@@ -198,12 +125,14 @@ void Server::start(std::function<void()> on_device_lost) {
       });
   impl.calls = std::make_unique<CallLimits>(call_limits(impl.config),
                                             [&impl](const std::string& connection) {
-                                              if (impl.listener) impl.listener->cut(connection);
+                                              if (!impl.listener) return;
+                                              log_cut(connection, "too many unfinished calls");
+                                              impl.listener->cut(connection);
                                             });
   impl.authenticator = std::make_unique<Authenticator>(impl.config, engine->metrics(), *impl.calls);
   impl.service = make_smoothing_service(*engine, *impl.authenticator);
   grpc::ServerBuilder builder;
-  configure(builder, engine->config(), engine->transport_bytes());
+  configure_transport(builder, engine->config(), engine->transport_bytes());
   if (!impl.config.listen.empty()) {
     impl.listener = std::make_unique<Listener>(impl.config.listen, listener_limits(impl.config));
     using Experimental = grpc::ServerBuilder::experimental_type;
@@ -226,6 +155,7 @@ void Server::start(std::function<void()> on_device_lost) {
   impl.running_engine = impl.engine.get();
   log_start(impl.engine->config(), impl.engine->devices(), port(), admin_port(),
             impl.engine->passed_over());
+  if (impl.listener) check_descriptors(impl.config);
 }
 
 bool Server::device_lost() const { return impl_->device_lost; }

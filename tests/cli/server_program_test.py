@@ -120,6 +120,29 @@ class Settings(CliTest):
         soft, hard = re.search(r"Max open files +(\d+) +(\d+)", limits).groups()
         self.assertEqual(soft, hard)
 
+    def with_open_files(self, count, *arguments):
+        server = Program("sh", "-c", f'ulimit -n {count}; exec "$@"', "sh", SERVER, "--listen",
+                         "127.0.0.1:0", "--backend", "cpu", *arguments)
+        self.addCleanup(server.kill)
+        return server
+
+    def test_too_few_open_files_are_an_error(self):
+        for count in 16, 24, 32, 63:
+            with self.subTest(count):
+                code, error = self.with_open_files(count).end()
+                self.assertEqual(code, 71, error)
+                self.assertIn(f"the limit of open files is {count}, at least 64", error)
+                self.assertEqual(error.count("\n"), 1)
+
+    def test_few_open_files_are_named_and_suffice(self):
+        server = self.with_open_files(64)
+        port = server.wait_for(r" port=(\d+)").group(1)
+        room = server.wait_for(r"few_descriptors.*room for (\d+) connections.* is 4096").group(1)
+        self.assertGreaterEqual(int(room), 8)
+        idle = [socket.create_connection(("127.0.0.1", port)) for _ in range(100)]
+        self.addCleanup(lambda: [connection.close() for connection in idle])
+        self.run_cli("health", "--server", f"127.0.0.1:{port}")
+
     def test_a_hang_up_ends_no_job(self):
         server = Program(SERVER, "--listen", "127.0.0.1:0", "--lame-duck-seconds", "0")
         self.addCleanup(server.kill)

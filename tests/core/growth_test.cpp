@@ -48,6 +48,41 @@ Mesh fan(int n, double height = 0) {
   return mesh;
 }
 
+/// n quadrilaterals about a node.
+Mesh quad_fan(int n) {
+  Mesh mesh;
+  auto& positions = mesh.positions.emplace<std::vector<Vec3d>>();
+  positions = {{0, 0, 0}};
+  std::vector<NodeId> quads;
+  for (int i = 0; i < 2 * n; ++i) {
+    const double radius = i % 2 == 0 ? 1 : 1.2;
+    positions.push_back(
+        {radius * std::cos(kTurn * i / (2 * n)), radius * std::sin(kTurn * i / (2 * n)), 0});
+  }
+  for (int i = 0; i < n; ++i) {
+    quads.insert(quads.end(), {0, 1 + 2 * i, 2 + 2 * i, 1 + (2 * i + 2) % (2 * n)});
+  }
+  mesh.blocks = {{ElementType::quad, std::move(quads)}};
+  return mesh;
+}
+
+/// n wedges about an axis.
+Mesh wedge_fan(int n) {
+  Mesh mesh;
+  auto& positions = mesh.positions.emplace<std::vector<Vec3d>>();
+  positions = {{0, 0, 0}, {0, 0, 1}};
+  std::vector<NodeId> wedges;
+  for (int i = 0; i < n; ++i) {
+    const int j = (i + 1) % n;
+    for (const double z : {0, 1}) {
+      positions.push_back({std::cos(kTurn * i / n), std::sin(kTurn * i / n), z});
+    }
+    wedges.insert(wedges.end(), {0, 2 + 2 * j, 2 + 2 * i, 1, 3 + 2 * j, 3 + 2 * i});
+  }
+  mesh.blocks = {{ElementType::wedge, std::move(wedges)}};
+  return mesh;
+}
+
 double cpu_seconds() {
   timespec now{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
@@ -99,6 +134,15 @@ TEST(Growth, IsLinearForEveryMethodAtAHub) {
 
 TEST(Growth, IsLinearAtAHubOfACurvedSurface) {
   expect_linear("low tent", [](int n) { return fan(n, 0.1); }, {.method = Optimize{}});
+}
+
+TEST(Growth, IsLinearAtHubsOfElementsThatLieInLayers) {
+  for (const Method& method : {Method(Optimize{}), Method(SmartLaplacian{}), Method(Laplacian{})}) {
+    const SmoothOptions options{.method = method, .boundary = BoundaryPolicy::free};
+    const std::string name(method_name(method));
+    expect_linear(name + " quadrilaterals", quad_fan, options);
+    expect_linear(name + " wedges", wedge_fan, options);
+  }
 }
 
 TEST(Growth, IsLinearForIdsThatMakeColouringAChain) {

@@ -80,6 +80,11 @@ class Image(unittest.TestCase):
         self.assertIn(b"/lib/x86_64-linux-gnu/libdl.so.2\0", cache)
         self.assertNotIn(os.fsencode(self.root), cache)
 
+    def test_its_sbom_names_grpc_and_no_open_vulnerability(self):
+        sbom = self.root / "usr/share/meshsmooth/sbom.spdx"
+        self.assertRegex(sbom.read_text(), "PackageSourceInfo: built from grpc ")
+        self.assertIn("no open vulnerabilities", run(ROOT / "scripts/check-sbom", sbom))
+
     def test_serves_and_drains_under_chroot(self):
         if os.geteuid() != 0:
             self.skipTest("chroot needs root")

@@ -30,13 +30,13 @@ using Seconds = std::chrono::duration<double>;
 // Machines of CI are slow, and attackers have cores too.
 constexpr Seconds kLongestAnswer(1);
 constexpr int kProbes = 40;
-constexpr int kAttackers = 4;
 
 /// What one connection sends, batch by batch, after the preface.
 struct Flood {
   std::string name;
   std::function<std::string(std::uint32_t)> batch;
   bool acknowledges = false;  // the server's settings, and so its limits
+  int attackers = 4;
 };
 
 std::string calls(std::uint32_t batch, const std::function<std::string(std::uint32_t)>& call) {
@@ -77,6 +77,9 @@ std::vector<Flood> floods() {
     return (batch == 0 ? frame(kHeaders, 0, 1, call_headers() + begin) : "") +
            frame(kContinuation, 0, 1, std::string(16384, 'y'));
   };
+  const auto empty_data = [](std::uint32_t batch) {
+    return (batch == 0 ? begin_call(1) : "") + repeat(frame(kData, 0, 1, ""), 1800);
+  };
   const auto pings = [](std::uint32_t) { return repeat(frame(kPing, 0, 0, "12345678"), 500); };
   const auto settings = [](std::uint32_t batch) {
     return repeat(frame(kSettings, 0, 0, big_endian(4, 2) + big_endian(65535 + batch % 2, 4)), 500);
@@ -87,6 +90,9 @@ std::vector<Flood> floods() {
           {"open calls", open_calls},
           {"headers without end", endless_headers},
           {"a string without end", endless_string},
+          // More than gRPC has threads for connections.
+          {"strings without end by many", endless_string, true, 20},
+          {"empty data", empty_data},
           {"pings", pings},
           {"settings", settings}};
 }
@@ -94,7 +100,7 @@ std::vector<Flood> floods() {
 class Attackers {
  public:
   Attackers(int port, const Flood& flood) {
-    for (int i = 0; i < kAttackers; ++i) {
+    for (int i = 0; i < flood.attackers; ++i) {
       threads_.emplace_back([this, port, &flood] {
         while (!stopped_) attack(port, flood);
       });
@@ -180,7 +186,7 @@ void Floods::expect_others_served(int port) {
     std::int64_t resident = 0;
     {
       const Attackers attackers(port, flood);
-      ASSERT_TRUE(eventually([&] { return attackers.batches() > kAttackers; }));
+      ASSERT_TRUE(eventually([&] { return attackers.batches() > flood.attackers; }));
       for (int i = 0; i < kProbes; ++i) {
         times.push_back(answer_time());
         resident = std::max(resident, resident_bytes(process));

@@ -68,7 +68,18 @@ class ListenerTest : public ::testing::Test {
     return open_.size();
   }
   [[nodiscard]] int port() const { return listener_->port(); }
+  /// What has come over all connections, so far.
+  std::size_t read_all() {
+    const std::lock_guard lock(mutex_);
+    std::string buffer(1 << 20, ' ');
+    for (const Descriptor& connection : open_) {
+      const ssize_t count = recv(connection.number(), buffer.data(), buffer.size(), MSG_DONTWAIT);
+      read_ += count > 0 ? static_cast<std::size_t>(count) : 0;
+    }
+    return read_;
+  }
 
+  std::size_t read_ = 0;
   std::mutex mutex_;
   std::vector<Descriptor> open_;  // what was passed on
   std::unique_ptr<Listener> listener_;
@@ -142,6 +153,55 @@ TEST_F(ListenerTest, CutsAConnection) {
   listener_->cut("ipv4:127.0.0.1:" + std::to_string(ntohs(own.sin_port)));
   EXPECT_TRUE(eventually([&] { return is_closed(peer); }));
   EXPECT_FALSE(is_closed(other));
+}
+
+void send_bytes(const Descriptor& from, std::size_t count) {
+  const std::string bytes(count, 'x');
+  EXPECT_EQ(send(from.number(), bytes.data(), count, MSG_NOSIGNAL), static_cast<ssize_t>(count));
+}
+
+TEST_F(ListenerTest, CutsOffWhoSendsMuchWithoutAnswer) {
+  start({.max_unanswered_bytes = 50'000});
+  const Descriptor flooding = connect_to(port()), other = connect_to(port());
+  speak(other);
+  send_bytes(flooding, 100'000);
+  EXPECT_TRUE(eventually([&] { return read_all() >= 100'000 && is_closed(flooding); }));
+  EXPECT_FALSE(is_closed(other));
+  EXPECT_EQ(listener_->refused_count(), 1);
+}
+
+TEST_F(ListenerTest, LeavesWhoIsNotRead) {
+  start({.max_unanswered_bytes = 50'000});
+  const Descriptor waiting = connect_to(port());
+  send_bytes(waiting, 100'000);
+  ASSERT_TRUE(eventually([&] { return open_count() == 1; }));
+  const Descriptor flooding = connect_to(port());
+  send_bytes(flooding, 100'000);
+  ASSERT_TRUE(eventually([&] { return open_count() == 2; }));
+  std::string read(100'000, ' ');
+  EXPECT_EQ(recv(open_.back().number(), read.data(), read.size(), MSG_WAITALL), 100'000);
+  EXPECT_TRUE(eventually([&] { return is_closed(flooding); }));
+  EXPECT_FALSE(is_closed(waiting));
+}
+
+TEST_F(ListenerTest, LeavesWhoIsAnswered) {
+  start({.max_unanswered_bytes = 50'000});
+  const Descriptor uploading = connect_to(port());
+  speak(uploading);
+  ASSERT_TRUE(eventually([&] { return open_count() == 1; }));
+  for (int i = 0; i < 20; ++i) {
+    send_bytes(uploading, 10'000);
+    std::string read(10'000, ' ');
+    EXPECT_EQ(recv(open_.front().number(), read.data(), read.size(), MSG_WAITALL), 10'000);
+    speak(open_.front());  // as gRPC opens a window
+  }
+  const Descriptor flooding = connect_to(port());
+  send_bytes(flooding, 100'000);
+  EXPECT_TRUE(eventually([&] {
+    read_all();
+    return is_closed(flooding);
+  }));  // all have been looked at
+  EXPECT_FALSE(is_closed(uploading));
 }
 
 TEST_F(ListenerTest, NamesAPortInUse) {

@@ -2,16 +2,20 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
+#include <list>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "server/row.hpp"
 #include "server/smooth_call.hpp"
 #include "support/scratch_folder.hpp"
 #include "support/server_program.hpp"
@@ -158,6 +162,98 @@ TEST(Tenants, AreServedWhateverAnotherDoes) {
   v1::GetJobResponse response;
   ASSERT_TRUE(stub.GetJob(&context, request, &response).ok());
   EXPECT_EQ(response.job().state(), v1::STATE_SUCCEEDED);
+}
+
+v1::State state_of(Stub& stub, const std::string& name, const Metadata& metadata) {
+  grpc::ClientContext context;
+  authorize(context, metadata);
+  v1::GetJobRequest request;
+  request.set_name(name);
+  v1::GetJobResponse response;
+  EXPECT_TRUE(stub.GetJob(&context, request, &response).ok());
+  return response.job().state();
+}
+
+/// One caller with jobs that would run for hours, over two connections.
+class HoldingCaller {
+ public:
+  explicit HoldingCaller(const ServerProgram& server)
+      : stubs_{Stub(server.connect()), Stub(server.connect())} {
+    for (int i = 0; i < 2; ++i) {
+      SmoothCall& call = calls_.emplace_back(stubs_[i], std::nullopt, kA);
+      call.send(row_.spec(100'000'000, ""));
+      names_.push_back(call.read_accepted());
+      row_.send(call);
+    }
+  }
+  [[nodiscard]] bool holds_lane() {
+    return std::ranges::any_of(names_, [&](const std::string& name) {
+      return state_of(stubs_[0], name, kA) == v1::STATE_RUNNING;
+    });
+  }
+  void fill_queue() {
+    for (int i = 0; i < 110; ++i) {
+      SmoothCall& call = calls_.emplace_back(stubs_[i % 2], std::nullopt, kA);
+      call.send_all(TwoTetrahedra());
+      refused_ += call.try_read_accepted() ? 0 : 1;
+    }
+  }
+  void attach() {
+    for (int i = 0; i < 200; ++i) {
+      grpc::ClientContext& context = contexts_.emplace_back();
+      authorize(context, kA);
+      v1::AttachJobRequest request;
+      request.set_name(names_[i % 2]);
+      readers_.push_back(stubs_[i % 2].AttachJob(&context, request));
+    }
+  }
+  ~HoldingCaller() {
+    for (grpc::ClientContext& context : contexts_) context.TryCancel();
+    for (const auto& reader : readers_) reader->Finish();
+  }
+  HoldingCaller(const HoldingCaller&) = delete;
+  HoldingCaller& operator=(const HoldingCaller&) = delete;
+
+  [[nodiscard]] int refused() const { return refused_; }
+
+ private:
+  const Row row_{600'000};
+  std::array<Stub, 2> stubs_;
+  std::vector<std::string> names_;
+  std::list<SmoothCall> calls_;
+  std::list<grpc::ClientContext> contexts_;
+  std::vector<std::unique_ptr<grpc::ClientReader<v1::AttachJobResponse>>> readers_;
+  int refused_ = 0;
+};
+
+TEST(Tenants, AreServedWhileAnotherHoldsLaneQueueAndStreams) {
+  const ScratchFolder folder;
+  const ServerProgram server(0, {"--token-file", folder.write("tokens", "a:aaa\nb:bbb\n"),
+                                 "--admin-listen", "127.0.0.1:0"});
+  Stub stub(server.connect());
+  HoldingCaller a(server);
+  ASSERT_TRUE(eventually([&] { return a.holds_lane(); }));
+  const auto expect_served = [&](const std::string& what) {
+    SCOPED_TRACE(what);
+    std::vector<std::chrono::duration<double>> times;
+    while (times.size() < 10) {
+      const auto begin = Clock::now();
+      SmoothCall call(stub, soon(), kB);
+      call.send_all(TwoTetrahedra());
+      EXPECT_TRUE(call.finish().ok()) << call.finish().error_message();
+      times.emplace_back(Clock::now() - begin);
+    }
+    EXPECT_TRUE(a.holds_lane());
+    std::ranges::sort(times);
+    EXPECT_LE(times[times.size() / 2], 1s);
+    EXPECT_LE(times.back(), 2s);
+  };
+  expect_served("lane");
+  a.fill_queue();
+  EXPECT_GT(a.refused(), 0) << "the queue is not full";
+  expect_served("queue");
+  a.attach();
+  expect_served("streams");
 }
 
 }  // namespace

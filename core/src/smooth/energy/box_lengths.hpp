@@ -49,24 +49,35 @@ MESHSMOOTH_HD BoxLengths log_lengths(const ElementShape& shape, const Get& get) 
 /// height of their layer, and those on top of each other their width; in a perfect layer nothing
 /// changes. `logs[0]` is that of element `first`; elements before are simplices, all others have
 /// an edge in common if they have both its nodes.
+///
+/// cost   O(elements at the edges, at most 512 for each): an axis with more of them has no layers
+///        to even out, and each of them would visit all others
 MESHSMOOTH_HD inline BoxLengths evened_lengths(const Surroundings& around, std::size_t e,
                                                const BoxLengths* logs, std::size_t first) {
+  constexpr std::size_t kLongBall = 512;
   const ElementView element = around.elements[e];
   double sums[4] = {0, 0, 0, 0};
   int counts[4] = {0, 0, 0, 0};
   for (int n = 0; n < element.shape->edge_count; ++n) {
     const int from = element.shape->edges[n][0], to = element.shape->edges[n][1];
     const NodeId a = element.nodes[from], b = element.nodes[to];
-    const auto row = static_cast<std::size_t>(a);
+    // Both balls have the edge's elements, in the same order.
+    const auto row = static_cast<std::size_t>(around.balls.size(static_cast<std::size_t>(b)) <
+                                                      around.balls.size(static_cast<std::size_t>(a))
+                                                  ? b
+                                                  : a);
+    if (around.balls.size(row) > kLongBall) continue;
     double sum = 0;
     int count = 0;
     for (const ElementId* f = around.balls.begin(row); f != around.balls.end(row); ++f) {
       if (*f < first) continue;
       const ElementView other = around.elements[*f];
+      const NodeId end = row == static_cast<std::size_t>(a) ? b : a;
       int j = 0;
-      while (j < other.shape->node_count && other.nodes[j] != b) ++j;
+      while (j < other.shape->node_count && other.nodes[j] != end) ++j;
       if (j == other.shape->node_count) continue;
-      const double log = logs[*f - first].of[box_length(*other.shape, local_node(other, a), j)];
+      const int i = local_node(other, static_cast<NodeId>(row));
+      const double log = logs[*f - first].of[box_length(*other.shape, i, j)];
       if (!(log > -HUGE_VAL)) continue;
       sum += log;
       ++count;
