@@ -46,13 +46,17 @@ PeriodicCube periodic_cube() {
 }
 
 /// With a sliding boundary, on which the sides part without pairs.
-SmoothOptions options_of(const PeriodicCube& cube, bool with_pairs) {
+SmoothOptions sliding() {
   SmoothOptions options;
   options.max_iterations = 2;
   options.boundary = BoundaryPolicy::slide;
   options.never_worse = false;
-  if (with_pairs) options.node_pairs = cube.pairs;
   return options;
+}
+JobInput pairs_of(const PeriodicCube& cube) {
+  JobInput input;
+  input.node_pairs = cube.pairs;
+  return input;
 }
 
 double farthest_apart(const PeriodicCube& cube, const Points& points) {
@@ -98,12 +102,12 @@ INSTANTIATE_TEST_SUITE_P(Ways, NodePairs, ::testing::Bool(), [](const auto& shar
 
 TEST_P(NodePairs, StayMatchedInAJob) {
   Client client(target());
-  const SmoothOptions options = options_of(cube_, true);
+  const SmoothOptions options = sliding();
   Mesh here = cube_.mesh;
-  (void)make_smoother("cpu")->smooth(here, options);
+  (void)make_smoother("cpu")->smooth(here, options, {}, pairs_of(cube_));
   EXPECT_TRUE(goes_its_way([&] {
     Mesh mesh = cube_.mesh;
-    const SmoothReport report = client.smooth(mesh, options, request());
+    const SmoothReport report = client.smooth(mesh, options, request(), pairs_of(cube_));
     EXPECT_EQ(farthest_apart(cube_, test::points(mesh)), 0);
     EXPECT_EQ(report.summary.nodes.paired, static_cast<std::int64_t>(2 * cube_.pairs.size()));
     EXPECT_GT(report.summary.nodes.moved, 0);
@@ -111,7 +115,7 @@ TEST_P(NodePairs, StayMatchedInAJob) {
     return report;
   }));
   Mesh apart = cube_.mesh;
-  (void)client.smooth(apart, options_of(cube_, false), request());
+  (void)client.smooth(apart, sliding(), request());
   EXPECT_GT(farthest_apart(cube_, test::points(apart)), 1e-3) << "they would part";
 }
 
@@ -120,13 +124,13 @@ TEST_P(NodePairs, StayMatchedInTheStepsOfASession) {
   Session session = client.open(cube_.mesh);
   Points points = test::points(cube_.mesh);
   EXPECT_TRUE(goes_its_way([&] {
-    const SmoothReport report = session.smooth(points, options_of(cube_, true), request());
+    const SmoothReport report = session.smooth(points, sliding(), request(), pairs_of(cube_));
     EXPECT_EQ(farthest_apart(cube_, points), 0);
     EXPECT_EQ(report.summary.nodes.paired, static_cast<std::int64_t>(2 * cube_.pairs.size()));
     return report;
   }));
   points = test::points(cube_.mesh);  // the pairs are of one step
-  (void)session.smooth(points, options_of(cube_, false), request());
+  (void)session.smooth(points, sliding(), request());
   EXPECT_GT(farthest_apart(cube_, points), 1e-3);
 }
 
@@ -137,13 +141,13 @@ TEST_P(NodePairs, StayMatchedInTheMotionsOfASession) {
   const std::vector<NodeId> nodes = {a, b};
   SmoothOptions options;
   options.method = Move{};
-  options.node_pairs = cube_.pairs;
   EXPECT_TRUE(goes_its_way([&] {
     Points to;
     for (const NodeId node : nodes) {
       to.push_back(test::points(cube_.mesh)[static_cast<std::size_t>(node)] + Vec3d{0.1, 0.2, 0});
     }
-    const SmoothReport report = session.move(nodes, std::span<const Vec3d>(to), options, request());
+    const SmoothReport report =
+        session.move(nodes, std::span<const Vec3d>(to), options, request(), pairs_of(cube_));
     const auto moved = std::get<std::span<const Vec3d>>(session.positions());
     EXPECT_LT(farthest_apart(cube_, Points(moved.begin(), moved.end())), 1e-12);
     EXPECT_EQ(moved[static_cast<std::size_t>(a)], to[0]);
@@ -151,7 +155,8 @@ TEST_P(NodePairs, StayMatchedInTheMotionsOfASession) {
   }));
   try {
     const Points to = {test::points(cube_.mesh)[static_cast<std::size_t>(a)]};
-    (void)session.move(std::span(nodes).first(1), std::span<const Vec3d>(to), options, request());
+    (void)session.move(std::span(nodes).first(1), std::span<const Vec3d>(to), options, request(),
+                       pairs_of(cube_));
     ADD_FAILURE() << "half a pair is prescribed";
   } catch (const Error& error) {
     EXPECT_EQ(error.reason(), "PAIR_HALF_PRESCRIBED");

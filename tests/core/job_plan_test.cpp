@@ -114,8 +114,8 @@ class PlannedJob {
 };
 
 Mesh mesh_of(ElementType type) {
-  const int n = test::oracle::is_surface(type) ? 60 : type == ElementType::pyramid ? 12 : 15;
-  return test::noisy(test::lattice(type, n), 0.2, 1);
+  const int n = test::oracle::is_surface(type) ? 30 : type == ElementType::pyramid ? 7 : 9;
+  return test::noisy(test::lattice(type, n), 0.1, 1);
 }
 
 class EveryType : public testing::TestWithParam<ElementType> {};
@@ -125,16 +125,13 @@ INSTANTIATE_TEST_SUITE_P(MemoryPlan, EveryType, testing::ValuesIn(kLinearTypes),
 TEST_P(EveryType, HasEveryAllocationInItsStage) {
   const Mesh mesh = mesh_of(GetParam());
   for (const test::Way& way : test::ways(true)) {
-    for (const bool guard : {false, true}) {
-      SmoothOptions options = test::sweeps(2, way.method, way.form);
-      options.guard = options.never_worse = guard;
-      EXPECT_THAT(PlannedJob(mesh, options).overruns(), IsEmpty()) << way.name;
-      options.boundary = BoundaryPolicy::slide;
-      options.movement_limit = MovementLimit{0.01, true};
-      options.only_below = OnlyBelow{0.5, 1};
-      options.history = true;
-      EXPECT_THAT(PlannedJob(mesh, options).overruns(), IsEmpty()) << way.name << ", slides";
-    }
+    SmoothOptions options = test::sweeps(2, way.method, way.form);
+    EXPECT_THAT(PlannedJob(mesh, options).overruns(), IsEmpty()) << way.name;
+    options.guard = options.never_worse = options.history = true;
+    options.boundary = BoundaryPolicy::slide;
+    options.movement_limit = MovementLimit{0.01, true};
+    options.only_below = OnlyBelow{0.8, 1};
+    EXPECT_THAT(PlannedJob(mesh, options).overruns(), IsEmpty()) << way.name << ", slides";
   }
 }
 

@@ -179,7 +179,7 @@ TEST(Move, MakesNoSweepWhereAllElementsNearlyKeepTheirShape) {
   EXPECT_EQ(job.summary.motion->step_count, 1);
   SmoothOptions precise = motion.options();
   precise.tolerance.value = 1e-7;
-  const Job swept = test::smooth(motion.reference, precise);
+  const Job swept = test::smooth(motion.reference, precise, motion.input());
   EXPECT_GT(swept.summary.convergence.iteration_count, 0);
   EXPECT_GE(least_mean_ratio(job.summary.quality_after),
             0.98 * least_mean_ratio(swept.summary.quality_after));
@@ -212,13 +212,14 @@ TEST(Move, WorksOnAPreparedTopologyAndInFloat) {
   const MeshTopology topology(motion.reference);
   const auto prepared = smoother->prepare(topology.view());
   Mesh mesh = motion.reference;
-  EXPECT_EQ(
-      smoother->smooth(*prepared, mesh.positions_span(), motion.options(), {}).motion->reached, 1);
+  JobPositions arrays(mesh.positions_span());
+  arrays.input = motion.input();
+  EXPECT_EQ(smoother->smooth(*prepared, arrays, motion.options(), {}).motion->reached, 1);
   Mesh single = motion.reference;
   std::vector<Vec3f> floats;
   for (const Vec3d& p : points(motion.reference)) floats.push_back(vec3_cast<float>(p));
   single.positions = floats;
-  const Job job = test::smooth(single, motion.options());
+  const Job job = test::smooth(single, motion.options(), motion.input());
   EXPECT_EQ(job.summary.motion->reached, 1);
   EXPECT_EQ(job.summary.quality_after.inverted_count, 0);
 }
@@ -244,8 +245,10 @@ TEST(Move, BeginsWhereItIsGivenWhateverTheResultIs) {
                         elsewhere.positions_span());
     arrays.input = motion.input();
     const SmoothSummary summary = smoother->smooth(topology.view(), arrays, motion.options(), {});
-    EXPECT_EQ(summary.nodes.moved, expected.summary.nodes.moved);
     EXPECT_EQ(test::same_bits(elsewhere, expected.mesh), !in_float32);
+    if (!in_float32) {
+      EXPECT_EQ(summary.nodes.moved, expected.summary.nodes.moved);
+    }
     EXPECT_LT(test::difference(elsewhere, test::oracle::to_points(expected.mesh)), 1e-4);
 
     arrays.given = std::span<const Vec3d>(points(motion.reference)).first(5);

@@ -84,12 +84,36 @@ bool starts_with_word(const std::string& text, std::string_view word) {
           std::isalnum(static_cast<unsigned char>(text[word.size()])) == 0);
 }
 
-/// Whether a line of the text starts so.
-bool has_begin(std::string_view text) {
+/// Whether a line is the one before bulk data, or a card that only bulk data has; or neither.
+enum class LineKind { begin, card, other };
+LineKind kind_of(std::string_view line) {
+  const std::string word = nastran_capitals(trimmed(line.substr(0, kEnd)).substr(0, 6));
+  if (starts_with_word(word, "BEGIN")) return LineKind::begin;
+  return starts_with_word(word, "GRID") ? LineKind::card : LineKind::other;
+}
+
+/// Whether BEGIN comes before the first node, through all included files: the deck may be written
+/// as one file.
+bool has_begin_through_files(const std::filesystem::path& file) {
+  NastranLines lines(file);
+  while (lines.next()) {
+    const LineKind kind = kind_of(lines.line().text);
+    if (kind != LineKind::other) return kind == LineKind::begin;
+  }
+  return false;
+}
+
+/// The same, which looks at the included files only where it must.
+bool has_begin(const NastranLines& lines) {
+  std::string_view text = lines.main_text();
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('\n'), text.size());
-    const std::string_view line = trimmed(text.substr(0, std::min(end, kEnd)));
-    if (starts_with_word(nastran_capitals(line.substr(0, 6)), "BEGIN")) return true;
+    const std::string_view line = text.substr(0, end);
+    const LineKind kind = kind_of(line);
+    if (kind != LineKind::other) return kind == LineKind::begin;
+    if (nastran_capitals(trimmed(line).substr(0, 7)) == "INCLUDE") {
+      return has_begin_through_files(lines.main_file());
+    }
     text.remove_prefix(std::min(end + 1, text.size()));
   }
   return false;
@@ -189,7 +213,7 @@ std::size_t NastranCard::field_count() const {
 
 NastranCards::NastranCards(NastranLines& lines, NastranControl& control)
     : lines_(lines), control_(control) {
-  in_bulk_ = !has_begin(lines.main_text());
+  in_bulk_ = !has_begin(lines);
 }
 
 /// ENDDATA. In an included file it ends the deck, too: what would be left out must not be missed.

@@ -42,6 +42,7 @@ class NastranLines {
   /// Whether a file that includes this one has more lines.
   [[nodiscard]] bool is_continued_elsewhere() const;
   [[nodiscard]] std::string_view main_text() const { return texts_.front(); }
+  [[nodiscard]] const std::filesystem::path& main_file() const { return files_.front(); }
 
   /// Keeps where the coordinates of a node stand: in the segment of `line`, counted from its start.
   void add_fields(const NastranLine& line, std::int64_t id,

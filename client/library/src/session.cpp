@@ -59,15 +59,14 @@ struct Session::Impl {
     return report;
   }
 
-  SmoothReport move(const PrescribedNodes& prescribed, const SmoothOptions& options,
+  SmoothReport move(const JobInput& input, const SmoothOptions& options,
                     const RequestOptions& request) {
     // It is another topology: its reference belongs to it.
     if (moving_name.empty()) {
       moving_name = wire::topology_name(MeshTopology(mesh).view(), mesh.positions_view());
     }
     leave_lost_region();
-    return run({mesh, mesh.positions_view(), {.prescribed = prescribed}}, options, request,
-               moving_name);
+    return run({mesh, mesh.positions_view(), input}, options, request, moving_name);
   }
 
   SmoothReport run(const JobMesh& job, const SmoothOptions& options, const RequestOptions& request,
@@ -130,10 +129,11 @@ SmoothReport Session::smooth(std::span<Vec3f> positions, const SmoothOptions& op
 }
 
 SmoothReport Session::move(std::span<const NodeId> nodes, PositionsView positions,
-                           const SmoothOptions& options, const RequestOptions& request) {
-  const PrescribedNodes prescribed{nodes, positions};
-  validate(options, {.prescribed = prescribed});
-  return impl_->move(prescribed, options, request);
+                           const SmoothOptions& options, const RequestOptions& request,
+                           JobInput input) {
+  input.prescribed = {nodes, positions};
+  validate(options, input);
+  return impl_->move(input, options, request);
 }
 
 SmoothReport Session::smooth(const SmoothOptions& options, const RequestOptions& request,

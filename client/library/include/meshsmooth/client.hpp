@@ -177,11 +177,12 @@ class Session {
   /// @param nodes which nodes, each once.
   /// @param positions [nodes.size()], where they shall lie.
   /// @param options whose method is `Move`.
+  /// @param input node pairs; its prescribed nodes are those above.
   /// @returns the report, `summary.motion` among it: look at `reached`. The mesh lies in
   ///   `positions()` until the next call.
   SmoothReport move(std::span<const NodeId> nodes, PositionsView positions,
                     const SmoothOptions& options = {.method = Move{}},
-                    const RequestOptions& request = {});
+                    const RequestOptions& request = {}, JobInput input = {});
   /// Returns the positions that the last call of `smooth` or `move` ended with, in the precision of
   /// that call, or the mesh's own; on errors, what lay there before. Valid until the next call.
   [[nodiscard]] PositionsView positions() const;
