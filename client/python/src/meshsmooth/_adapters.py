@@ -38,7 +38,15 @@ def register_adapter(
         read: returns `(points, cells)` in any layout of docs/python.md, or a `MeshData`.
         write: gets the mesh and positions of the shape and type that `read` returned; returns a
             mesh of the same kind, without changing the one that it got.
+
+    Raises:
+        TypeError: `kind` is not a class, or another argument not a function.
     """
+    if not isinstance(kind, type):
+        raise TypeError(f"kind must be a class, it is {kind!r}")
+    for name, function in (("read", read), ("write", write)):
+        if not callable(function):
+            raise TypeError(f"{name} must be a function, it is {function!r}")
 
     def read_data(mesh: Any) -> MeshData:
         data = read(mesh)

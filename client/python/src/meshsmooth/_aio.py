@@ -14,9 +14,9 @@ from . import _rpc
 from ._aio_connection import AsyncConnection
 from ._aio_job import AsyncJob, AsyncSession
 from ._channel import make_endpoint
+from ._checks import check_map
 from ._control import Control
 from ._credentials import Tls, Token
-from ._errors import out_of_range
 from ._job_options import MOVE_OPTIONS, JobOptions, MoveOptions
 from ._option import Duration
 from ._progress import Progress, Tee, make_display
@@ -180,8 +180,7 @@ class AsyncClient:
         **options: Unpack[JobOptions],
     ) -> AsyncIterator[Any]:
         """Smooths many meshes; yields the results in their order; see `Client.map`."""
-        if max_in_flight < 1:
-            raise out_of_range("max_in_flight", "max_in_flight must be 1 or more")
+        check_map(meshes, max_in_flight)
         jobs: collections.deque[AsyncJob[Any]] = collections.deque()
         try:
             async for mesh in _each(meshes):

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 from numpy.typing import NDArray
 
 from . import _rpc
+from ._checks import check_map
 from ._connection import Running
 from ._control import Control
-from ._errors import out_of_range
 from ._job import Job
 from ._job_options import MOVE_OPTIONS, JobOptions, MoveOptions
 from ._option import Duration
@@ -235,8 +235,7 @@ class Client(ServerClient):
         Raises:
             InvalidOption: `max_in_flight` is below 1.
         """
-        if max_in_flight < 1:
-            raise out_of_range("max_in_flight", "max_in_flight must be 1 or more")
+        check_map(meshes, max_in_flight)
         submit = functools.partial(self._submit, full=full, options=options)
         return results_in_order(meshes, max_in_flight, submit)
 
