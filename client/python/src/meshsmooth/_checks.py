@@ -11,7 +11,8 @@ import numpy as np
 
 from ._adapters import is_mesh
 from ._errors import out_of_range
-from ._job_options import OPTIONS
+from ._job_options import OPTIONS, JobOptions
+from ._options import encode_options
 
 # What other packages call ours.
 _ELSEWHERE = {
@@ -64,18 +65,22 @@ def check_bool(name: str, value: Any, choices: str = "True or False") -> None:
         raise out_of_range(name, f"{name} is {value!r}, it must be {choices}")
 
 
-def check_map(meshes: Any, max_in_flight: Any) -> None:
-    """Refuses one mesh in place of many, and no room for any.
+def check_many(function: str, meshes: Any, max_in_flight: Any, options: JobOptions) -> None:
+    """Refuses one mesh in place of many, no room for any, and what is wrong for every mesh.
 
     Raises:
-        TypeError: a mesh, or what cannot be iterated over.
-        InvalidOption: `max_in_flight` is not a whole number, or below 1.
+        TypeError: a mesh, or what cannot be iterated over; an unknown option.
+        InvalidOption: `max_in_flight` is not a whole number, or below 1; an option has no such
+            value.
     """
+    check_options(options)
+    encode_options(options)
     if is_mesh(meshes):
-        raise TypeError("map takes many meshes; give one in a list, or call smooth(mesh)")
+        raise TypeError(f"{function} takes many meshes; give one in a list, or call smooth(mesh)")
     if not isinstance(meshes, Iterable | AsyncIterable):
-        raise TypeError(f"map takes an iterable of meshes, not a {type(meshes).__name__}")
-    if isinstance(max_in_flight, bool) or not is_whole(max_in_flight, least=1):
+        raise TypeError(f"{function} takes an iterable of meshes, not {meshes!r}")
+    whole = not isinstance(max_in_flight, bool) and is_whole(max_in_flight, least=1)
+    if max_in_flight is not None and not whole:
         raise out_of_range(
             "max_in_flight", f"max_in_flight is {max_in_flight!r}, it must be 1 or more"
         )

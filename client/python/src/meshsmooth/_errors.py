@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 SERVER_ENDED = "SERVER_ENDED"  # the reason of calls to a local server that has ended by itself
+FORKED = "FORKED"  # the reason of calls in a process that was forked after its parent's first
 
 
 class Error(Exception):
@@ -131,3 +132,10 @@ def out_of_range(field: str, what: str) -> InvalidOption:
 def misplaced(field: str, what: str) -> InvalidOption:
     """Returns the error of an option that means nothing where it is."""
     return InvalidOption(what, reason="OPTION_MISPLACED", details={"field": field})
+
+
+def is_of_one_mesh(error: Exception) -> bool:
+    """Returns whether other meshes may fare better than the one of this error."""
+    if isinstance(error, Unavailable | AccessDenied) or not isinstance(error, Error):
+        return False
+    return error.reason != FORKED
