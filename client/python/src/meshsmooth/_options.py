@@ -159,11 +159,24 @@ def encode_job(options: JobOptions, spec: pb.JobSpec) -> None:
 
 def _encode_fields(options: JobOptions, message: Any, of: str) -> None:
     """Writes all options with a field of this message."""
+    fields_of_message = _FIELDS[of]
+    for name, value in options.items():
+        if value is not None and name in fields_of_message:
+            field, choices = fields_of_message[name]
+            _set(message, field, name, value, choices)
+
+
+def _fields_of(of: str) -> dict[str, tuple[str, tuple[str, ...]]]:
+    """Field and choices of the options that a message has, by their names."""
+    found = {}
     for name, (kind, option) in OPTIONS.items():
         owner, dot, field = option.field.rpartition(".")
-        value = options.get(name)
-        if field and owner + dot == of and value is not None:
-            _set(message, field, name, value, choices_of(kind))
+        if field and owner + dot == of:
+            found[name] = field, choices_of(kind)
+    return found
+
+
+_FIELDS = {of: _fields_of(of) for of in ("", "spec.")}
 
 
 def _encode_method(method: Method, message: pb.SmoothingOptions) -> None:
