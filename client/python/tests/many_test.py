@@ -83,6 +83,13 @@ def test_results_stream_and_meshes_are_taken_as_needed(client: ms.Client) -> Non
     results.close()  # type: ignore[attr-defined]
 
 
+@pytest.mark.parametrize("kind", [tuple, list, iter])
+def test_meshes_may_be_in_any_iterable(client: ms.Client, kind: Any) -> None:
+    for count in (2, 3):  # as many as arrays in one mesh
+        results = list(client.smooth_many(kind(GOOD[1 : 1 + count])))
+        assert [len(points) for points, _ in results] == [len(m[0]) for m in GOOD[1 : 1 + count]]
+
+
 def test_map_raises_in_the_place_of_the_mesh(client: ms.Client) -> None:
     results = client.map([GOOD[2], GOOD[3], BAD[1][0], GOOD[4]])
     assert next(results)[0].tobytes() == client.smooth(GOOD[2])[0].tobytes()

@@ -103,6 +103,7 @@ MESHES: list[tuple[str, Any, type[Exception], str]] = [
     ("complex", (POINTS * 1j, CELLS), ms.InvalidMesh, "type complex128; they must be real"),
     ("text", (POINTS.astype(str), CELLS), ms.InvalidMesh, "must be real numbers"),
     ("objects", (np.full_like(POINTS, "x", object), CELLS), ms.InvalidMesh, "type object"),
+    ("three meshes", ((POINTS, CELLS),) * 3, TypeError, "type builtins.tuple are not known"),
     ("a path", "part.vtu", TypeError, r"'part.vtu' is a path; .*pyvista\.read"),
 ]
 

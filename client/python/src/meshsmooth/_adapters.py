@@ -69,7 +69,7 @@ def find_adapter(mesh: Any) -> Adapter:
     if isinstance(mesh, tuple):
         if len(mesh) == 2:
             return Adapter(_read_pair, lambda pair, points: (points, pair[1]))
-        if len(mesh) == 3 and np.ndim(mesh[2]) == 2:
+        if len(mesh) == 3 and _is_matrix(mesh[2]):
             return Adapter(_read_triple, lambda triple, points: (*triple[:2], points))
     if callable(getattr(mesh, "IsA", None)):
         return vtk_adapter(mesh)
@@ -87,6 +87,13 @@ def find_adapter(mesh: Any) -> Adapter:
         "trimesh and scikit-fem, (points, cells) and (cells, types, points); "
         "meshsmooth.register_adapter adds others"
     )
+
+
+def _is_matrix(given: Any) -> bool:
+    try:
+        return np.ndim(given) == 2
+    except ValueError:  # rows of different lengths
+        return False
 
 
 def is_mesh(given: Any) -> bool:

@@ -75,7 +75,8 @@ def check_many(function: str, meshes: Any, max_in_flight: Any, options: JobOptio
     """
     check_options(options)
     encode_options(options)
-    if is_mesh(meshes):
+    # (points, cells) is one mesh; (grid, grid) are two.
+    if is_mesh(meshes) and not (isinstance(meshes, tuple) and is_mesh(meshes[0])):
         raise TypeError(f"{function} takes many meshes; give one in a list, or call smooth(mesh)")
     if not isinstance(meshes, Iterable | AsyncIterable):
         raise TypeError(f"{function} takes an iterable of meshes, not {meshes!r}")
