@@ -113,6 +113,24 @@ def errors() -> list[ms.Error]:
 
 
 @pytest.mark.parametrize("error", errors(), ids=lambda error: type(error).__name__)
+def test_every_error_is_whole_in_one_that_carries_it(error: ms.Error) -> None:
+    """As ray makes them: also of the class of the error, which is asked for what is missing."""
+
+    class Carrier(type(error)):  # type: ignore[misc]
+        def __init__(self, cause: ms.Error) -> None:
+            self.cause = cause
+            self.args = (cause,)
+
+        def __getattr__(self, name: str) -> Any:
+            return getattr(self.cause, name)
+
+    carried = Carrier(error)
+    for name, value in vars(error).items():
+        assert getattr(carried, name) == value
+    assert str(carried) == str(error)
+
+
+@pytest.mark.parametrize("error", errors(), ids=lambda error: type(error).__name__)
 def test_every_error_can_be_pickled(error: ms.Error) -> None:
     copy = pickle.loads(pickle.dumps(error))
     assert type(copy) is type(error)

@@ -7,6 +7,7 @@ Every error is an `Error` and, where Python has a builtin for it, that too: an i
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 SERVER_ENDED = "SERVER_ENDED"  # the reason of calls to a local server that has ended by itself
 FORKED = "FORKED"  # the reason of calls in a process that was forked after its parent's first
@@ -63,8 +64,15 @@ class InvalidMesh(Error, ValueError):
         node: the first node that is wrong, likewise.
     """
 
-    element: int | None = None
-    node: int | None = None
+    # Of instances, not of the class: ray's errors derive from this class too, and ask the one that
+    # they carry for what they do not find.
+    element: int | None
+    node: int | None
+
+    def __init__(self, message: str, **facts: Any) -> None:
+        super().__init__(message, **facts)
+        self.element = None
+        self.node = None
 
 
 class InvalidOption(Error, ValueError):
@@ -89,9 +97,15 @@ class TooLarge(Error):
         space: "host" or "device".
     """
 
-    need_bytes: int | None = None
-    limit_bytes: int | None = None
-    space: str = ""
+    need_bytes: int | None
+    limit_bytes: int | None
+    space: str
+
+    def __init__(self, message: str, **facts: Any) -> None:
+        super().__init__(message, **facts)
+        self.need_bytes = None
+        self.limit_bytes = None
+        self.space = ""
 
 
 class Unavailable(Error, ConnectionError):
@@ -121,7 +135,11 @@ class ServerError(Error):
         incident: the id under which the server's log has the failure; "" if there is none.
     """
 
-    incident: str = ""
+    incident: str
+
+    def __init__(self, message: str, **facts: Any) -> None:
+        super().__init__(message, **facts)
+        self.incident = ""
 
 
 def out_of_range(field: str, what: str) -> InvalidOption:
