@@ -26,7 +26,7 @@ build_packages=(
 test_packages=(
   libgtest-dev libgmock-dev libeigen3-dev libbenchmark-dev
   clang-format clang-tidy shellcheck doxygen python3 prometheus haproxy nginx iproute2 ca-certificates minisign
-  python3-grpcio python3-protobuf python3-numpy python3-pytest python3-hypothesis
+  python3-grpcio python3-protobuf python3-numpy python3-pytest python3-hypothesis python3-sphinx
 )
 # What scripts/fuzz needs beside both.
 fuzz_packages=(clang libclang-rt-dev)

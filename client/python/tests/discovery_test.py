@@ -18,12 +18,15 @@ MOVE_OPTIONS = set(ms.MoveOptions.__annotations__) | OPTIONS
 STEP_OPTIONS = OPTIONS - set(_job_options.TOPOLOGY_OPTIONS)
 
 ENTRIES: list[tuple[Any, set[str]]] = [
-    *((f, OPTIONS) for f in (ms.smooth, ms.quality, ms.gmsh.smooth, ms.gmsh.quality)),
+    *(
+        (f, OPTIONS)
+        for f in (ms.smooth, ms.smooth_many, ms.quality, ms.gmsh.smooth, ms.gmsh.quality)
+    ),
     *((f, MOVE_OPTIONS) for f in (ms.move, ms.gmsh.move)),
     *(
         (getattr(kind, name), MOVE_OPTIONS if name == "move" else OPTIONS)
         for kind in (ms.Client, ms.AsyncClient)
-        for name in ("smooth", "move", "quality", "submit", "map", "session")
+        for name in ("smooth", "move", "quality", "submit", "map", "smooth_many", "session")
     ),
     *(
         (getattr(kind, name), STEP_OPTIONS)
@@ -47,7 +50,12 @@ def test_every_option_is_listed(function: Any, options: set[str]) -> None:
 def test_the_accessor_lists_them_too() -> None:
     pytest.importorskip("pyvista", reason="missing package: pyvista")
     accessor = importlib.import_module("meshsmooth._pyvista").MeshsmoothAccessor
-    for name, options in (("smooth", OPTIONS), ("move", MOVE_OPTIONS), ("quality", OPTIONS)):
+    for name, options in (
+        ("smooth", OPTIONS),
+        ("move", MOVE_OPTIONS),
+        ("quality", OPTIONS),
+        ("session", OPTIONS),
+    ):
         test_every_option_is_listed(getattr(accessor, name), options)
 
 

@@ -59,10 +59,31 @@ MESHES: list[tuple[str, Any, type[Exception], str]] = [
     ),
     ("too short", flat(connectivity=FLAT[:-1]), ms.InvalidMesh, "from 0 to 2999"),
     ("too long", flat(connectivity=np.append(FLAT, 0)), ms.InvalidMesh, "from 0 to 3001"),
-    ("a plural", (POINTS, {"tets": TETRA}), ms.InvalidMesh, "'tets' .* did you mean 'tetra'"),
+    (
+        "a plural",
+        (POINTS, {"tets": TETRA}),
+        ms.InvalidMesh,
+        "^element 0 has the unknown type 'tets'; only .*; did you mean 'tetra'",
+    ),
     ("capitals", (POINTS, {"TETRA": TETRA}), ms.InvalidMesh, "did you mean 'tetra'"),
     ("a number as text", (POINTS, {"10": TETRA}), ms.InvalidMesh, "the number 10, 'tetra'"),
-    ("another order", (POINTS, {"tetra20": TETRA}), ms.InvalidMesh, "'tetra20' is not a type that"),
+    (
+        "another order",
+        (POINTS, {"tetra20": TETRA}),
+        ms.InvalidMesh,
+        "unknown type 'tetra20'; only .*T[^;]*$",
+    ),
+    ("no name", (POINTS, {None: TETRA}), TypeError, "None is neither the name nor"),
+    ("a set", (POINTS, {"tetra": {1, 2}}), TypeError, "type 'tetra' are a set, not an array"),
+    ("types that are floats", (POINTS, (OFFSETS, FLAT, TYPES + 0.5)), ms.InvalidMesh, "float64"),
+    (
+        "types beyond 8 bits",
+        (POINTS, (OFFSETS, FLAT, TYPES + np.int64(256))),
+        ms.InvalidMesh,
+        "266",
+    ),
+    ("offsets that are floats", flat(OFFSETS + 0.0), ms.InvalidMesh, "whole numbers.* float64"),
+    ("truth values", (POINTS > 0.5, CELLS), ms.InvalidMesh, "type bool; they must be real"),
     ("an unknown number", (POINTS, {99: TETRA}), ms.InvalidMesh, "VTK cell type 99"),
     ("a polyhedron", (POINTS, {42: TETRA}), ms.InvalidMesh, r"polyhedron .*triangulate\(\)"),
     (
@@ -82,6 +103,7 @@ MESHES: list[tuple[str, Any, type[Exception], str]] = [
     ("complex", (POINTS * 1j, CELLS), ms.InvalidMesh, "type complex128; they must be real"),
     ("text", (POINTS.astype(str), CELLS), ms.InvalidMesh, "must be real numbers"),
     ("objects", (np.full_like(POINTS, "x", object), CELLS), ms.InvalidMesh, "type object"),
+    ("three meshes", ((POINTS, CELLS),) * 3, TypeError, "type builtins.tuple are not known"),
     ("a path", "part.vtu", TypeError, r"'part.vtu' is a path; .*pyvista\.read"),
 ]
 
@@ -90,7 +112,20 @@ OPTIONS: list[tuple[dict[str, Any], type[Exception], str]] = [
     ({"inplace": True}, TypeError, "did you mean out="),
     ({"n_iter": 20}, TypeError, "did you mean iterations=.*absolute_tolerance, backend, boundary"),
     ({"iterations": -1}, ms.InvalidOption, "^iterations is -1"),
-    ({"iterations": True}, ms.InvalidOption, "iterations is True.* whole number"),
+    ({"iterations": True}, ms.InvalidOption, "iterations is True, it must be a whole number"),
+    ({"iterations": 2**40}, ms.InvalidOption, "a whole number of 32 bits"),
+    ({"request_id": 5}, ms.InvalidOption, "request_id is 5, it must be a UUID as text"),
+    *(
+        ({"max_attempts": count}, ms.InvalidOption, f"max_attempts is {count!r}, .* 1 or more")
+        for count in (0, "3", 1.5, True)
+    ),
+    ({"progress": "yes"}, ms.InvalidOption, "progress is 'yes'.* True, False or a function"),
+    ({"merge_coincident": "no"}, ms.InvalidOption, "merge_coincident is 'no'.* True or False"),
+    ({"file_pairs": 0}, ms.InvalidOption, "file_pairs is 0, it must be True or False"),
+    ({"full": "yes"}, ms.InvalidOption, "full is 'yes', it must be True or False"),
+    ({"periodic": [1, 2, 3]}, ms.InvalidOption, "periodic has 1 where two sides are needed"),
+    ({"stay": -1}, ms.InvalidOption, "^stay is -1"),
+    ({"reference": "part.vtu"}, TypeError, "'part.vtu' is a path"),
     ({"iterations": 2.5}, ms.InvalidOption, "iterations is 2.5.* whole number"),
     ({"tolerance": "small"}, ms.InvalidOption, "tolerance is 'small'"),
     ({"guard": "no"}, ms.InvalidOption, "guard is 'no'.* True or False"),
@@ -175,6 +210,42 @@ def test_images_count_their_nodes_by_coordinates(client: ms.Client) -> None:
     assert client.quality(mesh).inverted_element_count == 0
     expected = client.smooth((grid, {"hexahedron": hexahedra}), boundary="free", iterations=3)
     assert np.array_equal(client.smooth(mesh, boundary="free", iterations=3)[0], expected[0])
+
+
+def test_other_calls_refuse_by_name(client: ms.Client) -> None:
+    mesh = client.smooth((POINTS, CELLS))
+    named = ms.MeshData(
+        POINTS,
+        CELLS,
+        point_data={"of_nodes": np.zeros(len(POINTS), int)},
+        cell_data={"of_cells": np.zeros(COUNT, int)},
+    )
+    calls: list[tuple[Callable[[], Any], type[Exception], str]] = [
+        (lambda: client.move(mesh, to="part.vtu"), TypeError, "'part.vtu' is a path"),
+        (
+            lambda: client.move(mesh, to=MOVED, method=ms.Move(least_step=2)),
+            ms.InvalidOption,
+            "^least_step is 2",
+        ),
+        (lambda: client.map(mesh), TypeError, "map takes many meshes; give one in a list"),
+        (lambda: client.map(3), TypeError, "map takes an iterable of meshes, not 3"),
+        (lambda: client.map([mesh], goal="wurst"), ms.InvalidOption, "goal is 'wurst'"),
+        (lambda: client.map([mesh], gaol="worst"), TypeError, "did you mean goal="),
+        (lambda: ms.smooth_many(mesh), TypeError, "smooth_many takes many meshes"),
+        (lambda: client.map([mesh], max_in_flight=1.5), ms.InvalidOption, "max_in_flight is 1.5"),
+        (lambda: client.session(mesh, iteration=3), TypeError, "did you mean iterations="),
+        (lambda: client.session(mesh, goal="wurst"), ms.InvalidOption, "goal is 'wurst'"),
+        (lambda: client.session(mesh).smooth(mesh), TypeError, "takes the positions"),
+        (lambda: client.session(mesh).smooth([[0.0], [1.0, 2.0]]), ms.InvalidMesh, "positions"),
+        (lambda: ms.why(mesh, 1.5), ms.InvalidOption, "cell is 1.5, it must be a whole number"),
+        (lambda: ms.register_adapter(3, len, len), TypeError, "kind must be a class, it is 3"),
+        (lambda: ms.register_adapter(int, 1, len), TypeError, "read must be a function, it is 1"),
+        (lambda: client.smooth(named, regions="of_nodes"), ms.InvalidOption, "an array of the no"),
+        (lambda: client.smooth(named, fixed="of_cells"), ms.InvalidOption, "an array of the cells"),
+    ]
+    for call, kind, text in calls:
+        with pytest.raises(kind, match=text):
+            call()
 
 
 def test_wrong_addresses() -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import pathlib
+import subprocess
+import sys
 from collections.abc import Iterator
 from typing import Any
 
@@ -131,10 +133,23 @@ def test_pyvista_accessor() -> None:
     assert type(moved) is pyvista.UnstructuredGrid
     expected = ms.move((points, cells), displacement=0.1 * np.sin(points))[0]
     assert_same(np.array(moved.points), expected)
+    with grid.meshsmooth.session(method=ms.Move(start="warm")) as session:
+        boundary = ((points == 0) | (points == 1)).any(axis=1)
+        stepped = session.move(boundary, points + 0.1 * np.sin(points))
+    assert np.allclose(stepped, expected, atol=1e-3)
+    assert grid.meshsmooth.why(0) == ms.why((points, cells), 0)
     plotter = pyvista.Plotter(off_screen=True)
     drawn = grid.meshsmooth.plot_quality(below=0.9, plotter=plotter, show=False)
     assert drawn is plotter
     assert len(plotter.actors) >= 2
+
+
+def test_pyvista_has_the_accessor_after_the_import() -> None:
+    """From a checkout too, which has no entry points."""
+    if not hasattr(peer("pyvista"), "register_dataset_accessor"):
+        pytest.skip("missing package: pyvista 0.48 or later")
+    code = "import pyvista, meshsmooth; print(pyvista.Sphere().meshsmooth)"
+    subprocess.run([sys.executable, "-c", code], check=True)
 
 
 @SETTINGS

@@ -6,6 +6,7 @@
 `help(ms.smooth)` lists the options. The guide is docs/python.md of the sources.
 """
 
+import sys
 from typing import TYPE_CHECKING
 
 from . import _report, _report_html, gmsh  # noqa: F401, the reports register themselves
@@ -14,7 +15,7 @@ from ._aio import AsyncClient
 from ._aio_job import AsyncJob, AsyncSession
 from ._client import Client
 from ._credentials import Tls
-from ._default import default_client, move, quality, smooth
+from ._default import default_client, move, quality, smooth, smooth_many
 from ._errors import (
     AccessDenied,
     Busy,
@@ -95,6 +96,7 @@ __all__ = [
     "quality",
     "register_adapter",
     "smooth",
+    "smooth_many",
     "why",
 ]
 
@@ -127,3 +129,8 @@ else:  # type checkers would take any name for one of ours
 
 def __dir__() -> list[str]:
     return [*__all__, "__version__", "__doc__", "__file__", "__name__", "__path__"]
+
+
+# An installed package is found by its entry point; a checkout is not.
+if hasattr(sys.modules.get("pyvista"), "register_dataset_accessor"):
+    from . import _pyvista  # noqa: F401

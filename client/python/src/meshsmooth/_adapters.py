@@ -38,7 +38,15 @@ def register_adapter(
         read: returns `(points, cells)` in any layout of docs/python.md, or a `MeshData`.
         write: gets the mesh and positions of the shape and type that `read` returned; returns a
             mesh of the same kind, without changing the one that it got.
+
+    Raises:
+        TypeError: `kind` is not a class, or another argument not a function.
     """
+    if not isinstance(kind, type):
+        raise TypeError(f"kind must be a class, it is {kind!r}")
+    for name, function in (("read", read), ("write", write)):
+        if not callable(function):
+            raise TypeError(f"{name} must be a function, it is {function!r}")
 
     def read_data(mesh: Any) -> MeshData:
         data = read(mesh)
@@ -61,7 +69,7 @@ def find_adapter(mesh: Any) -> Adapter:
     if isinstance(mesh, tuple):
         if len(mesh) == 2:
             return Adapter(_read_pair, lambda pair, points: (points, pair[1]))
-        if len(mesh) == 3 and np.ndim(mesh[2]) == 2:
+        if len(mesh) == 3 and _is_matrix(mesh[2]):
             return Adapter(_read_triple, lambda triple, points: (*triple[:2], points))
     if callable(getattr(mesh, "IsA", None)):
         return vtk_adapter(mesh)
@@ -79,6 +87,13 @@ def find_adapter(mesh: Any) -> Adapter:
         "trimesh and scikit-fem, (points, cells) and (cells, types, points); "
         "meshsmooth.register_adapter adds others"
     )
+
+
+def _is_matrix(given: Any) -> bool:
+    try:
+        return np.ndim(given) == 2
+    except ValueError:  # rows of different lengths
+        return False
 
 
 def is_mesh(given: Any) -> bool:

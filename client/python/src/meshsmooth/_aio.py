@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import collections
 import functools
 import os
-from collections.abc import AsyncIterable, AsyncIterator, Callable, Iterable
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
 from numpy.typing import NDArray
@@ -13,10 +12,10 @@ from numpy.typing import NDArray
 from . import _rpc
 from ._aio_connection import AsyncConnection
 from ._aio_job import AsyncJob, AsyncSession
+from ._aio_many import AsyncManyMeshes
 from ._channel import make_endpoint
 from ._control import Control
 from ._credentials import Tls, Token
-from ._errors import out_of_range
 from ._job_options import MOVE_OPTIONS, JobOptions, MoveOptions
 from ._option import Duration
 from ._progress import Progress, Tee, make_display
@@ -35,7 +34,7 @@ R = TypeVar("R")
 Array = NDArray[Any]
 
 
-class AsyncClient:
+class AsyncClient(AsyncManyMeshes):
     """A connection to one server, or to several equal ones, for one event loop.
 
     Arguments and errors are those of `Client`. A mesh is read and its result made in the event
@@ -171,30 +170,6 @@ class AsyncClient:
         return job
 
     @with_options()
-    async def map(
-        self,
-        meshes: Iterable[Any] | AsyncIterable[Any],
-        *,
-        max_in_flight: int = 8,
-        full: bool = False,
-        **options: Unpack[JobOptions],
-    ) -> AsyncIterator[Any]:
-        """Smooths many meshes; yields the results in their order; see `Client.map`."""
-        if max_in_flight < 1:
-            raise out_of_range("max_in_flight", "max_in_flight must be 1 or more")
-        jobs: collections.deque[AsyncJob[Any]] = collections.deque()
-        try:
-            async for mesh in _each(meshes):
-                if len(jobs) >= max_in_flight:
-                    yield await _first_result(jobs)
-                jobs.append(self._submit(mesh, full, options, patient=True))
-            while jobs:
-                yield await _first_result(jobs)
-        finally:
-            for job in jobs:
-                job._control.cancel()
-
-    @with_options()
     def session(self, mesh: Any, **options: Unpack[JobOptions]) -> AsyncSession:
         """Opens a session on the elements of a mesh whose nodes move; see `Client.session`."""
         run = functools.partial(self._run, use=TopologyUse(named=True, routed=True))
@@ -266,19 +241,3 @@ class AsyncClient:
         evaluate = _rpc.evaluate_only(options)
         result: SmoothResult[Any] = await self.smooth(mesh, full=True, **evaluate)
         return result.summary.quality_before
-
-
-async def _first_result(jobs: collections.deque[AsyncJob[Any]]) -> Any:
-    """Waits for the first job, which stays in the queue until then, to be cancelled."""
-    result = await jobs[0]
-    jobs.popleft()
-    return result
-
-
-async def _each(meshes: Iterable[Any] | AsyncIterable[Any]) -> AsyncIterator[Any]:
-    if isinstance(meshes, AsyncIterable):
-        async for mesh in meshes:
-            yield mesh
-    else:
-        for mesh in meshes:
-            yield mesh

@@ -44,7 +44,7 @@ def as_coordinates(given: Any, what: str) -> NDArray[Any]:
             array = array.astype(np.float64)
         except (TypeError, ValueError):
             raise _mismatch(f"{what} have the type object; they must be numbers") from None
-    if array.dtype.kind not in "fiub":
+    if array.dtype.kind not in "fiu":
         raise _mismatch(f"{what} have the type {array.dtype}; they must be real numbers")
     return array
 

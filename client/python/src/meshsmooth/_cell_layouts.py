@@ -17,7 +17,7 @@ from ._cell_types import (
     UNFOLDED,
     CellType,
     find_type,
-    unknown_name_text,
+    meant_by,
     vtk_type_hint,
     vtk_type_text,
 )
@@ -58,7 +58,7 @@ def read_runs(cells: Any) -> Iterator[Run]:
     if isinstance(cells, Mapping):
         return _of_blocks(list(cells.items()))
     if isinstance(cells, tuple) and len(cells) in (2, 3) and all(map(_is_row, cells)):
-        arrays = [as_array(array, "the cells") for array in cells]
+        arrays = [_whole_numbers(as_array(array, "the cells")) for array in cells]
         return _of_padded(*arrays) if len(arrays) == 2 else of_flat(arrays[2], *arrays[:2])
     if _is_rows(cells):
         rows = as_array(cells, "the cells")
@@ -72,6 +72,14 @@ def read_runs(cells: Any) -> Iterator[Run]:
         "[(type, array), …], (cells, types) or (offsets, connectivity, types) of VTK, or an array "
         "of one row per triangle, pyramid, wedge or hexahedron"
     )
+
+
+def _whole_numbers(array: IntArray) -> IntArray:
+    if array.size and array.dtype.kind not in "iu":
+        raise _mismatch(
+            f"VTK's arrays of cells are of whole numbers; one of them has the type {array.dtype}"
+        )
+    return array
 
 
 def _is_rows(cells: Any) -> bool:
@@ -108,11 +116,18 @@ def _type_and_nodes(block: Any) -> tuple[Any, ArrayLike] | None:
 def _of_blocks(blocks: Sequence[tuple[Any, ArrayLike]]) -> Iterator[Run]:
     first = 0
     for name, array in blocks:
+        if not isinstance(name, str | Integral):
+            raise TypeError(f"{name!r} is neither the name nor VTK's number of a type of cells")
         nodes = as_array(array, f"the cells of type {name!r}")
+        if nodes.ndim == 0:
+            raise TypeError(
+                f"the cells of type {name!r} are a {type(array).__name__}, not an array [cells, "
+                "nodes of the type]"
+            )
         kind = find_type(name)
         if kind is None and len(nodes):
             if isinstance(name, str):
-                raise _unsupported(first, f"is of the type {unknown_name_text(name)}")
+                raise _unsupported(first, f"has the unknown type {name!r}", meant_by(name))
             raise _unsupported(first, f"is a {vtk_type_text(int(name))}", vtk_type_hint(int(name)))
         if kind is None or len(nodes) == 0:
             continue
@@ -166,7 +181,8 @@ def of_flat(types: IntArray, offsets: IntArray, connectivity: IntArray) -> Itera
 
 
 def _sizes_of(types: IntArray) -> NDArray[np.int64]:
-    sizes = SIZES[np.asarray(types, np.uint8)]
+    wide = types.astype(np.int64)
+    sizes = np.where((wide >= 0) & (wide < len(SIZES)), SIZES[wide % len(SIZES)], -1)
     if len(types) and sizes.min() < 0:
         cell = int(np.flatnonzero(sizes < 0)[0])
         vtk = int(types[cell])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import operator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -107,19 +108,17 @@ def vtk_type_hint(vtk: int) -> str:
 
 def find_type(name: Any) -> CellType | None:
     """Returns the type of a name or of VTK's number; None: it is not known."""
-    return BY_NAME.get(name) if isinstance(name, str) else BY_VTK.get(int(name))
+    return BY_NAME.get(name) if isinstance(name, str) else BY_VTK.get(operator.index(name))
 
 
-def unknown_name_text(name: str) -> str:
-    """Returns why a name is none, and which was meant."""
+def meant_by(name: str) -> str:
+    """Returns a question after the type that an unknown name seems to mean, or ""."""
     near = difflib.get_close_matches(name.lower(), BY_NAME, 1)
     if name.isdigit() and int(name) in BY_VTK:
-        meant = f"; did you mean the number {name}, {BY_VTK[int(name)].name!r}?"
-    elif near and _digits(near[0]) == _digits(name):
-        meant = f"; did you mean {BY_NAME[near[0]].name!r}?"
-    else:
-        meant = ""
-    return f"{name!r} is not a type that can be smoothed{meant}"
+        return f"did you mean the number {name}, {BY_VTK[int(name)].name!r}?"
+    if near and _digits(near[0]) == _digits(name):
+        return f"did you mean {BY_NAME[near[0]].name!r}?"
+    return ""
 
 
 def _digits(name: str) -> str:

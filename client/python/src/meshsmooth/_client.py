@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
 from numpy.typing import NDArray
@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from . import _rpc
 from ._connection import Running
 from ._control import Control
-from ._errors import out_of_range
 from ._job import Job
 from ._job_options import MOVE_OPTIONS, JobOptions, MoveOptions
+from ._many import ManyMeshes
 from ._option import Duration
-from ._pipeline import Pipeline, results_in_order
+from ._pipeline import Pipeline
 from ._progress import Progress, Tee, make_display
 from ._request import Request
 from ._result import Finish, SmoothResult, prepare, prepare_move
@@ -33,7 +33,7 @@ M = TypeVar("M")
 Array = NDArray[Any]
 
 
-class Client(ServerClient):
+class Client(ServerClient, ManyMeshes):
     """A connection to one server, or to several equal ones.
 
     Thread-safe: calls may run concurrently. In a forked child each client connects anew, if the
@@ -193,52 +193,6 @@ class Client(ServerClient):
         else:
             job._start(functools.partial(self._connection.run, steps, control))
         return job
-
-    @overload
-    def map(
-        self,
-        meshes: Iterable[M],
-        *,
-        max_in_flight: int = 8,
-        full: Literal[False] = False,
-        **options: Unpack[JobOptions],
-    ) -> Iterator[M]: ...
-    @overload
-    def map(
-        self,
-        meshes: Iterable[M],
-        *,
-        max_in_flight: int = 8,
-        full: Literal[True],
-        **options: Unpack[JobOptions],
-    ) -> Iterator[SmoothResult[M]]: ...
-    @with_options()
-    def map(
-        self,
-        meshes: Iterable[Any],
-        *,
-        max_in_flight: int = 8,
-        full: bool = False,
-        **options: Unpack[JobOptions],
-    ) -> Iterator[Any]:
-        """Smooths many meshes; yields the results in their order.
-
-        No more than `max_in_flight` meshes are taken from the iterable ahead of the results. A job
-        that finds the server busy is sent again when the server says. An error ends the iteration
-        and cancels the jobs under way.
-
-        Args:
-            meshes: of any kind.
-            max_in_flight: jobs at a time, 1 or more.
-            full: yield a `SmoothResult` for each mesh.
-
-        Raises:
-            InvalidOption: `max_in_flight` is below 1.
-        """
-        if max_in_flight < 1:
-            raise out_of_range("max_in_flight", "max_in_flight must be 1 or more")
-        submit = functools.partial(self._submit, full=full, options=options)
-        return results_in_order(meshes, max_in_flight, submit)
 
     @with_options()
     def session(self, mesh: Any, **options: Unpack[JobOptions]) -> Session:

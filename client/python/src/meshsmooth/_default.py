@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
 from numpy.typing import NDArray
@@ -108,6 +109,54 @@ def move(mesh: Any, *, out: NDArray[Any] | None = None, full: bool = False, **op
     """
     client: Any = default_client()
     return client.move(mesh, out=out, full=full, **options)
+
+
+@overload
+def smooth_many(
+    meshes: Iterable[M],
+    *,
+    max_in_flight: int | None = None,
+    full: Literal[False] = False,
+    **options: Unpack[JobOptions],
+) -> Iterator[M | Exception]: ...
+@overload
+def smooth_many(
+    meshes: Iterable[M],
+    *,
+    max_in_flight: int | None = None,
+    full: Literal[True],
+    **options: Unpack[JobOptions],
+) -> Iterator[SmoothResult[M] | Exception]: ...
+@with_options()
+def smooth_many(
+    meshes: Iterable[Any],
+    *,
+    max_in_flight: int | None = None,
+    full: bool = False,
+    **options: Any,
+) -> Iterator[Any]:
+    """Smooths many meshes, of which some may be bad; yields the results in their order.
+
+    Each mesh ends by its own rule, with the bits that it has alone; where one fails, its exception
+    is yielded in place of a mesh. The server is that of `smooth`.
+
+        >>> for mesh, better in zip(meshes, ms.smooth_many(meshes), strict=True):
+        ...     if isinstance(better, Exception):
+        ...         print(better)
+
+    Args:
+        meshes: of any kinds that `smooth` takes; taken from the iterable as results are.
+        max_in_flight: jobs at a time, 1 or more [64 of meshes below 64 KiB, 8 of others].
+        full: yield a `SmoothResult` for each mesh.
+
+    Raises:
+        Error: what is wrong for all meshes; see `Client.smooth_many`.
+    """
+    client: Any = default_client()
+    results: Iterator[Any] = client.smooth_many(
+        meshes, max_in_flight=max_in_flight, full=full, **options
+    )
+    return results
 
 
 @with_options()

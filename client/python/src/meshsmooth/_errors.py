@@ -7,8 +7,10 @@ Every error is an `Error` and, where Python has a builtin for it, that too: an i
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 SERVER_ENDED = "SERVER_ENDED"  # the reason of calls to a local server that has ended by itself
+FORKED = "FORKED"  # the reason of calls in a process that was forked after its parent's first
 
 
 class Error(Exception):
@@ -62,8 +64,15 @@ class InvalidMesh(Error, ValueError):
         node: the first node that is wrong, likewise.
     """
 
-    element: int | None = None
-    node: int | None = None
+    # Of instances, not of the class: ray's errors derive from this class too, and ask the one that
+    # they carry for what they do not find.
+    element: int | None
+    node: int | None
+
+    def __init__(self, message: str, **facts: Any) -> None:
+        super().__init__(message, **facts)
+        self.element = None
+        self.node = None
 
 
 class InvalidOption(Error, ValueError):
@@ -88,9 +97,15 @@ class TooLarge(Error):
         space: "host" or "device".
     """
 
-    need_bytes: int | None = None
-    limit_bytes: int | None = None
-    space: str = ""
+    need_bytes: int | None
+    limit_bytes: int | None
+    space: str
+
+    def __init__(self, message: str, **facts: Any) -> None:
+        super().__init__(message, **facts)
+        self.need_bytes = None
+        self.limit_bytes = None
+        self.space = ""
 
 
 class Unavailable(Error, ConnectionError):
@@ -120,7 +135,11 @@ class ServerError(Error):
         incident: the id under which the server's log has the failure; "" if there is none.
     """
 
-    incident: str = ""
+    incident: str
+
+    def __init__(self, message: str, **facts: Any) -> None:
+        super().__init__(message, **facts)
+        self.incident = ""
 
 
 def out_of_range(field: str, what: str) -> InvalidOption:
@@ -131,3 +150,10 @@ def out_of_range(field: str, what: str) -> InvalidOption:
 def misplaced(field: str, what: str) -> InvalidOption:
     """Returns the error of an option that means nothing where it is."""
     return InvalidOption(what, reason="OPTION_MISPLACED", details={"field": field})
+
+
+def is_of_one_mesh(error: Exception) -> bool:
+    """Returns whether other meshes may fare better than the one of this error."""
+    if isinstance(error, Unavailable | AccessDenied) or not isinstance(error, Error):
+        return False
+    return error.reason != FORKED

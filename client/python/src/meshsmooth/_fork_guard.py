@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from ._errors import Error
+from ._errors import FORKED, Error
 
 
 class ForkGuard:
@@ -32,7 +32,7 @@ class ForkGuard:
             raise Error(
                 "this process was forked after its parent had used a meshsmooth client, which "
                 "gRPC does not survive",
-                reason="FORKED",
+                reason=FORKED,
                 hint='use multiprocessing.get_context("spawn"), or fork before the first call',
             )
         self._used = True

@@ -88,9 +88,10 @@ class LocalServer:
 
     @property
     def address(self) -> str:
-        """The server's gRPC target, `unix:PATH` or, of a container, `127.0.0.1:PORT`.
+        """The server's gRPC target.
 
-        Starts the server unless it runs, so the first use takes as long as that.
+        It is `unix:PATH` or, of a container, `127.0.0.1:PORT`. Starts the server unless it runs, so
+        the first use takes as long as that.
 
         Raises:
             Unavailable: it cannot be started, or it has ended; with the last lines of its log.

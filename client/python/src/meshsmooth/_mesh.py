@@ -257,7 +257,11 @@ def _mark_by_name(mask: NDArray[np.uint8], mesh: Mesh, name: str, field_name: st
     if not found:
         arrays = _names_of_shape(data.point_data, mask.shape)
         raise unknown_name(
-            "no node set and no node array of one number a node", name, data.node_sets, arrays
+            "no node set and no node array of one number a node",
+            name,
+            data.node_sets,
+            arrays,
+            hint="it is an array of the cells" if name in data.cell_data else "",
         )
 
 
@@ -274,10 +278,13 @@ def node_vectors(mesh: Mesh, name: str) -> NDArray[Any]:
     raise unknown_name(what, name, _names_of_shape(arrays, shape))
 
 
-def unknown_name(what: str, name: str, *known: Iterable[str]) -> InvalidOption:
+def unknown_name(what: str, name: str, *known: Iterable[str], hint: str = "") -> InvalidOption:
     """Returns the error of a name that a mesh does not have."""
     names = [repr(other) for some in known for other in some]
     known_names = f"; known are {', '.join(names)}" if names else "; the mesh has none"
     return InvalidOption(
-        f"{what} is called {name!r}{known_names}", reason="NAME_UNKNOWN", details={"name": name}
+        f"{what} is called {name!r}{known_names}",
+        reason="NAME_UNKNOWN",
+        details={"name": name},
+        hint=hint,
     )

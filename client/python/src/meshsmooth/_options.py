@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import contextlib
 import datetime
-import difflib
 import operator
 import re
 import typing
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from typing import Any, cast
 
@@ -19,7 +18,7 @@ import numpy as np
 from google.protobuf import descriptor, duration_pb2
 
 from . import _methods
-from ._errors import Error, misplaced, out_of_range
+from ._errors import Error, InvalidOption, misplaced, out_of_range
 from ._job_options import (
     MOVE_OPTIONS,
     OPTIONS,
@@ -29,35 +28,6 @@ from ._job_options import (
 )
 from ._methods import NAMED_METHODS, WIRE_NAMES, Method, Move, Optimize
 from .v1 import smoothing_pb2 as pb
-
-# What other packages call ours.
-_ELSEWHERE = {
-    "inplace": "out",
-    "max_iter": "iterations",
-    "maxiter": "iterations",
-    "n_iter": "iterations",
-    "n_iterations": "iterations",
-    "number_of_iterations": "iterations",
-    "relaxation_factor": "method=ms.Laplacian(relaxation=…)",
-    "tol": "tolerance",
-}
-
-
-def check_names(options: Mapping[str, Any], known: Mapping[str, Any] = OPTIONS) -> None:
-    """Refuses keywords that are not options.
-
-    Raises:
-        TypeError: as for any other function.
-    """
-    for name in options:
-        if name in known:
-            continue
-        near = difflib.get_close_matches(name, known, 1)
-        meant = _ELSEWHERE.get(name) or next(iter(near), "")
-        hint = f"did you mean {meant}{'' if '=' in meant else '='}? " if meant else ""
-        raise TypeError(
-            f"there is no option {name!r}; {hint}the options are {', '.join(sorted(known))}"
-        )
 
 
 def to_choice(name: str, value: Any, choices: Sequence[str], enum: Any) -> int:
@@ -189,11 +159,24 @@ def encode_job(options: JobOptions, spec: pb.JobSpec) -> None:
 
 def _encode_fields(options: JobOptions, message: Any, of: str) -> None:
     """Writes all options with a field of this message."""
+    fields_of_message = _FIELDS[of]
+    for name, value in options.items():
+        if value is not None and name in fields_of_message:
+            field, choices = fields_of_message[name]
+            _set(message, field, name, value, choices)
+
+
+def _fields_of(of: str) -> dict[str, tuple[str, tuple[str, ...]]]:
+    """Field and choices of the options that a message has, by their names."""
+    found = {}
     for name, (kind, option) in OPTIONS.items():
         owner, dot, field = option.field.rpartition(".")
-        value = options.get(name)
-        if field and owner + dot == of and value is not None:
-            _set(message, field, name, value, choices_of(kind))
+        if field and owner + dot == of:
+            found[name] = field, choices_of(kind)
+    return found
+
+
+_FIELDS = {of: _fields_of(of) for of in ("", "spec.")}
 
 
 def _encode_method(method: Method, message: pb.SmoothingOptions) -> None:
@@ -219,7 +202,7 @@ def _set(message: Any, field: str, name: str, value: Any, choices: Sequence[str]
             setattr(message, field, _PLAIN[descriptor.cpp_type](value))
         except (TypeError, ValueError, OverflowError):
             raise out_of_range(
-                name, f"{name} is {value!r}, which is no such {_NOUNS[descriptor.cpp_type]}"
+                name, f"{name} is {value!r}, it must be {_NOUNS[descriptor.cpp_type]}"
             ) from None
 
 
@@ -248,9 +231,9 @@ _PLAIN: dict[int, Callable[[Any], Any]] = {
     _CPP.CPPTYPE_DOUBLE: _to_float,
 }
 _NOUNS = {
-    _CPP.CPPTYPE_BOOL: "value: True or False",
-    _CPP.CPPTYPE_INT32: "whole number",
-    _CPP.CPPTYPE_DOUBLE: "number",
+    _CPP.CPPTYPE_BOOL: "True or False",
+    _CPP.CPPTYPE_INT32: "a whole number of 32 bits",
+    _CPP.CPPTYPE_DOUBLE: "a number",
 }
 
 
@@ -258,8 +241,9 @@ def name_option(error: Error) -> None:
     """Has the error of an option say the keyword that the caller wrote."""
     field = error.details.get("field", "")
     own = field.rpartition(".")[2]
-    name = _KEYWORDS.get(own)
-    if name is not None and name != field:
+    # A parameter of a method, as in "optimize.stay", is a keyword or a field of the same name.
+    name = _KEYWORDS.get(own, own if isinstance(error, InvalidOption) else field)
+    if name != field:
         error.message = error.message.replace(field, name).replace(own, name)
 
 

@@ -78,7 +78,7 @@ def _as_pairs(periodic: Any) -> NDArray[Any] | None:
 
 
 def _two(pair: Any) -> tuple[Any, Any]:
-    if isinstance(pair, str) or len(pair) != 2:
+    if isinstance(pair, str) or not hasattr(pair, "__len__") or len(pair) != 2:
         raise _error("OPTION_OUT_OF_RANGE", f"periodic has {pair!r} where two sides are needed")
     return pair[0], pair[1]
 

@@ -5,14 +5,18 @@ from __future__ import annotations
 import collections
 import threading
 import time
+import weakref
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 from ._connection import Running
+from ._errors import is_of_one_mesh
 from ._job import Job
 
 _Entry = tuple[Job[Any], Callable[[], Running[Any]]]
 
+# Under way at a time: enough to keep connection and lanes busy, and few arrays in memory.
+_MANY_SMALL, _SOME_LARGE = 64, 8
 _PATIENCE_SECONDS = 0.002  # of which most small jobs need a fraction
 
 
@@ -32,16 +36,22 @@ class Pipeline:
         self._waits_since = 0.0  # of the thread; 0: it is about to begin what is queued
         self._closed = False
         self._thread: threading.Thread | None = None
+        self._took: weakref.WeakSet[Job[Any]] = weakref.WeakSet()
 
     def add(self, job: Job[Any], run: Callable[[], Running[Any]]) -> None:
         """Runs a job as soon as possible."""
         if self._thread is None:
             self._thread = threading.Thread(target=self._work, name="small-jobs", daemon=True)
             self._thread.start()
+        self._took.add(job)
         with self._changed:
             self._queued.append((job, run))
             self._changed.notify()
         self._help()
+
+    def room_beside(self, job: object) -> int:
+        """Returns how many jobs of the size of this one should be under way at a time."""
+        return _MANY_SMALL if job in self._took or isinstance(job, Exception) else _SOME_LARGE
 
     def result(self, job: Job[Any]) -> Any:
         """Returns the result of a job."""
@@ -91,25 +101,50 @@ class Pipeline:
 
 
 def results_in_order(
-    meshes: Iterable[Any], max_in_flight: int, submit: Callable[[Any, Pipeline], Job[Any]]
+    meshes: Iterable[Any],
+    max_in_flight: int | None,
+    submit: Callable[[Any, Pipeline], Job[Any]],
+    *,
+    keep_errors: bool,
 ) -> Iterator[Any]:
-    """Yields the results of the jobs of many meshes; cancels those that are left over."""
+    """Yields the results of the jobs of many meshes; cancels those that are left over.
+
+    Args:
+        meshes: that `submit` takes, with the pipeline of small jobs.
+        max_in_flight: jobs at a time; None: by their size.
+        submit: starts the job of a mesh, or raises what is wrong with it.
+        keep_errors: the error of one mesh is yielded in place of its result, not raised.
+    """
     pipeline = Pipeline()
-    jobs: collections.deque[Job[Any]] = collections.deque()
+    jobs: collections.deque[Job[Any] | Exception] = collections.deque()
 
     def first_result() -> Any:
-        result = pipeline.result(jobs[0])
+        job = jobs[0]
+        try:
+            if isinstance(job, Exception):
+                raise job
+            result = pipeline.result(job)
+        except Exception as error:
+            if not (keep_errors and (error is job or is_of_one_mesh(error))):
+                raise
+            result = error
         jobs.popleft()  # not before: until then it may have to be cancelled
         return result
 
     try:
         for mesh in meshes:
-            if len(jobs) >= max_in_flight:
+            if jobs and len(jobs) >= (max_in_flight or pipeline.room_beside(jobs[-1])):
                 yield first_result()
-            jobs.append(submit(mesh, pipeline))
+            try:
+                jobs.append(submit(mesh, pipeline))
+            except Exception as error:
+                jobs.append(error)
+                if not keep_errors:
+                    break
         while jobs:
             yield first_result()
     finally:
         for job in jobs:
-            job.cancel()
+            if not isinstance(job, Exception):
+                job.cancel()
         pipeline.close()

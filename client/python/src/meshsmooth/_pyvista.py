@@ -10,6 +10,7 @@ from ._default import default_client
 from ._job_options import MOVE_OPTIONS, JobOptions, MoveOptions
 from ._methods import Metric
 from ._result import SmoothResult
+from ._session import Session
 from ._signature import with_options
 from ._summary import QualityStats
 from ._why import Why, why
@@ -53,6 +54,17 @@ class MeshsmoothAccessor(Generic[M]):
         >>> moved = grid.meshsmooth.move(displacement="u", prescribed="wall")
         """
         return default_client().move(self._mesh, full=full, **options)
+
+    @with_options()
+    def session(self, **options: Unpack[JobOptions]) -> Session:
+        """Opens a session for many jobs on the elements of this mesh whose nodes move.
+
+        Steps take and return positions; see `meshsmooth.Client.session`.
+
+        >>> with grid.meshsmooth.session(boundary="slide") as session:
+        ...     grid.points = session.move("wall", wall_positions)
+        """
+        return default_client().session(self._mesh, **options)
 
     @with_options()
     def quality(self, **options: Unpack[JobOptions]) -> QualityStats:

@@ -24,6 +24,8 @@ _REGION_ARRAYS = (
     "su2:zone",
 )
 
+_OF_NODES = "it is an array of the nodes (PyVista: image.points_to_cells(), of an image)"
+
 
 def element_regions(mesh: Mesh, regions: Any, free_boundary: bool) -> NDArray[np.int32] | None:
     """Returns the region of each element, or None if there is only one.
@@ -51,7 +53,13 @@ def element_regions(mesh: Mesh, regions: Any, free_boundary: bool) -> NDArray[np
         return None
     if isinstance(regions, str):
         if regions not in mesh.data.cell_data:
-            raise unknown_name("no cell array of one number a cell", regions, mesh.data.cell_data)
+            of_nodes = regions in mesh.data.point_data
+            raise unknown_name(
+                "no cell array of one number a cell",
+                regions,
+                mesh.data.cell_data,
+                hint=_OF_NODES if of_nodes else "",
+            )
         return _numbered(mesh, _per_element(mesh, mesh.data.cell_data[regions], regions), regions)
     return _numbered(mesh, _per_element(mesh, regions, "regions"), "regions")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import os
 import uuid
 from typing import Any, NamedTuple
 
@@ -11,8 +12,9 @@ from google.protobuf import duration_pb2
 from numpy.typing import NDArray
 
 from . import _options, _wire
-from ._adapters import is_mesh, read_mesh
+from ._adapters import find_adapter, is_mesh, read_mesh
 from ._arrays import as_coordinates
+from ._checks import check_options
 from ._coincident import merged
 from ._errors import InvalidMesh, misplaced
 from ._job_options import JobOptions
@@ -53,7 +55,7 @@ class Request:
             InvalidOption: an option has no such value or means nothing here.
             InvalidMesh: the mesh cannot be encoded.
         """
-        _options.check_names(options)
+        check_options(options)
         self.mesh = mesh
         self.options = options
         self.points = mesh.points
@@ -69,7 +71,7 @@ class Request:
         if self.node_pairs is not None and of is not None:
             self.node_pairs = np.ascontiguousarray(merged(self.node_pairs, of), np.dtype("<i4"))
         self.request_id = options.get("request_id") or str(uuid.uuid4())
-        self.max_attempts = options.get("max_attempts", 4)
+        self.max_attempts = options.get("max_attempts") or 4
         timeout = options.get("timeout")
         self.timeout = (
             self._default_timeout() if timeout is None else _options.to_seconds("timeout", timeout)
@@ -157,8 +159,10 @@ def other_positions(mesh: Mesh, given: Any, field: str) -> NDArray[Any]:
         given: an array of positions, or a mesh with the same elements.
         field: the option, for errors.
     """
+    if isinstance(given, str | os.PathLike):
+        find_adapter(given)  # says that it is a path
     if not is_mesh(given):
-        positions = to_wire(as_coordinates(given, field), mesh.width)
+        positions = to_wire(as_coordinates(given, f"the positions of {field}"), mesh.width)
     else:
         other = read_mesh(given)
         positions = other.points

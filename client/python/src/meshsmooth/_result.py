@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from . import _options
 from ._adapter import Adapter
 from ._adapters import find_adapter
+from ._checks import check_bool, check_options
 from ._decode_summary import decode_summary
 from ._errors import misplaced, out_of_range
 from ._job_options import MOVE_OPTIONS, JobOptions, MoveOptions
@@ -113,6 +114,7 @@ class Finish:
         memory: NDArray[Any] | None = None,
         held: Held | None = None,
     ) -> None:
+        check_bool("full", full)
         self._request = request
         self.held = held
         self._out = out
@@ -231,7 +233,7 @@ def prepare_move(
     """Reads a mesh to move and the options of the job."""
     adapter = find_adapter(mesh)
     own = Mesh(adapter.read(mesh))
-    _options.check_names(options, MOVE_OPTIONS)
+    check_options(options, MOVE_OPTIONS)
     job_options = _options.to_move_options(options)
     topology = Topology.of(own, options)
     prescribed = prescribe_motion(own, topology, options)

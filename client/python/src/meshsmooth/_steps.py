@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _options
-from ._adapters import read_mesh
+from ._adapters import is_mesh, read_mesh
+from ._arrays import as_coordinates
+from ._checks import check_options
 from ._errors import misplaced
 from ._job_options import TOPOLOGY_OPTIONS, JobOptions
 from ._periodic import node_pairs
@@ -27,6 +29,8 @@ class Steps:
     """
 
     def __init__(self, mesh: Any, options: JobOptions) -> None:
+        check_options(options)
+        _options.encode_options(options)  # refuses values at once, not at the first step
         read = read_mesh(mesh)
         # A copy: `move` begins at these positions, and the caller may change theirs in place.
         self._mesh = read.moved(np.array(read.data.points))
@@ -58,7 +62,10 @@ class Steps:
                 raise misplaced("out", "the session's own positions are smoothed in place")
             request = Request(self._mesh.moved(self.positions), joined, self.topology)
             return request, Finish(request, None, full, self._set, held=self._held)
-        request = Request(self._mesh.moved(np.asarray(points)), joined, self.topology)
+        if not isinstance(points, np.ndarray) and is_mesh(points):
+            raise TypeError("a step takes the positions of the session's mesh, as mesh.points")
+        given = as_coordinates(points, "the positions")
+        request = Request(self._mesh.moved(given), joined, self.topology)
         return request, self._finish(request, out, full)
 
     def move(
@@ -90,7 +97,7 @@ class Steps:
     def _joined(self, options: JobOptions) -> JobOptions:
         if self._closed:
             raise ValueError("the session is closed")
-        _options.check_names(options)
+        check_options(options)
         for name in TOPOLOGY_OPTIONS:
             if name in options:
                 raise misplaced(

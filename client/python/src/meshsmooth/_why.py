@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from numbers import Integral
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -96,6 +97,8 @@ def why(mesh: Any, cell: int, **options: Unpack[JobOptions]) -> Why:
 
 def _nodes_of(mesh: Mesh, cell: int) -> Any:
     cells = mesh.cells
+    if not isinstance(cell, Integral):
+        raise out_of_range("cell", f"cell is {cell!r}, it must be a whole number")
     if not 0 <= cell < cells.cell_count:
         raise out_of_range("cell", f"cell {cell} is not in the mesh of {cells.cell_count} cells")
     element = cell
