@@ -9,6 +9,7 @@
 #include "meshsmooth/mesh.hpp"
 #include "meshsmooth/method_traits.hpp"
 #include "meshsmooth/quality.hpp"
+#include "meshsmooth/target_surface.hpp"
 
 namespace meshsmooth {
 
@@ -84,6 +85,9 @@ struct SmoothOptions {
   /// moved together, by every method and boundary policy. Of `Move`, prescribed ones go where they
   /// are prescribed: both of a pair, or none.
   std::span<const NodePair> node_pairs = {};
+  /// Of `Optimize` with BoundaryPolicy::slide on first-order volume elements: the surface on which
+  /// boundary nodes are to lie, not owned: SmoothSummary::fit. Null: none.
+  const SurfaceMesh* surface = nullptr;
   /// Metrics to return for every element of the result, each once: SmoothSummary::element_quality.
   std::vector<QualityMetric> element_quality_metrics = {};
 };

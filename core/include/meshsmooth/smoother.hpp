@@ -65,9 +65,11 @@ struct MeshSize {
   std::int64_t node_count = 0;
   std::array<std::int64_t, kElementTypeCount> element_counts{};
   bool float64 = true;
-  bool regions = false;     // its elements have regions
-  bool reference = false;   // a reference is kept with it, for motions
-  bool node_pairs = false;  // jobs have `SmoothOptions::node_pairs`
+  bool regions = false;             // its elements have regions
+  bool reference = false;           // a reference is kept with it, for motions
+  bool node_pairs = false;          // jobs have `SmoothOptions::node_pairs`
+  std::int64_t surface_points = 0;  // of `SmoothOptions::surface`
+  std::int64_t surface_triangles = 0;
 };
 
 /// Bytes by memory space.

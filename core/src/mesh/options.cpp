@@ -62,6 +62,21 @@ void validate_kept_metric(const SmoothOptions& options) {
                       {{"field", "metric"}});
 }
 
+void validate_surface(const SmoothOptions& options) {
+  if (options.surface == nullptr) return;
+  const auto refuse = [](const std::string& why) {
+    throw NotSupported("OPTION_NOT_SUPPORTED", "a target surface " + why, {{"field", "surface"}});
+  };
+  if (!std::holds_alternative<Optimize>(options.method)) {
+    refuse("is for optimize only, the method is " + std::string(method_name(options.method)));
+  }
+  if (options.boundary != BoundaryPolicy::slide) {
+    refuse("needs the boundary policy slide, it is " + std::string(enum_name(options.boundary)));
+  }
+  if (options.only_below) refuse("cannot be used together with only_below");
+  if (std::get<Optimize>(options.method).stay > 0) refuse("cannot be used together with stay");
+}
+
 void validate_target(const SmoothOptions& options) {
   if (position_count(options.reference) == 0) return;
   if (std::holds_alternative<Move>(options.method)) return;  // begins there
@@ -150,6 +165,7 @@ void validate(const SmoothOptions& options) {
   }
   std::visit([&](const auto& method) { validate_form(method, options.form); }, options.method);
   validate_target(options);
+  validate_surface(options);
   if (!options.prescribed.nodes.empty() && !std::holds_alternative<Move>(options.method)) {
     throw NotSupported("OPTION_NOT_SUPPORTED",
                        "only move takes prescribed nodes, the method is " +

@@ -9,6 +9,7 @@
 #include "smooth/cpu/incidence.hpp"
 #include "smooth/cpu/job_elements.hpp"
 #include "smooth/energy/find_targets.hpp"
+#include "smooth/fit/fit_bytes.hpp"
 #include "smooth/guard/keep_quality.hpp"
 #include "smooth/optimize/recount_poor.hpp"
 #include "smooth/plan/iterate.hpp"
@@ -44,7 +45,7 @@ namespace meshsmooth::detail {
   const std::int64_t n = mesh.nodes;
   const std::int64_t kept = n * (mesh.position_bytes + 4) +  // positions, caller's ids
                             element_bytes(mesh) + constraint_bytes(mesh, options) +
-                            target_bytes(mesh, options);
+                            fit_bytes(size, options) + target_bytes(mesh, options);
   const std::int64_t rings = ring_bytes(mesh);
   const std::int64_t rows = ball_bytes(mesh) + rings;
   const bool colours = resolve_form(options) == Form::gauss_seidel;

@@ -4,6 +4,7 @@
 
 #include "smooth/averaging/windowed_sinc_sweeps.hpp"
 #include "smooth/base/mesh_counts.hpp"
+#include "smooth/fit/fit.hpp"
 #include "smooth/move/move.hpp"
 #include "smooth/optimize/optimize.hpp"
 #include "smooth/plan/backend.hpp"
@@ -34,6 +35,13 @@ namespace meshsmooth::detail {
   return bytes;
 }
 
+/// What some jobs report, and change, besides positions; null where they do not.
+struct IterateExtras {
+  MotionStats* motion = nullptr;               // of `Move`
+  FitStats* fit = nullptr;                     // with a target surface
+  NodeConstraint* node_constraints = nullptr;  // those of the surroundings, with a target surface
+};
+
 /// Step 3: sweeps until the monitor reports the end.
 ///
 /// takes  the mesh of a job; of `Move` statistics and colours to fill
@@ -43,10 +51,11 @@ namespace meshsmooth::detail {
 template <Backend B, class Real>
 void iterate(B& backend, const Surroundings& around, Colouring<typename B::Executor>& colouring,
              const SmoothOptions& options, ConvergenceMonitor& monitor,
-             JobMesh<typename B::Executor, Real>& job, MotionStats* motion) {
+             JobMesh<typename B::Executor, Real>& job, const IterateExtras& extras) {
   using E = typename B::Executor;
   Vec3<Real>* const positions = job.positions.data();
-  if (monitor.done_at_once() && !options.report_below && motion == nullptr) return;
+  const bool moves = extras.motion != nullptr || extras.fit != nullptr;
+  if (monitor.done_at_once() && !options.report_below && !moves) return;
   E& executor = backend.executor();
   const auto allocate = [&] { return executor.template allocate<Vec3<Real>>(around.node_count); };
   SweepContext<E, Real> context{around, &colouring, acceptance_of(options)};
@@ -57,12 +66,23 @@ void iterate(B& backend, const Surroundings& around, Colouring<typename B::Execu
     context.displacement_limit = {home.data(), monitor.in_mesh_unit(*options.movement_limit)};
   }
   if (const auto* method = std::get_if<Optimize>(&options.method)) {
-    return optimize(backend, context, *method, monitor,
-                    CallerPositions<Real>{job.given.data(), job.caller_ids.data()}, positions);
+    const CallerPositions<Real> given{job.given.data(), job.caller_ids.data()};
+    if (extras.fit == nullptr) {
+      return optimize(backend, context, *method, monitor, given, positions);
+    }
+    Optimizer<B, Real> optimizer(backend, context, *method, monitor, positions);
+    SurfaceFit<B, Real> fit(backend, context, extras.node_constraints, job.box.diagonal(),
+                            positions);
+    if (iteration_limit(options) == 0) {
+      fit.evaluate(*extras.fit);
+    } else {
+      fit.run(optimizer, given, !monitor.done_at_once(), *extras.fit);
+    }
+    return optimizer.report();
   }
   if (std::holds_alternative<Move>(options.method)) {
     return Motion<B, Real>(backend, context, colouring, job, options, monitor, positions)
-        .run(*motion);
+        .run(*extras.motion);
   }
   if (const auto* method = std::get_if<WindowedSinc>(&options.method)) {
     const Vec3d centre = 0.5 * (job.box.lower + job.box.upper);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -10,6 +11,8 @@
 #include "smooth/constraints/constrain.hpp"
 #include "smooth/constraints/find_coincident.hpp"
 #include "smooth/energy/find_targets.hpp"
+#include "smooth/fit/constrain_to_surface.hpp"
+#include "smooth/fit/measure_fit.hpp"
 #include "smooth/guard/keep_quality.hpp"
 #include "smooth/optimize/recount_poor.hpp"
 #include "smooth/plan/iterate.hpp"
@@ -47,9 +50,14 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
   // A plane surface has no normals of its elements.
   const bool surface = orientation.references() != nullptr && stays_on_surface(sweeping);
   if (surface && moves) refuse_moving_surface();
-  const Constraints<E> constraints =
-      constrain(executor, topology, sweeping, surface, control, targets.view.reference, job, times);
   SmoothSummary summary;
+  std::optional<TargetSurface> target_surface;
+  if (options.surface != nullptr) summary.fit.emplace();
+  Constraints<E> constraints = summary.fit
+                                   ? constrain_to_surface(executor, topology, options, control, job,
+                                                          times, target_surface, *summary.fit)
+                                   : constrain(executor, topology, sweeping, surface, control,
+                                               targets.view.reference, job, times);
   summary.flat_reference_element_count = targets.flat;
 
   {
@@ -92,7 +100,9 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
     if (!needs_balls(sweeping)) job.balls = {};
     ConvergenceMonitor monitor(sweeping, control, job.box.diagonal(), job.free_count);
     if (moves) summary.motion.emplace();
-    iterate(backend, around, colouring, options, monitor, job, moves ? &*summary.motion : nullptr);
+    iterate(backend, around, colouring, options, monitor, job,
+            {moves ? &*summary.motion : nullptr, summary.fit ? &*summary.fit : nullptr,
+             constraints.node_constraints.data()});
     summary.colour_count = static_cast<int>(colouring.count());
     summary.stop_reason = monitor.reason();
     summary.convergence = monitor.take();
@@ -101,7 +111,7 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
   {
     const StageTimer timer(executor, times.evaluate_seconds, control, Stage::evaluate);
     QualityReport report = backend.evaluate_result(job, orientation);
-    if (keeps_quality(sweeping)) {
+    if (keeps_quality(sweeping) && !(summary.fit && summary.fit->input_off_surface)) {
       KeptQuality& kept =
           summary.kept_quality.emplace(KeptQuality{metric_in_force(topology, options)});
       if (may_be_worse(summary.quality_before, report.quality, report.locked, options,
@@ -120,7 +130,9 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology,
     }
     summary.quality_after = std::move(report.quality);
     summary.locked = std::move(report.locked);
-    if (constraints.curved) {
+    if (summary.fit) {
+      measure_fit(executor, *target_surface, constraints, job, *summary.fit);
+    } else if (constraints.curved) {
       summary.deviation = measure_deviations(executor, job.node_count, constraints.view(),
                                              constraints.tolerance, job.positions.data());
     }

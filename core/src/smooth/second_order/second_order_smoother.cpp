@@ -76,6 +76,7 @@ class SecondOrderSmoother final : public ForwardingSmoother {
   using Smoother::smooth;
   SmoothSummary smooth(const TopologyView& topology, const JobPositions& positions,
                        const SmoothOptions& options, const JobControl& control) override {
+    refuse_surface_on(topology, options, backend());
     if (!is_second_order(topology)) return inner().smooth(topology, positions, options, control);
     validate(options);
     run_in(arena_, [&] {
@@ -89,6 +90,7 @@ class SecondOrderSmoother final : public ForwardingSmoother {
 
   SmoothSummary smooth(const PreparedTopology& prepared, const JobPositions& positions,
                        const SmoothOptions& options, const JobControl& control) override {
+    refuse_surface_on(prepared.topology, options, backend());
     const auto* own = dynamic_cast<const PreparedSecondOrder*>(&prepared);
     if (own == nullptr) return inner().smooth(prepared, positions, options, control);
     validate(options);
