@@ -91,6 +91,8 @@ SmoothSummary Lane::smooth(Job& job, const JobControl& control) {
     options.reference = mesh.reference();
   }
   options.node_pairs = mesh.node_pairs();
+  const std::optional<SurfaceMesh> surface = mesh.surface();
+  if (surface) options.surface = &*surface;
   JobPositions positions(mesh.given_positions(), mesh.positions());
   positions.kept_on_error = false;  // a job that fails has no result
   const auto topology = job.topology();

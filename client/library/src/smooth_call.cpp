@@ -142,6 +142,12 @@ v1::JobSpec SmoothCall::make_spec() const {
   spec.set_coordinate_type(wire::encode_position_type(positions_));
   spec.set_prescribed_node_count(static_cast<std::int64_t>(options_.prescribed.nodes.size()));
   spec.set_node_pair_count(static_cast<std::int64_t>(options_.node_pairs.size()));
+  if (options_.surface != nullptr) {
+    v1::SurfaceSpec* const surface = spec.mutable_surface();
+    surface->set_point_count(static_cast<std::int64_t>(options_.surface->points.size()));
+    surface->set_triangle_count(static_cast<std::int64_t>(options_.surface->triangles.size()));
+    surface->set_patches_present(!options_.surface->patches.empty());
+  }
   *spec.mutable_options() = wire::encode_options(options_);
   spec.set_backend_kind(encode_backend(request_.backend));
   if (request_.on_progress) {
@@ -308,6 +314,11 @@ std::vector<SmoothCall::Part> SmoothCall::parts_to_send() const {
     }
   }
   add(v1::ARRAY_ID_NODE_PAIRS, std::as_bytes(options_.node_pairs));
+  if (options_.surface != nullptr) {
+    add(v1::ARRAY_ID_SURFACE_POINTS, std::as_bytes(std::span(options_.surface->points)));
+    add(v1::ARRAY_ID_SURFACE_TRIANGLES, std::as_bytes(std::span(options_.surface->triangles)));
+    add(v1::ARRAY_ID_SURFACE_PATCHES, std::as_bytes(std::span(options_.surface->patches)));
+  }
   std::ranges::reverse(parts);
   return parts;
 }
