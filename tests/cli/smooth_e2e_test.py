@@ -508,7 +508,7 @@ class Smooth(CliTest):
         self.assertIn("leave out one of them", self.error_of(
             "smooth", clean, "-o", output, "--target", "ideal", "--reference", clean,
             exit_code=REFUSED))
-        self.assertIn("only optimize and move have a reference", self.error_of(
+        self.assertIn("only optimize has a reference", self.error_of(
             "smooth", clean, "-o", output, "--method", "laplacian", "--reference", clean,
             exit_code=REFUSED))
 

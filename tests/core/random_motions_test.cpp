@@ -201,7 +201,9 @@ TEST(Interrupted, AtEachStageLeavesThePositions) {
         if (at(progress)) source.request_stop();
       };
       Mesh mesh = motion.reference;
-      EXPECT_THROW(make_smoother("cpu", 2)->smooth(mesh, motion.options(), cancelled), Cancelled);
+      EXPECT_THROW(
+          make_smoother("cpu", 2)->smooth(mesh, motion.options(), cancelled, motion.input()),
+          Cancelled);
       EXPECT_TRUE(test::same_bits(mesh, motion.reference));
 
       JobControl late;
@@ -210,7 +212,8 @@ TEST(Interrupted, AtEachStageLeavesThePositions) {
         while (at(progress) && Clock::now() < *late.deadline) {
         }
       };
-      EXPECT_THROW(make_smoother("cpu", 2)->smooth(mesh, motion.options(), late), DeadlineExceeded);
+      EXPECT_THROW(make_smoother("cpu", 2)->smooth(mesh, motion.options(), late, motion.input()),
+                   DeadlineExceeded);
       EXPECT_TRUE(test::same_bits(mesh, motion.reference));
     }
   }
@@ -237,7 +240,7 @@ TEST(Interrupted, AtAnyTimeEndsSoon) {
       source.request_stop();
     });
     Mesh mesh = motion.reference;
-    EXPECT_THROW(smoother->smooth(mesh, motion.options(), control), Cancelled);
+    EXPECT_THROW(smoother->smooth(mesh, motion.options(), control, motion.input()), Cancelled);
     const auto ended = Clock::now();
     canceller.join();
     longest = std::max(longest, Seconds(ended - asked).count());

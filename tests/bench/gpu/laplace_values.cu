@@ -22,7 +22,7 @@ double laplace_values_ms(const BenchMesh& mesh, int repeats) {
   SmoothOptions options;
   options.method = Optimize{};  // so that the balls are kept
   StageTimes stages;
-  const auto job = backend.prepare(topology, positions, options, control, stages);
+  const auto job = backend.prepare(topology, positions, detail::plan_job(options), control, stages);
   const detail::Surroundings around{job.node_count,   job.elements.view, job.rings.view(),
                                     job.balls.view(), job.fixed.data(),  nullptr,
                                     Vec3d{0, 0, 0}};
