@@ -167,6 +167,46 @@ TEST(Fit, HoldsTheNodesThatTheCallerFixed) {
   }
 }
 
+/// Elements of positive quality.
+std::vector<bool> valid_elements(const Mesh& mesh) {
+  const Job job = test::smooth(
+      mesh, {.max_iterations = 0, .element_quality_metrics = {QualityMetric::scaled_jacobian}});
+  const auto values = job.summary.element_quality.of(0);
+  std::vector<bool> valid;
+  for (const float value : values) valid.push_back(value > 0);
+  return valid;
+}
+
+/// Fixed nodes hold an element turned over, so that the mesh stays tangled.
+TEST(Fit, InvertsNoElementThatWasValidWhereOthersStayInverted) {
+  const SurfaceMesh surface = box_surface(3, {1, 1, 1});
+  for (const ElementType type : {ElementType::hexahedron, ElementType::tetrahedron}) {
+    for (unsigned seed = 1; seed <= 4; ++seed) {
+      Mesh mesh = test::noisy(box_mesh(type, 5, 0.03, 0.95), 0.1, seed);
+      mesh.fixed.assign(mesh.node_count(), 0);
+      const auto nodes = mesh.blocks[0].nodes;
+      const std::size_t first = nodes.size() / 2 / 8 * 8;
+      for (std::size_t k = 0; k < 8; ++k) mesh.fixed[std::size_t(nodes[first + k])] = 1;
+      std::swap(points(mesh)[std::size_t(nodes[first])],
+                points(mesh)[std::size_t(nodes[first + 2])]);
+      const Job job = test::smooth(mesh, sliding(), on(surface));
+      const std::vector<bool> before = valid_elements(mesh), after = valid_elements(job.mesh);
+      ASSERT_GT(job.summary.quality_after.inverted_count, 0);
+      for (std::size_t e = 0; e < before.size(); ++e) {
+        EXPECT_TRUE(after[e] || !before[e]) << element_name(type) << ", " << seed << ", " << e;
+      }
+      EXPECT_EQ(job.summary.fit->reached_count + job.summary.fit->held_count,
+                job.summary.fit->node_count);
+    }
+  }
+}
+
+TEST(Fit, RefusesMeshesOfCoordinatesWhoseSquaresOverflow) {
+  const SurfaceMesh surface = box_surface(3, {1, 1, 1});
+  EXPECT_THROW(test::smooth(box_mesh(ElementType::hexahedron, 2, 0, 1e200), sliding(), on(surface)),
+               InvalidMesh);
+}
+
 TEST(Fit, GivesTheSameBitsWithAnyNumberOfThreads) {
   const SurfaceMesh surface = test::sphere_surface(12, 1);
   const Mesh mesh = box_mesh(ElementType::hexahedron, 5, -0.6, 0.6);

@@ -120,7 +120,11 @@ TEST(TargetSurface, NamesWhatIsWrong) {
   for (Vec3d& p : broken.points) p.z = p.y = 0;
   broken.patches.clear();
   EXPECT_NE(reason(broken).find("no triangle has an area"), std::string::npos);
-  EXPECT_NE(reason(SurfaceMesh{}).find("no triangle has an area"), std::string::npos);
+  EXPECT_NE(reason(SurfaceMesh{}).find("it has no triangle"), std::string::npos);
+  broken = box;
+  broken.points[5].z = -1e61;
+  EXPECT_NE(reason(broken).find("point 5 has a coordinate that is not finite or beyond 1e60"),
+            std::string::npos);
 }
 
 TEST(TargetSurface, FindsTheNearestPositionThatASearchOfAllFinds) {

@@ -317,6 +317,7 @@ std::vector<SmoothCall::Part> SmoothCall::parts_to_send() const {
   }
   add(v1::ARRAY_ID_NODE_PAIRS, std::as_bytes(job_.input.node_pairs));
   if (const SurfaceMesh* const surface = job_.input.surface; surface != nullptr) {
+    validate_surface(*surface);
     add(v1::ARRAY_ID_SURFACE_POINTS, std::as_bytes(std::span(surface->points)));
     add(v1::ARRAY_ID_SURFACE_TRIANGLES, std::as_bytes(std::span(surface->triangles)));
     add(v1::ARRAY_ID_SURFACE_PATCHES, std::as_bytes(std::span(surface->patches)));

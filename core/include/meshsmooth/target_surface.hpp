@@ -31,6 +31,15 @@ struct SurfaceCounts {
   std::int64_t degenerate_triangles = 0;  ///< Without area; ignored.
 };
 
+/// The largest coordinate of a surface, and of meshes on one: products of areas are finite.
+inline constexpr double kMostSurfaceCoordinate = 1e60;
+
+/// Checks what can be told of a surface without computing: O(points + triangles).
+///
+/// @throws InvalidMesh SURFACE_INVALID: no triangle, an index out of range, a coordinate that is
+///         not finite or beyond `kMostSurfaceCoordinate`, patches of another number than triangles
+void validate_surface(const SurfaceMesh& mesh);
+
 namespace detail {
 class SurfaceTrees;
 }
@@ -47,8 +56,7 @@ class TargetSurface {
   ///
   /// @param feature_angle  in degrees, [1, 90]
   /// @param bends          edges that are no features, as `trees` numbers points
-  /// @throws InvalidMesh SURFACE_INVALID: no triangle with an area, an index out of range, a
-  ///         coordinate that is not finite, patches of another number than triangles
+  /// @throws InvalidMesh SURFACE_INVALID: no triangle has an area; as `validate_surface`
   explicit TargetSurface(const SurfaceMesh& mesh, double feature_angle = 30,
                          std::span<const std::array<std::int32_t, 2>> bends = {});
   ~TargetSurface();

@@ -18,8 +18,12 @@ struct Near {
 
 class Assigner {
  public:
-  Assigner(const BoundaryMesh& boundary, const SurfaceTrees& surface)
-      : boundary_(boundary), view_(surface.view()), paths_(find_curve_paths(boundary, surface)) {}
+  Assigner(const BoundaryMesh& boundary, const SurfaceTrees& surface,
+           const std::function<void()>& check)
+      : boundary_(boundary),
+        view_(surface.view()),
+        check_(check),
+        paths_(find_curve_paths(boundary, surface, check)) {}
 
   [[nodiscard]] Assignment run() {
     find_parts();
@@ -27,6 +31,7 @@ class Assigner {
     Assignment result;
     result.entities.assign(boundary_.node_count(), -1);
     for (std::size_t f = 0; f < part_of_.size(); ++f) {
+      if (f % kChecked == 0) check_();
       for (const std::int32_t n : boundary_.facets()[f]) {
         if (n >= 0 && result.entities[std::size_t(n)] < 0) {
           result.entities[std::size_t(n)] = patch_for(n, patch_of_part_[std::size_t(part_of_[f])]);
@@ -47,6 +52,8 @@ class Assigner {
   }
 
  private:
+  static constexpr std::size_t kChecked = 1000;  // searches between two checks
+
   /// Numbers the facets that are connected across edges in no path.
   void find_parts() {
     const auto facets = boundary_.facets();
@@ -96,6 +103,7 @@ class Assigner {
     std::vector<Near> near(facets.size());
     double sum = 0;
     for (std::size_t f = 0; f < facets.size(); ++f) {
+      if (f % kChecked == 0) check_();
       near[f] = nearest(facets[f]);
       sum += near[f].cosine * norm(boundary_.normal(facets[f]));
     }
@@ -124,6 +132,7 @@ class Assigner {
 
   const BoundaryMesh& boundary_;
   SurfaceView view_;
+  const std::function<void()>& check_;
   CurvePaths paths_;
   std::vector<std::int32_t> part_of_;  // by facet
   std::int32_t part_count_ = 0;
@@ -132,8 +141,9 @@ class Assigner {
 
 }  // namespace
 
-Assignment assign(const BoundaryMesh& boundary, const SurfaceTrees& surface) {
-  return Assigner(boundary, surface).run();
+Assignment assign(const BoundaryMesh& boundary, const SurfaceTrees& surface,
+                  const std::function<void()>& check) {
+  return Assigner(boundary, surface, check).run();
 }
 
 }  // namespace meshsmooth::detail

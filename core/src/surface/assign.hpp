@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "surface/boundary_mesh.hpp"
@@ -22,6 +23,9 @@ struct Assignment {
 /// then the parts between the paths to the patches that most of their facets are near, by area. A
 /// node much farther from that patch than from another goes to the nearest one: where paths are
 /// missing, parts have several patches.
-[[nodiscard]] Assignment assign(const BoundaryMesh& boundary, const SurfaceTrees& surface);
+///
+/// takes  `check`, called between parts of the work; what it throws ends it
+[[nodiscard]] Assignment assign(const BoundaryMesh& boundary, const SurfaceTrees& surface,
+                                const std::function<void()>& check);
 
 }  // namespace meshsmooth::detail

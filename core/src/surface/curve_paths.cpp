@@ -13,9 +13,14 @@ namespace {
 
 class PathFinder {
  public:
-  PathFinder(const BoundaryMesh& boundary, const SurfaceTrees& surface)
-      : boundary_(boundary), surface_(surface), view_(surface.view()) {
+  PathFinder(const BoundaryMesh& boundary, const SurfaceTrees& surface,
+             const std::function<void()>& check)
+      : boundary_(boundary), surface_(surface), view_(surface.view()), check_(check) {
     const std::size_t n = boundary.node_count();
+    for (std::size_t id = 0; id < n; ++id) {
+      creases_.push_back(boundary.crease_count(static_cast<std::int32_t>(id)));
+    }
+    in_own_path_.assign(n, 0);
     paths_.corner_of.assign(n, -1);
     paths_.curve_of.assign(n, -1);
     paths_.next.assign(n, {-1, -1});
@@ -34,6 +39,7 @@ class PathFinder {
     for (const SurfaceCurve& curve : curves) lengths.push_back(length(curve));
     std::ranges::stable_sort(order, {}, [&](std::size_t c) { return lengths[c]; });
     for (const std::size_t c : order) {
+      check_();
       if (match(static_cast<std::int32_t>(c), curves[c])) continue;
       ++paths_.unmatched_curves;
       if (curves[c].angle >= kSharp) continue;
@@ -61,7 +67,7 @@ class PathFinder {
   /// How unlikely a node is to be at a feature of the surface at which so many curves meet: by its
   /// distance, in edge lengths, less where the boundary has creases of its own.
   [[nodiscard]] double mismatch(std::int32_t n, Vec3d at, bool corner) const {
-    const int creases = boundary_.crease_count(n);
+    const int creases = creases_[std::size_t(n)];
     const bool like = corner ? creases > 2 || creases == 1 : creases > 0;
     const double size = boundary_.size_at(n);
     return (norm(node(n) - at) + 1e-9 * size) *
@@ -82,6 +88,7 @@ class PathFinder {
     std::vector<Pair> pairs;
     std::vector<Pair> own(boundary_.node_count());
     for (std::size_t c = 0; c < corners.size(); ++c) {
+      check_();
       for (std::size_t n = 0; n < own.size(); ++n) {
         const auto id = static_cast<std::int32_t>(n);
         own[n] = {mismatch(id, point(corners[c]), true), static_cast<std::int32_t>(c), id};
@@ -116,10 +123,13 @@ class PathFinder {
     }
     if (stops.size() < 2 || std::ranges::count(stops, -1) > 0) return false;
     std::vector<std::int32_t> path{stops[0]};
-    for (std::size_t n = 0; n + 1 < stops.size(); ++n) {
-      if (!append_path(curve, stops[n + 1], stops, path)) return false;
+    in_own_path_[std::size_t(stops[0])] = 1;
+    bool whole = true;
+    for (std::size_t n = 0; n + 1 < stops.size() && whole; ++n) {
+      whole = append_path(curve, stops[n + 1], stops, path);
     }
-    if (!follows(path, curve, shape.angle < kSharp)) return false;
+    for (const std::int32_t n : path) in_own_path_[std::size_t(n)] = 0;
+    if (!whole || !follows(path, curve, shape.angle < kSharp)) return false;
     take(curve, path);
     return true;
   }
@@ -209,7 +219,7 @@ class PathFinder {
         if (paths_.on_path[std::size_t(e)] != 0) continue;
         const std::int32_t n = boundary_.other_end(e, at);
         const bool inside =
-            is_free(n) && std::ranges::count(stops, n) == 0 && std::ranges::count(path, n) == 0;
+            is_free(n) && std::ranges::count(stops, n) == 0 && in_own_path_[std::size_t(n)] == 0;
         if (n != to && !inside) continue;
         reach(n, at_cost + cost(curve, e, distance(curve, node(n))), e);
       }
@@ -219,6 +229,7 @@ class PathFinder {
     for (std::int32_t n = to; n != start; n = boundary_.other_end(from_[std::size_t(n)], n)) {
       back.push_back(n);
     }
+    for (const std::int32_t n : back) in_own_path_[std::size_t(n)] = 1;
     path.insert(path.end(), back.rbegin(), back.rend());
     return true;
   }
@@ -239,7 +250,10 @@ class PathFinder {
   const BoundaryMesh& boundary_;
   const SurfaceTrees& surface_;
   SurfaceView view_;
+  const std::function<void()>& check_;
   CurvePaths paths_;
+  std::vector<int> creases_;               // by node: how many end there
+  std::vector<std::uint8_t> in_own_path_;  // by node: in the path that is being found
   std::vector<std::int32_t> node_of_corner_;
   std::vector<double> cost_;  // by node, in the round in which it was visited
   std::vector<int> visit_;
@@ -249,8 +263,9 @@ class PathFinder {
 
 }  // namespace
 
-CurvePaths find_curve_paths(const BoundaryMesh& boundary, const SurfaceTrees& surface) {
-  return PathFinder(boundary, surface).find();
+CurvePaths find_curve_paths(const BoundaryMesh& boundary, const SurfaceTrees& surface,
+                            const std::function<void()>& check) {
+  return PathFinder(boundary, surface, check).find();
 }
 
 }  // namespace meshsmooth::detail

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "surface/boundary_mesh.hpp"
@@ -24,7 +26,9 @@ struct CurvePaths {
 /// Gives each corner of the surface a node, and each curve a path of edges between those of its
 /// ends that runs along the boundary's own creases and near the curve; no node is in two paths.
 /// O(corners * nodes) for the corners; a curve costs what Dijkstra's algorithm visits.
-[[nodiscard]] CurvePaths find_curve_paths(const BoundaryMesh& boundary,
-                                          const SurfaceTrees& surface);
+///
+/// takes  `check`, called between parts of the work; what it throws ends it
+[[nodiscard]] CurvePaths find_curve_paths(const BoundaryMesh& boundary, const SurfaceTrees& surface,
+                                          const std::function<void()>& check);
 
 }  // namespace meshsmooth::detail

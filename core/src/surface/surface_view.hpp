@@ -121,7 +121,8 @@ MESHSMOOTH_HD inline Vec3d direction_at(const SurfaceView& surface, std::int32_t
   const SurfaceItem& item = surface.items[closest_in_tree(surface, entity, p).item];
   if (item.points[2] >= 0) return normal_of_item(surface, item);
   const Vec3d along = surface.points[item.points[1]] - surface.points[item.points[0]];
-  return (1 / norm(along)) * along;
+  const double length = norm(along);
+  return length > 0 ? (1 / length) * along : Vec3d{0, 0, 0};
 }
 
 }  // namespace meshsmooth::detail

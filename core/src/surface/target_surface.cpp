@@ -16,7 +16,10 @@ namespace {
   throw InvalidMesh("SURFACE_INVALID", "target surface: " + why);
 }
 
-void check_indices(const SurfaceMesh& mesh) {
+}  // namespace
+
+void validate_surface(const SurfaceMesh& mesh) {
+  if (mesh.triangles.empty()) refuse("it has no triangle");
   const auto count = static_cast<std::int32_t>(mesh.points.size());
   const auto check = [&](const char* what, std::size_t id, std::int32_t point) {
     if (point >= 0 && point < count) return;
@@ -32,14 +35,17 @@ void check_indices(const SurfaceMesh& mesh) {
   for (std::size_t c = 0; c < mesh.corners.size(); ++c) check("corner", c, mesh.corners[c]);
   for (std::size_t p = 0; p < mesh.points.size(); ++p) {
     const Vec3d at = mesh.points[p];
-    if (std::isfinite(at.x) && std::isfinite(at.y) && std::isfinite(at.z)) continue;
-    refuse("point " + std::to_string(p) + " has a coordinate that is not finite");
+    const double largest = std::max({std::abs(at.x), std::abs(at.y), std::abs(at.z)});
+    if (std::isfinite(at.x + at.y + at.z) && largest <= kMostSurfaceCoordinate) continue;
+    refuse("point " + std::to_string(p) + " has a coordinate that is not finite or beyond 1e60");
   }
   if (!mesh.patches.empty() && mesh.patches.size() != mesh.triangles.size()) {
     refuse(std::to_string(mesh.triangles.size()) + " triangles, but " +
            std::to_string(mesh.patches.size()) + " patches");
   }
 }
+
+namespace {
 
 /// The points that something refers to, without repetitions; without triangles of fewer than three.
 SurfaceMesh weld(const SurfaceMesh& mesh, std::int64_t& dropped) {
@@ -90,7 +96,7 @@ SurfaceMesh weld(const SurfaceMesh& mesh, std::int64_t& dropped) {
 
 TargetSurface::TargetSurface(const SurfaceMesh& mesh, double feature_angle,
                              std::span<const std::array<std::int32_t, 2>> bends) {
-  check_indices(mesh);
+  validate_surface(mesh);
   std::int64_t dropped = 0;
   SurfaceMesh own = weld(mesh, dropped);
   if (!own.triangles.empty()) {

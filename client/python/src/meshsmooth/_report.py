@@ -81,6 +81,8 @@ def fit_sentences(fit: Fit) -> list[str]:
         "of the surface without a node": (fit.unmatched_corner_count, "corner"),
         "of the surface without a path of edges": (fit.unmatched_curve_count, "curve"),
         "of the surface open": (fit.surface.open_edge_count, "edge"),
+        "of the surface of more than two triangles": (fit.surface.non_manifold_edge_count, "edge"),
+        "of the surface without an area": (fit.surface.degenerate_triangle_count, "triangle"),
     }
     found += [f"{counted(n, noun)} {what}" for what, (n, noun) in named.items() if n]
     return found

@@ -63,12 +63,18 @@ def read_surface(given: Any) -> Surface:
     those between all their nodes.
 
     Raises:
-        InvalidMesh: SURFACE_INVALID: it has volume elements, or no surface element.
+        InvalidMesh: SURFACE_INVALID: it has volume elements; others as of any mesh.
         TypeError: nothing is known of this kind of mesh.
     """
-    mesh = read_mesh(given)
+    try:
+        mesh = read_mesh(given)
+        blocks = mesh.cells.blocks
+    except InvalidMesh as error:
+        details = error.details | {"field": "surface"}
+        message = f"surface: {error.message}"
+        raise InvalidMesh(message, reason=error.reason, details=details, hint=error.hint) from error
     found = []
-    for block in mesh.cells.blocks:
+    for block in blocks:
         corners = _TRIANGLES.get(block.element_type)
         if corners is None:
             raise InvalidMesh(

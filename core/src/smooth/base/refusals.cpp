@@ -157,4 +157,13 @@ void refuse_surface_on(const TopologyView& topology, const JobInput& input,
   }
 }
 
+void refuse_beyond_surfaces(Vec3d lower, Vec3d upper) {
+  const double least = std::min({lower.x, lower.y, lower.z});
+  const double most = std::max({upper.x, upper.y, upper.z});
+  if (std::max(-least, most) <= kMostSurfaceCoordinate) return;
+  throw InvalidMesh("SURFACE_INVALID",
+                    "target surface: the mesh has coordinates beyond 1e60, whose distances from it "
+                    "may be infinite");
+}
+
 }  // namespace meshsmooth::detail

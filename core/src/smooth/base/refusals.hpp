@@ -30,6 +30,9 @@ void refuse_tangled_reference(const QualityStats& quality);
 void refuse_surface_on(const TopologyView& topology, const JobInput& input,
                        std::string_view backend);
 
+/// Throws InvalidMesh (SURFACE_INVALID) for a mesh whose distances from a surface may be infinite.
+void refuse_beyond_surfaces(Vec3d lower, Vec3d upper);
+
 /// Throws InvalidMesh (REFERENCE_FLAT) where all of a reference's elements are flat or inverted.
 void refuse_flat_reference(std::int64_t flat_count, std::size_t element_count);
 

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "smooth/base/refusals.hpp"
 #include "smooth/constraints/constrain.hpp"
 #include "surface/assign.hpp"
 
@@ -114,6 +115,7 @@ Constraints<E> constrain_to_surface(E& executor, const TopologyView& topology,
                                     const SurfaceMesh& given, double feature_angle,
                                     JobMesh<E, Real>& job, std::optional<TargetSurface>& surface,
                                     FitStats& stats) {
+  refuse_beyond_surfaces(job.box.lower, job.box.upper);
   Constraints<E> result;
   const Regions one_region{nullptr, job.elements.caller_ids.data()};
   result.facets =
@@ -142,12 +144,14 @@ Constraints<E> constrain_to_surface(E& executor, const TopologyView& topology,
                                  [=] MESHSMOOTH_HD(ElementId facet) { return facets[facet].name; });
   HostBoundary boundary =
       download_boundary(executor, job, result, slot_count, topology.fixed, interface.data());
+  const auto check = [&] { executor.check(); };
   const BoundaryMesh graph = graph_of(boundary, feature_angle);
+  check();
   surface.emplace(given, feature_angle);
-  Assignment assignment = assign(graph, surface->trees());
+  Assignment assignment = assign(graph, surface->trees(), check);
   if (!assignment.bends.empty()) {
     surface.emplace(given, feature_angle, assignment.bends);
-    assignment = assign(graph, surface->trees());
+    assignment = assign(graph, surface->trees(), check);
   }
   const SurfaceTrees& trees = surface->trees();
   result.surface = SurfaceBuffers<E>(executor, trees);

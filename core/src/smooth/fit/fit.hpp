@@ -70,9 +70,25 @@ void step_to_surface(E& executor, const SweepContext<E, Real>& context,
   });
 }
 
+/// Marks the nodes that lie farther from their targets than `tolerance` as off them.
+template <Executor E, class Real>
+void mark_off_surface(E& executor, std::size_t node_count, const SlidingConstraints& sliding,
+                      double tolerance, const Vec3<Real>* positions,
+                      NodeConstraint* node_constraints) {
+  executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) {
+    const NodeConstraint* const constraint = sliding.constraint(node);
+    if (constraint == nullptr || constraint->target < 0) return;
+    const Vec3d p = vec3_cast<double>(positions[node]);
+    const double off = norm(closest_on_entity(sliding.surface, constraint->target, p) - p);
+    if (off > tolerance) node_constraints[sliding.slots[node]].off_target = true;
+  });
+}
+
 /// What a job with a target surface fills.
 struct FitTask {
   NodeConstraint* node_constraints;  // those of the surroundings
+  double tolerance;                  // how far off its target a node may lie
+  double box_diagonal;
   FitStats& stats;
 };
 
@@ -87,32 +103,26 @@ class SurfaceFit {
  public:
   using E = typename B::Executor;
 
-  /// `node_constraints` are those of the context's surroundings.
-  SurfaceFit(B& backend, const SweepContext<E, Real>& context, NodeConstraint* node_constraints,
-             double box_diagonal, Vec3<Real>* positions)
+  SurfaceFit(B& backend, const SweepContext<E, Real>& context, const FitTask& task,
+             Vec3<Real>* positions)
       : executor_(backend.executor()),
         context_(context),
-        node_constraints_(node_constraints),
-        box_diagonal_(box_diagonal),
+        task_(task),
         positions_(positions),
         goals_(allocate()),
         moved_(allocate()) {}
 
   /// Moves nothing.
-  void evaluate(FitStats& stats) {
-    const OffSurface off = measure();
-    stats.input_to_surface = stats.result_to_surface = off.distance();
-    stats.input_off_surface = off.largest > kNear * box_diagonal_;
-    stats.held_count = off.off;
-    stats.reached_count = off.nodes - off.off;
+  void evaluate() {
+    report_input(measure());
+    report_result();
   }
 
   /// Without `sweeps`, which no node may need, steps are all.
-  void run(Optimizer<B, Real>& optimizer, const CallerPositions<Real>& given, bool sweeps,
-           FitStats& stats) {
+  void run(Optimizer<B, Real>& optimizer, const CallerPositions<Real>& given, bool sweeps) {
+    FitStats& stats = task_.stats;
     OffSurface off = measure();
-    stats.input_to_surface = off.distance();
-    stats.input_off_surface = off.largest > kNear * box_diagonal_;
+    report_input(off);
     int standing = 0;
     while (standing < kStanding && stats.step_count < kMostSteps) {
       const OffSurface before = off;
@@ -134,10 +144,8 @@ class SurfaceFit {
       ++stats.step_count;
       optimize();
     }
-    off = measure();
-    stats.result_to_surface = off.distance();
-    stats.held_count = off.off;
-    stats.reached_count = off.nodes - off.off;
+    if (context_.acceptance.guard) undo_inversions(given);
+    report_result();
   }
 
  private:
@@ -156,15 +164,41 @@ class SurfaceFit {
                                static_cast<const Vec3<Real>*>(positions_));
   }
 
+  void report_input(const OffSurface& off) {
+    task_.stats.input_to_surface = off.distance();
+    task_.stats.input_off_surface = off.largest > kNear * task_.box_diagonal;
+  }
+  void report_result() {
+    const OffSurface off = measure();
+    task_.stats.result_to_surface = off.distance();
+    task_.stats.held_count = off.off;
+    task_.stats.reached_count = off.nodes - off.off;
+  }
+
   void step() {
-    step_to_surface(executor_, context_, node_constraints_, goals_.data(), moved_.data(),
+    step_to_surface(executor_, context_, task_.node_constraints, goals_.data(), moved_.data(),
                     positions_);
+  }
+
+  /// Where the mesh stays tangled: undoes moves that inverted an element which was valid in the
+  /// input. Nodes that leave their targets by that go back there as far as elements stay valid.
+  void undo_inversions(const CallerPositions<Real>& given) {
+    const std::size_t n = context_.around.node_count;
+    const auto before = positions_in_order(executor_, given.positions, given.caller_ids, n);
+    SweepContext<E, Real> guarded = context_;
+    guarded.acceptance = {.guard = true};
+    guarded.suspects = nullptr;
+    guarded.displacement_limit = {};
+    const SweepStats undone = limit_moves<E, Real>(executor_, guarded, before.data(), positions_);
+    if (undone.held == 0) return;
+    mark_off_surface(executor_, n, context_.around.sliding, task_.tolerance, positions_,
+                     task_.node_constraints);
+    step();
   }
 
   E& executor_;
   const SweepContext<E, Real>& context_;
-  NodeConstraint* node_constraints_;
-  double box_diagonal_;
+  const FitTask& task_;
   Vec3<Real>* positions_;
   typename E::template Buffer<Vec3<Real>> goals_;
   typename E::template Buffer<Vec3<Real>> moved_;
@@ -174,14 +208,14 @@ class SurfaceFit {
 template <OptimizingBackend B, class Real>
 void fit_to_surface(B& backend, const SweepContext<typename B::Executor, Real>& context,
                     const Optimize& method, ConvergenceMonitor& monitor,
-                    const CallerPositions<Real>& given, double box_diagonal, const FitTask& task,
+                    const CallerPositions<Real>& given, const FitTask& task,
                     Vec3<Real>* positions) {
   Optimizer<B, Real> optimizer(backend, context, method, monitor, positions);
-  SurfaceFit<B, Real> fit(backend, context, task.node_constraints, box_diagonal, positions);
+  SurfaceFit<B, Real> fit(backend, context, task, positions);
   if (monitor.plan().iteration_limit == 0) {
-    fit.evaluate(task.stats);
+    fit.evaluate();
   } else {
-    fit.run(optimizer, given, !monitor.done_at_once(), task.stats);
+    fit.run(optimizer, given, !monitor.done_at_once());
   }
   optimizer.report();
 }

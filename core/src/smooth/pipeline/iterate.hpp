@@ -61,8 +61,7 @@ class Iteration {
   void operator()(const Optimize& method) {
     const CallerPositions<Real> given{job_.given.data(), job_.caller_ids.data()};
     if (!tasks_.fit) return optimize(backend_, context_, method, monitor_, given, positions());
-    fit_to_surface(backend_, context_, method, monitor_, given, job_.box.diagonal(), *tasks_.fit,
-                   positions());
+    fit_to_surface(backend_, context_, method, monitor_, given, *tasks_.fit, positions());
   }
   void operator()(const Move& method) {
     Motion<B, Real>(backend_, context_, colouring_, method, monitor_, job_)

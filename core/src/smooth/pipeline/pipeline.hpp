@@ -115,7 +115,10 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology, const JobAr
     std::optional<MotionTask> motion;
     if (plan.moves) motion.emplace(MotionTask{arrays.input.prescribed, summary.motion.emplace()});
     std::optional<FitTask> fit;
-    if (summary.fit) fit.emplace(FitTask{constraints.node_constraints.data(), *summary.fit});
+    if (summary.fit) {
+      fit.emplace(FitTask{constraints.node_constraints.data(), constraints.tolerance,
+                          job.box.diagonal(), *summary.fit});
+    }
     iterate(backend, around, colouring, monitor, job, {motion, fit});
     summary.colour_count = static_cast<int>(colouring.count());
     summary.stop_reason = monitor.reason();
