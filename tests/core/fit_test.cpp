@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 #include "core/smoothing.hpp"
 #include "meshsmooth/error.hpp"
@@ -137,6 +138,21 @@ TEST(Fit, StaysValidOnASurfaceWithAHole) {
       test::smooth(box_mesh(ElementType::hexahedron, 5, -0.6, 0.6), options, on(surface));
   expect_valid(job.summary);
   EXPECT_GT(job.summary.fit->surface.open_edges, 0);
+}
+
+/// As a scan may be: every edge is a crease, and every triangle a patch.
+TEST(Fit, StaysValidOnAFoldedSurface) {
+  SurfaceMesh surface = box_surface(16, {1, 1, 1});
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> at(-0.04, 0.04);
+  for (Vec3d& p : surface.points) p = p + Vec3d{at(random), at(random), at(random)};
+  const Job job =
+      test::smooth(box_mesh(ElementType::hexahedron, 6, 0.03, 0.95), sliding(), on(surface));
+  expect_valid(job.summary);
+  EXPECT_GT(job.summary.fit->surface.patches, 1000);
+  EXPECT_TRUE(job.summary.fit->parts.empty()) << "a summary must fit in a message";
+  EXPECT_EQ(job.summary.fit->reached_count + job.summary.fit->held_count,
+            job.summary.fit->node_count);
 }
 
 TEST(Fit, StaysValidOnASurfaceFarAway) {

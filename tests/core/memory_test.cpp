@@ -221,9 +221,9 @@ TEST(Estimate, BoundsTheMemoryOfSlidingNodes) {
 TEST(Estimate, BoundsTheMemoryOfATargetSurface) {
   for (const ElementType type : {ElementType::hexahedron, ElementType::tetrahedron}) {
     const Mesh mesh = large(type);
-    for (const int squares : {5, 120}) {
+    for (const int squares : {5, 60}) {
       for (const double fold : {0.0, 3.0}) {
-        if (fold > 0 && squares < 100) continue;
+        if (fold > 0 && squares < 60) continue;
         SurfaceMesh surface = test::box_surface(squares, {37, 37, 37});
         for (std::size_t n = 0; n < surface.points.size(); ++n) {
           surface.points[n] = (1 + 0.02 * fold * static_cast<double>(n % 2)) * surface.points[n];

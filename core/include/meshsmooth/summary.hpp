@@ -128,7 +128,7 @@ struct FitStats {
   SurfaceDistance input_to_surface;  ///< Of those nodes from where they belong.
   SurfaceDistance result_to_surface;
   SurfaceDistance surface_to_result;  ///< Of the surface's points from the boundary's facets.
-  std::vector<TargetPart> parts;      ///< The patches, then the curves; those without nodes too.
+  std::vector<TargetPart> parts;      ///< The patches, then the curves; none if over 1,000.
 
   /// @returns the share of the nodes that lie where they belong, [0, 1]
   [[nodiscard]] double reached() const {

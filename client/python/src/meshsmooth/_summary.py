@@ -262,7 +262,7 @@ class Fit:
         input_to_surface: distances of the nodes from where they belong, in the input.
         result_to_surface: the same, in the result.
         surface_to_result: distances of the surface's points from the boundary's facets.
-        parts: the patches, then the curves.
+        parts: the patches, then the curves; none if there are more than 1,000.
     """
 
     surface: SurfaceCounts = field(default_factory=SurfaceCounts)

@@ -10,6 +10,9 @@
 
 namespace meshsmooth::detail {
 
+/// Of rough surfaces each triangle may be one, and a summary must fit in a message.
+inline constexpr std::size_t kMostTargetParts = 1000;
+
 /// The trees of the facets of a boundary as they lie: quads as two triangles.
 template <class Get>
 [[nodiscard]] SurfaceTrees trees_of_facets(const std::vector<ConstrainedFacet>& facets,
@@ -63,6 +66,7 @@ void measure_fit(E& executor, const TargetSurface& surface, const Constraints<E>
   for (TargetPart& part : stats.parts) {
     if (part.node_count > 0) part.distance.mean /= static_cast<double>(part.node_count);
   }
+  if (stats.parts.size() > kMostTargetParts) stats.parts.clear();
   if (facets.empty()) return;
   const SurfaceTrees boundary = trees_of_facets(facets, lies);
   SurfaceDistance& distance = stats.surface_to_result;
