@@ -202,6 +202,9 @@ TEST_F(Unv, SaysWhatIsWrongWithAFileAndWhere) {
       {data_set("15", "12 3\n"), "FORMAT_ERROR", "line 3: expected three coordinates"},
       {data_set("15", "        12         0         0        11  0.00000E+00\n"), "FORMAT_ERROR",
        "expected three coordinates"},
+      {data_set("2411", integers({1, 1, 1, 11}) + "   0.0000000000000000D+0" +
+                            std::string(80, '7') + " 1.0\n"),
+       "FORMAT_ERROR", "line 4: expected three coordinates"},
       {nodes + nodes, "FORMAT_ERROR", "two nodes have the number 10"},
       {nodes + data_set("2412", kTriangles + kTriangles), "FORMAT_ERROR",
        "two elements have the number 1"},

@@ -30,7 +30,11 @@ Coordinates find_coordinates(const Lines& lines, std::size_t first, std::size_t 
     return found;
   }
   // Numbers that fill their columns have no blanks between them.
-  if (line.size() < first + 2 * columns + 1) lines.scanner().refuse("three coordinates", line);
+  const std::size_t end = first + found.size() * columns;
+  const bool longer = line.size() > end && !trimmed(line.substr(end)).empty();
+  if (longer || line.size() < first + 2 * columns + 1) {
+    lines.scanner().refuse("three coordinates", line);
+  }
   for (std::size_t axis = 0; axis < found.size(); ++axis) {
     found[axis] = field(axis);
     if (trimmed(found[axis]).empty()) lines.scanner().refuse("three coordinates", line);

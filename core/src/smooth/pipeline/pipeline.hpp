@@ -76,7 +76,10 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology, const JobAr
             ? backend.kept_reference()->quality(options.quality_detail, evaluate)
             : evaluate();
     const QualityStats& before = summary.quality_before;
-    const bool plain = before.inverted_count + before.degenerate_count == 0 && !surface;
+    // On a curved surface no element is inverted against its own normal; its neighbours tell.
+    const bool curved =
+        orientation.references() != nullptr && (plan.stays_on_surface || plan.needs_balls);
+    const bool plain = before.inverted_count + before.degenerate_count == 0 && !curved;
     if (!topology.canonical && !plain && may_not_be_canonical(executor, job, orientation)) {
       throw NotCanonical{};
     }
