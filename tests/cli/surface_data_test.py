@@ -38,14 +38,14 @@ class SurfaceDataTest(CliTest):
                 self.run_cli("smooth", self.unpacked(name + ".vtk"), "-o", self.path("out.vtk"),
                              "--surface", self.unpacked(name + ".obj"), "--goal", "worst",
                              "--backend", "cpu", "--report", report, *options)
-                summary = json.loads(Path(report).read_text())["summary"]
-                after, fit = summary["qualityAfter"], summary["fit"]
-                self.assertNotIn("invertedElementCount", after)
-                self.assertEqual(fit["nodeCount"], fit["reachedCount"])
-                self.assertNotIn("unmatchedCornerCount", fit)
-                self.assertNotIn("unmatchedCurveCount", fit)
-                diagonal = summary["convergence"]["boundingBoxDiagonal"]
-                self.assertLess(fit["resultToSurface"].get("largest", 0), 1e-6 * diagonal)
+                summary = json.loads(Path(report).read_text())
+                after, fit = summary["quality_after"], summary["fit"]
+                self.assertEqual(int(after["inverted_element_count"]), 0)
+                self.assertEqual(fit["node_count"], fit["reached_count"])
+                self.assertEqual(int(fit["unmatched_corner_count"]), 0)
+                self.assertEqual(int(fit["unmatched_curve_count"]), 0)
+                diagonal = summary["convergence"]["bounding_box_diagonal"]
+                self.assertLess(fit["result_to_surface"].get("largest", 0), 1e-6 * diagonal)
                 jacobian = next(m for m in after["metrics"]
                                 if m["metric"] == "QUALITY_METRIC_SCALED_JACOBIAN")
                 self.assertGreaterEqual(jacobian["min"], least)
