@@ -36,7 +36,7 @@ foreach(reason IN LISTS reasons)
 endforeach()
 
 string(REGEX MATCHALL "`[A-Z]+(_[A-Z]+)+`" listed "${protocol}")
-list(FILTER listed EXCLUDE REGEX "COORDINATES|ELEMENT_QUALITY|ELEMENT_REGIONS|FIXED_MASK|NODE_PAIRS|PRESCRIBED_NODES")  # arrays
+list(FILTER listed EXCLUDE REGEX "COORDINATES|ELEMENT_QUALITY|ELEMENT_REGIONS|FIXED_MASK|NODE_PAIRS|PRESCRIBED_NODES|SURFACE_(POINTS|TRIANGLES|PATCHES)")  # arrays
 foreach(quoted IN LISTS listed)
   string(REPLACE "`" "\"" reason ${quoted})
   if(NOT reason IN_LIST reasons)

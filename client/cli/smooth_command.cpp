@@ -4,6 +4,7 @@
 
 #include "commands.hpp"
 #include "job_command.hpp"
+#include "meshsmooth/surface_of.hpp"
 #include "smooth_options.hpp"
 
 namespace meshsmooth::cli {
@@ -13,7 +14,28 @@ struct SmoothCommand {
   JobFlags job;
   SmoothFlags smoothing;
   std::optional<std::filesystem::path> reference;
+  std::optional<std::filesystem::path> surface;
 };
+
+/// The surface on which boundary nodes shall lie.
+std::optional<SurfaceMesh> read_surface(const SmoothCommand& command) {
+  if (!command.surface) return std::nullopt;
+  const auto& flags = command.smoothing;
+  if (flags.boundary != "slide") {
+    throw InvalidOption(
+        "OPTION_MISPLACED",
+        "--surface lets boundary nodes slide on it, but there is --boundary " + flags.boundary,
+        {{"field", "--surface"}});
+  }
+  check_standard_input(*command.surface, command.job.input.path);
+  const formats::MeshFile file = read_mesh(beside(*command.surface, command.job.input));
+  try {
+    return surface_of(file.mesh);
+  } catch (const InvalidMesh& error) {
+    throw InvalidMesh(error.reason(), command.surface->string() + ": " + error.what(),
+                      {{"field", "--surface"}});
+  }
+}
 
 /// The mesh that elements take their shape from.
 std::optional<formats::MeshFile> read_reference(const SmoothCommand& command,
@@ -30,10 +52,12 @@ std::optional<formats::MeshFile> read_reference(const SmoothCommand& command,
 
 ExitCode run(const SmoothCommand& command) {
   std::optional<formats::MeshFile> reference;
+  const std::optional<SurfaceMesh> surface = read_surface(command);
   run_job(command.job, to_smooth_options(command.smoothing),
           [&](const formats::MeshFile& file, const formats::CoincidentNodes*, JobInput& input) {
             reference = read_reference(command, file);
             if (reference) input.reference = reference->mesh.positions_view();
+            if (surface) input.surface = &*surface;
           });
   return ExitCode::done;
 }
@@ -49,7 +73,14 @@ void add_smooth_command(CLI::App& app, Action& action) {
   sub->add_option("--reference", command->reference,
                   "optimize: mesh file with the same elements, whose shapes they take; what slides "
                   "where is read from it too");
-  sub->callback([&action, command] { action = [command] { return run(*command); }; });
+  sub->add_option("--surface", command->surface,
+                  "optimize: surface mesh file on which the boundary's nodes shall lie; they go "
+                  "there as far as elements stay valid, and slide along it, its feature edges and "
+                  "corners are kept; --boundary is slide then [none]");
+  sub->callback([&action, command, sub] {
+    if (command->surface && sub->count("--boundary") == 0) command->smoothing.boundary = "slide";
+    action = [command] { return run(*command); };
+  });
 }
 
 }  // namespace meshsmooth::cli

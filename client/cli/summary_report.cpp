@@ -219,6 +219,34 @@ std::string times_sentence(const client::SmoothReport& report, double total_seco
   return text + ")\n";
 }
 
+/// How far the boundary came onto a target surface.
+std::string fit_sentences(const std::optional<FitStats>& fit) {
+  if (!fit) return {};
+  const auto distance = [](const char* what, const SurfaceDistance& d) {
+    return fmt::format("{}: largest {:.3g}, mean {:.3g}", what, d.largest, d.mean);
+  };
+  std::string text = fmt::format(
+      "{} of {} lie on the surface ({}, {}, {})\n", with_commas(fit->reached_count),
+      counted(fit->node_count, "boundary node"),
+      fit->surface.patches == 1 ? "1 patch" : with_commas(fit->surface.patches) + " patches",
+      counted(fit->surface.curves, "curve"), counted(fit->surface.corners, "corner"));
+  text += distance("  distance from the surface", fit->result_to_surface) +
+          fmt::format(" (before: {:.3g}, {:.3g})\n", fit->input_to_surface.largest,
+                      fit->input_to_surface.mean) +
+          distance("  distance of the surface from the boundary", fit->surface_to_result) + "\n";
+  const auto name = [&](std::int64_t count, const char* noun, const char* what) {
+    if (count > 0) text += "  " + counted(count, noun) + what + "\n";
+  };
+  name(fit->held_count, "node", " held off it: elements would not stay valid");
+  name(fit->fixed_count, "boundary node", " fixed: by the caller, between regions or in a pair");
+  name(fit->unmatched_corner_count, "corner", " of the surface without a node");
+  name(fit->unmatched_curve_count, "curve", " of the surface without a path of edges");
+  name(fit->surface.open_edges, "edge", " of the surface open");
+  name(fit->surface.non_manifold_edges, "edge", " of the surface of more than two triangles");
+  name(fit->surface.degenerate_triangles, "triangle", " of the surface without an area");
+  return text;
+}
+
 /// What the mesh is like now, and what it took.
 std::string state_sentences(const client::SmoothReport& report, const SmoothOptions& options,
                             double total_seconds,
@@ -233,7 +261,7 @@ std::string state_sentences(const client::SmoothReport& report, const SmoothOpti
          describe_kept_quality(summary) + describe_volume(summary.quality_after) +
          describe_locked(summary.locked, file_element_id) + poor_sentence(summary.poor) +
          nodes_sentence(summary, options) + deviation_sentence(summary) +
-         times_sentence(report, total_seconds);
+         fit_sentences(summary.fit) + times_sentence(report, total_seconds);
 }
 
 std::string cause_of_inversion(const SmoothOptions& options) {

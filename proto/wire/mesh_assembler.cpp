@@ -1,6 +1,7 @@
 #include "wire/mesh_assembler.hpp"
 
 #include <bit>
+#include <ranges>
 #include <string>
 #include <utility>
 
@@ -98,13 +99,16 @@ MeshAssembler::MeshAssembler(MeshLayout layout, std::shared_ptr<const TopologyAr
       prescribed_nodes_(size_of(layout_.prescribed_nodes_bytes()), memory),
       prescribed_coordinates_(size_of(layout_.prescribed_coordinates_bytes()), memory),
       node_pairs_(size_of(layout_.node_pairs_bytes()), memory),
+      surface_points_(size_of(layout_.surface_points_bytes()), memory),
+      surface_triangles_(size_of(layout_.surface_triangles_bytes()), memory),
+      surface_patches_(size_of(layout_.surface_patches_bytes()), memory),
       arrays_(list_arrays(nullptr)),
       received_bytes_(static_cast<std::int64_t>(shared_.size())) {
   skip_complete_arrays();
 }
 
 /// Without a topology its arrays are there already.
-std::array<MeshAssembler::Array, 9> MeshAssembler::list_arrays(TopologyArrays* topology) {
+std::array<MeshAssembler::Array, 12> MeshAssembler::list_arrays(TopologyArrays* topology) {
   const auto array = [](v1::ArrayId id, ByteArray& bytes) {
     return Array{id, bytes.data(), bytes.size()};
   };
@@ -121,7 +125,10 @@ std::array<MeshAssembler::Array, 9> MeshAssembler::list_arrays(TopologyArrays* t
           array(v1::ARRAY_ID_REFERENCE_COORDINATES, reference_),
           array(v1::ARRAY_ID_PRESCRIBED_NODES, prescribed_nodes_),
           array(v1::ARRAY_ID_PRESCRIBED_COORDINATES, prescribed_coordinates_),
-          array(v1::ARRAY_ID_NODE_PAIRS, node_pairs_)};
+          array(v1::ARRAY_ID_NODE_PAIRS, node_pairs_),
+          array(v1::ARRAY_ID_SURFACE_POINTS, surface_points_),
+          array(v1::ARRAY_ID_SURFACE_TRIANGLES, surface_triangles_),
+          array(v1::ARRAY_ID_SURFACE_PATCHES, surface_patches_)};
 }
 
 void MeshAssembler::skip_complete_arrays() {
@@ -201,6 +208,20 @@ PrescribedNodes MeshAssembler::prescribed() const {
 std::span<const NodePair> MeshAssembler::node_pairs() const {
   return {reinterpret_cast<const NodePair*>(node_pairs_.data()),
           static_cast<std::size_t>(layout_.pair_count)};
+}
+
+std::optional<SurfaceMesh> MeshAssembler::surface() const {
+  if (layout_.surface_triangles == 0) return std::nullopt;
+  const auto copy = [](const ByteArray& bytes, auto& to) {
+    using T = std::ranges::range_value_t<decltype(to)>;
+    const auto* const first = reinterpret_cast<const T*>(bytes.data());
+    to.assign(first, first + bytes.size() / sizeof(T));
+  };
+  SurfaceMesh surface;
+  copy(surface_points_, surface.points);
+  copy(surface_triangles_, surface.triangles);
+  copy(surface_patches_, surface.patches);
+  return surface;
 }
 
 PositionsView MeshAssembler::given_positions() const {

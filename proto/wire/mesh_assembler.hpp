@@ -101,6 +101,8 @@ class MeshAssembler {
   [[nodiscard]] PrescribedNodes prescribed() const;
   /// Empty unless the layout announces node pairs.
   [[nodiscard]] std::span<const NodePair> node_pairs() const;
+  /// A copy of the target surface; unset unless the layout announces one.
+  [[nodiscard]] std::optional<SurfaceMesh> surface() const;
   [[nodiscard]] std::span<const std::byte> coordinate_bytes() const { return coordinates_.bytes(); }
 
   /// The topology, to be shared.
@@ -116,7 +118,7 @@ class MeshAssembler {
     std::size_t received_bytes = 0;
   };
 
-  [[nodiscard]] std::array<Array, 9> list_arrays(TopologyArrays* topology);
+  [[nodiscard]] std::array<Array, 12> list_arrays(TopologyArrays* topology);
   void skip_complete_arrays();
   [[noreturn]] void throw_unexpected(const ChunkView& chunk) const;
 
@@ -127,7 +129,8 @@ class MeshAssembler {
   std::span<const std::byte> shared_;  // that are given
   ByteArray reference_;
   ByteArray prescribed_nodes_, prescribed_coordinates_, node_pairs_;
-  std::array<Array, 9> arrays_;  // in the order of the stream; absent ones have no bytes
+  ByteArray surface_points_, surface_triangles_, surface_patches_;
+  std::array<Array, 12> arrays_;  // in the order of the stream; absent ones have no bytes
   std::size_t current_ = 0;
   std::int64_t received_bytes_ = 0;
   std::optional<TopologyNamer> namer_;

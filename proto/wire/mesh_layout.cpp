@@ -92,12 +92,30 @@ void MeshLayout::expect_node_pairs(std::int64_t count, const MeshLimits& limits)
   need_at_most(saturating_add(others, node_pairs_bytes()), limits.max_mesh_bytes, "bytes");
 }
 
+void MeshLayout::expect_surface(const v1::SurfaceSpec& surface, const MeshLimits& limits) {
+  const auto need_some = [](std::int64_t count, const std::string& field) {
+    if (count >= 1) return;
+    throw InvalidOption("OPTION_OUT_OF_RANGE",
+                        field + " is " + std::to_string(count) + ", it must be 1 or more",
+                        {{"field", field}});
+  };
+  need_some(surface.point_count(), "surface.point_count");
+  need_some(surface.triangle_count(), "surface.triangle_count");
+  need_at_most(surface.point_count(), limits.max_node_count, "nodes");
+  need_at_most(surface.triangle_count(), limits.max_element_count, "elements");
+  const std::int64_t others = total_bytes();
+  surface_points = surface.point_count();
+  surface_triangles = surface.triangle_count();
+  surface_patches = surface.patches_present();
+  need_at_most(saturating_add(others, surface_bytes()), limits.max_mesh_bytes, "bytes");
+}
+
 MeshLayout MeshLayout::coordinates_only(bool as_float64) const {
   MeshLayout layout = *this;
   layout.float64 = as_float64;
   layout.elements_bytes = layout.fixed_mask_bytes = layout.element_regions_bytes = 0;
   layout.reference_bytes = layout.kept_reference_bytes = layout.prescribed_count =
-      layout.pair_count = 0;
+      layout.pair_count = layout.surface_points = layout.surface_triangles = 0;
   layout.coordinates_follow = true;
   layout.coordinates_bytes = node_count * position_bytes(as_float64);
   return layout;
@@ -113,7 +131,10 @@ std::vector<MeshLayout::Array> MeshLayout::arrays() const {
       {v1::ARRAY_ID_REFERENCE_COORDINATES, reference_bytes},
       {v1::ARRAY_ID_PRESCRIBED_NODES, prescribed_nodes_bytes()},
       {v1::ARRAY_ID_PRESCRIBED_COORDINATES, prescribed_coordinates_bytes()},
-      {v1::ARRAY_ID_NODE_PAIRS, node_pairs_bytes()}};
+      {v1::ARRAY_ID_NODE_PAIRS, node_pairs_bytes()},
+      {v1::ARRAY_ID_SURFACE_POINTS, surface_points_bytes()},
+      {v1::ARRAY_ID_SURFACE_TRIANGLES, surface_triangles_bytes()},
+      {v1::ARRAY_ID_SURFACE_PATCHES, surface_patches_bytes()}};
   std::erase_if(arrays, [](const Array& array) { return array.size_bytes == 0; });
   return arrays;
 }
@@ -124,7 +145,9 @@ MeshSize MeshLayout::size() const {
                 .float64 = float64,
                 .regions = regions_present,
                 .reference = kept_reference_float64.has_value(),
-                .node_pairs = pair_count > 0};
+                .node_pairs = pair_count > 0,
+                .surface_points = surface_points,
+                .surface_triangles = surface_triangles};
   for (const Block& block : blocks) {
     size.element_counts[static_cast<std::size_t>(block.type)] += block.element_count;
   }

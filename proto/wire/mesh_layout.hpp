@@ -7,6 +7,7 @@
 
 #include "meshsmooth/smoother.hpp"
 #include "meshsmooth/v1/mesh.pb.h"
+#include "meshsmooth/v1/smoothing.pb.h"
 
 namespace meshsmooth::wire {
 
@@ -40,6 +41,9 @@ struct MeshLayout {
   std::int64_t kept_reference_bytes = 0;  // 0: none follows
   std::int64_t prescribed_count = 0;      // nodes
   std::int64_t pair_count = 0;            // of nodes
+  std::int64_t surface_points = 0;        // of a target surface
+  std::int64_t surface_triangles = 0;
+  bool surface_patches = false;  // each triangle has a patch
 
   [[nodiscard]] std::int64_t topology_bytes() const {
     return elements_bytes + fixed_mask_bytes + element_regions_bytes + kept_reference_bytes;
@@ -53,10 +57,24 @@ struct MeshLayout {
   [[nodiscard]] std::int64_t node_pairs_bytes() const {
     return pair_count * static_cast<std::int64_t>(sizeof(NodePair));
   }
+  [[nodiscard]] std::int64_t surface_points_bytes() const {
+    return surface_points * static_cast<std::int64_t>(sizeof(Vec3d));
+  }
+  [[nodiscard]] std::int64_t surface_triangles_bytes() const {
+    return surface_triangles * 3 * static_cast<std::int64_t>(sizeof(std::int32_t));
+  }
+  [[nodiscard]] std::int64_t surface_patches_bytes() const {
+    return surface_patches ? surface_triangles * static_cast<std::int64_t>(sizeof(std::int32_t))
+                           : 0;
+  }
+  /// Of the target surface.
+  [[nodiscard]] std::int64_t surface_bytes() const {
+    return surface_points_bytes() + surface_triangles_bytes() + surface_patches_bytes();
+  }
   /// Of all arrays, that of the result included.
   [[nodiscard]] std::int64_t total_bytes() const {
     return topology_bytes() + coordinates_bytes + reference_bytes + prescribed_nodes_bytes() +
-           prescribed_coordinates_bytes() + node_pairs_bytes();
+           prescribed_coordinates_bytes() + node_pairs_bytes() + surface_bytes();
   }
   [[nodiscard]] static std::int64_t position_bytes(bool as_float64) {
     return as_float64 ? sizeof(Vec3d) : sizeof(Vec3f);
@@ -69,6 +87,9 @@ struct MeshLayout {
   /// Node pairs follow, or none if `count` is 0. Throws InvalidOption (OPTION_OUT_OF_RANGE),
   /// OutOfMemory (MESH_TOO_LARGE).
   void expect_node_pairs(std::int64_t count, const MeshLimits& limits);
+  /// A target surface follows. Throws InvalidOption (OPTION_OUT_OF_RANGE), OutOfMemory
+  /// (MESH_TOO_LARGE).
+  void expect_surface(const v1::SurfaceSpec& surface, const MeshLimits& limits);
   [[nodiscard]] std::int64_t element_count() const;
   struct Array {
     v1::ArrayId id;

@@ -100,7 +100,9 @@ MemoryEstimate Admission::estimate(const JobRequest& request) const {
                     block_bytes(layout.reference_bytes) +
                     block_bytes(layout.prescribed_nodes_bytes()) +
                     block_bytes(layout.prescribed_coordinates_bytes()) +
-                    block_bytes(layout.node_pairs_bytes()) + own.host_bytes + stream_bytes_,
+                    block_bytes(layout.node_pairs_bytes()) +
+                    2 * block_bytes(layout.surface_bytes()) +  // as it comes, and as the job has it
+                    own.host_bytes + stream_bytes_,
       .device_bytes = own.device_bytes};
   budget_.check_fits(need);
   if (need.host_bytes > config_.max_job_bytes) {

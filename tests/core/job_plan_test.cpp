@@ -9,6 +9,7 @@
 #include "smooth/cpu/cpu_backend.hpp"
 #include "smooth/cpu/memory_model.hpp"
 #include "smooth/pipeline/pipeline.hpp"
+#include "support/fit_surfaces.hpp"
 #include "support/mesh_size.hpp"
 #include "support/surfaces.hpp"
 
@@ -79,7 +80,7 @@ class PlannedJob {
  public:
   PlannedJob(const Mesh& mesh, const SmoothOptions& options, const JobInput& input = {})
       : plan_(plan_job(options)),
-        memory_(detail::plan_memory(plan_, test::size_of(mesh), kThreads)) {
+        memory_(detail::plan_memory(plan_, test::size_of(mesh, input), kThreads)) {
     Mesh result = mesh;
     const MeshTopology topology(mesh);
     const detail::JobTopology of_job(topology.view(), options, input.prescribed);
@@ -132,6 +133,20 @@ TEST_P(EveryType, HasEveryAllocationInItsStage) {
     options.movement_limit = MovementLimit{0.01, true};
     options.only_below = OnlyBelow{0.8, 1};
     EXPECT_THAT(PlannedJob(mesh, options).overruns(), IsEmpty()) << way.name << ", slides";
+  }
+}
+
+TEST(MemoryPlan, HasWhatATargetSurfaceTakes) {
+  const SurfaceMesh surface = test::sphere_surface(12, 8);
+  for (const ElementType type : {ElementType::tetrahedron, ElementType::pyramid, ElementType::wedge,
+                                 ElementType::hexahedron}) {
+    const Mesh mesh = mesh_of(type);
+    for (const int sweeps : {0, 1, 40}) {
+      const SmoothOptions options{.max_iterations = sweeps, .boundary = BoundaryPolicy::slide};
+      PlannedJob job(mesh, options, {.surface = &surface});
+      EXPECT_THAT(job.overruns(), IsEmpty()) << element_name(type) << ", " << sweeps;
+      EXPECT_GT(job.memory().kept, PlannedJob(mesh, options).memory().kept);
+    }
   }
 }
 

@@ -9,6 +9,7 @@
 #include <new>
 
 #include "core/smoothing.hpp"
+#include "support/fit_surfaces.hpp"
 #include "support/mesh_size.hpp"
 #include "support/second_order.hpp"
 
@@ -55,7 +56,7 @@ void expect_bounded(const std::string& name, Mesh mesh, const SmoothOptions& opt
                     double slack = 1.2, const JobInput& input = {}) {
   ASSERT_GE(mesh.node_count(), 50000U) << name;
   const std::unique_ptr<Smoother> smoother = make_smoother("cpu", 2);
-  const std::int64_t estimate = smoother->estimate(test::size_of(mesh), options).host_bytes;
+  const std::int64_t estimate = smoother->estimate(test::size_of(mesh, input), options).host_bytes;
   const std::int64_t before = bytes_now;
   bytes_peak = before;
 
@@ -213,6 +214,26 @@ TEST(Estimate, BoundsTheMemoryOfSlidingNodes) {
     expect_bounded(name + " curved", curved,
                    {.method = Optimize{}, .max_iterations = 1, .boundary = BoundaryPolicy::slide},
                    1.3);
+  }
+}
+
+/// Small and large surfaces; folded ones, all of whose edges are features.
+TEST(Estimate, BoundsTheMemoryOfATargetSurface) {
+  for (const ElementType type : {ElementType::hexahedron, ElementType::tetrahedron}) {
+    const Mesh mesh = large(type);
+    for (const int squares : {5, 60}) {
+      for (const double fold : {0.0, 3.0}) {
+        if (fold > 0 && squares < 60) continue;
+        SurfaceMesh surface = test::box_surface(squares, {37, 37, 37});
+        for (std::size_t n = 0; n < surface.points.size(); ++n) {
+          surface.points[n] = (1 + 0.02 * fold * static_cast<double>(n % 2)) * surface.points[n];
+        }
+        const JobInput input{.surface = &surface};
+        expect_bounded(std::string(element_name(type)) + ", " + std::to_string(squares) +
+                           (fold > 0 ? ", folded" : ""),
+                       mesh, {.max_iterations = 1, .boundary = BoundaryPolicy::slide}, 6, input);
+      }
+    }
   }
 }
 

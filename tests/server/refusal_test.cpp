@@ -104,6 +104,10 @@ TEST_F(Refusal, OfOptionsNamesTheField) {
   expect_refused(
       [](auto& s) { s.mutable_options()->mutable_optimize()->set_goal(static_cast<v1::Goal>(99)); },
       StatusCode::INVALID_ARGUMENT, "OPTION_NOT_SUPPORTED", "optimize.goal");
+  expect_refused([](auto& s) { s.mutable_surface(); }, StatusCode::INVALID_ARGUMENT,
+                 "OPTION_OUT_OF_RANGE", "surface.point_count");
+  expect_refused([](auto& s) { s.mutable_surface()->set_point_count(9); },
+                 StatusCode::INVALID_ARGUMENT, "OPTION_OUT_OF_RANGE", "surface.triangle_count");
   expect_refused([](auto& s) { s.set_request_id("not a UUID"); }, StatusCode::INVALID_ARGUMENT,
                  "OPTION_OUT_OF_RANGE", "request_id");
   expect_refused([](auto& s) { s.set_max_result_chunk_bytes(-1); }, StatusCode::INVALID_ARGUMENT,

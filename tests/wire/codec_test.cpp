@@ -364,6 +364,25 @@ SmoothSummary full_summary() {
                     .for_mean_ratio = 51,
                     .for_scaled_jacobian = 52,
                     .for_mean = 53};
+  s.fit = {.surface = {.triangles = 61,
+                       .patches = 62,
+                       .curves = 63,
+                       .corners = 64,
+                       .open_edges = 65,
+                       .non_manifold_edges = 66,
+                       .degenerate_triangles = 67},
+           .node_count = 68,
+           .reached_count = 69,
+           .held_count = 70,
+           .fixed_count = 71,
+           .unmatched_corner_count = 72,
+           .unmatched_curve_count = 73,
+           .step_count = 74,
+           .input_off_surface = true,
+           .input_to_surface = {0.5, 0.25},
+           .result_to_surface = {0.125, 0.0625},
+           .surface_to_result = {2, 1},
+           .parts = {{false, 75, {8, 4}}, {true, 76, {32, 16}}}};
   s.poor = {.below = 0.25, .element_count = 43, .locked_count = 41, .limited_count = 2};
   s.convergence = {.iteration_count = 1,
                    .end_rule = EndRule::all_held,
@@ -452,6 +471,31 @@ TEST(DecodeSummary, ReadsWhatEncodeWrote) {
   EXPECT_EQ(s.kept_quality->for_mean_ratio, 51);
   EXPECT_EQ(s.kept_quality->for_scaled_jacobian, 52);
   EXPECT_EQ(s.kept_quality->for_mean, 53);
+  ASSERT_TRUE(s.fit);
+  EXPECT_EQ(s.fit->surface.triangles, 61);
+  EXPECT_EQ(s.fit->surface.patches, 62);
+  EXPECT_EQ(s.fit->surface.curves, 63);
+  EXPECT_EQ(s.fit->surface.corners, 64);
+  EXPECT_EQ(s.fit->surface.open_edges, 65);
+  EXPECT_EQ(s.fit->surface.non_manifold_edges, 66);
+  EXPECT_EQ(s.fit->surface.degenerate_triangles, 67);
+  EXPECT_EQ(s.fit->node_count, 68);
+  EXPECT_EQ(s.fit->reached_count, 69);
+  EXPECT_EQ(s.fit->held_count, 70);
+  EXPECT_EQ(s.fit->fixed_count, 71);
+  EXPECT_EQ(s.fit->unmatched_corner_count, 72);
+  EXPECT_EQ(s.fit->unmatched_curve_count, 73);
+  EXPECT_EQ(s.fit->step_count, 74);
+  EXPECT_TRUE(s.fit->input_off_surface);
+  EXPECT_EQ(s.fit->input_to_surface.largest, 0.5);
+  EXPECT_EQ(s.fit->input_to_surface.mean, 0.25);
+  EXPECT_EQ(s.fit->result_to_surface.largest, 0.125);
+  EXPECT_EQ(s.fit->surface_to_result.mean, 1);
+  ASSERT_EQ(s.fit->parts.size(), 2u);
+  EXPECT_FALSE(s.fit->parts[0].curve);
+  EXPECT_TRUE(s.fit->parts[1].curve);
+  EXPECT_EQ(s.fit->parts[1].node_count, 76);
+  EXPECT_EQ(s.fit->parts[1].distance.largest, 32);
   EXPECT_EQ(s.convergence.held_node_count, 6);
   EXPECT_THAT(s.convergence.moved_node_counts, ::testing::ElementsAre(11, 12));
   EXPECT_THAT(s.convergence.energies, ::testing::ElementsAre(1.5, 1.25));

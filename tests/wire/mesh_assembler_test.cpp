@@ -139,6 +139,51 @@ TEST_F(MeshAssemblerTest, TakesNodePairsLast) {
             "ARRAY_SIZE_MISMATCH");
 }
 
+TEST_F(MeshAssemblerTest, TakesATargetSurfaceLast) {
+  v1::SurfaceSpec spec;
+  spec.set_point_count(3);
+  spec.set_triangle_count(2);
+  spec.set_patches_present(true);
+  MeshLayout with_surface = layout();
+  with_surface.expect_surface(spec, {});
+  EXPECT_EQ(with_surface.total_bytes(), layout().total_bytes() + 72 + 24 + 8);
+  EXPECT_EQ(with_surface.size().surface_triangles, 2);
+  MeshAssembler assembler(with_surface);
+  assembler.add(chunk(v1::ARRAY_ID_ELEMENTS, 0, kElements));
+  assembler.add(chunk(v1::ARRAY_ID_FIXED_MASK, 0, kFixed));
+  assembler.add(chunk(v1::ARRAY_ID_COORDINATES, 0, kCoordinates));
+  assembler.add(
+      chunk(v1::ARRAY_ID_SURFACE_POINTS, 0, bytes_of<double>({0, 0, 0, 1, 0, 0, 0, 1, 0})));
+  assembler.add(
+      chunk(v1::ARRAY_ID_SURFACE_TRIANGLES, 0, bytes_of<std::int32_t>({0, 1, 2, 2, 1, 0})));
+  EXPECT_EQ(reason_of([&] { assembler.finish(); }), "ARRAY_SIZE_MISMATCH");
+  assembler.add(chunk(v1::ARRAY_ID_SURFACE_PATCHES, 0, bytes_of<std::int32_t>({7, 9})));
+  assembler.finish();
+  const std::optional<SurfaceMesh> surface = assembler.surface();
+  ASSERT_TRUE(surface);
+  EXPECT_EQ(surface->points[1], (Vec3d{1, 0, 0}));
+  EXPECT_EQ(surface->triangles[1], (std::array<std::int32_t, 3>{2, 1, 0}));
+  EXPECT_THAT(surface->patches, ElementsAre(7, 9));
+}
+
+TEST_F(MeshAssemblerTest, BoundsTheSizeOfATargetSurface) {
+  const auto expect = [](std::int64_t points, std::int64_t triangles, MeshLimits limits = {}) {
+    v1::SurfaceSpec spec;
+    spec.set_point_count(points);
+    spec.set_triangle_count(triangles);
+    MeshLayout with_surface = layout();
+    with_surface.expect_surface(spec, limits);
+  };
+  expect(3, 1);
+  EXPECT_THROW(expect(0, 1), InvalidOption);
+  EXPECT_THROW(expect(3, 0), InvalidOption);
+  EXPECT_THROW(expect(-1, 1), InvalidOption);
+  EXPECT_THROW(expect(INT64_MAX, 1), OutOfMemory);
+  EXPECT_THROW(expect(3, INT64_MAX), OutOfMemory);
+  expect(3, 1, {.max_mesh_bytes = 157 + 84});
+  EXPECT_THROW(expect(3, 1, {.max_mesh_bytes = 157 + 83}), OutOfMemory);
+}
+
 TEST_F(MeshAssemblerTest, BoundsTheNumberOfNodePairs) {
   const auto expect = [](std::int64_t count, MeshLimits limits = {}) {
     MeshLayout with_pairs = layout();

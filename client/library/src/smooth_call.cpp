@@ -143,6 +143,12 @@ v1::JobSpec SmoothCall::make_spec() const {
   spec.set_coordinate_type(wire::encode_position_type(positions_));
   spec.set_prescribed_node_count(static_cast<std::int64_t>(job_.input.prescribed.nodes.size()));
   spec.set_node_pair_count(static_cast<std::int64_t>(job_.input.node_pairs.size()));
+  if (const SurfaceMesh* const given = job_.input.surface; given != nullptr) {
+    v1::SurfaceSpec* const surface = spec.mutable_surface();
+    surface->set_point_count(static_cast<std::int64_t>(given->points.size()));
+    surface->set_triangle_count(static_cast<std::int64_t>(given->triangles.size()));
+    surface->set_patches_present(!given->patches.empty());
+  }
   *spec.mutable_options() = wire::encode_options(options_);
   spec.set_backend_kind(encode_backend(request_.backend));
   if (request_.on_progress) {
@@ -310,6 +316,12 @@ std::vector<SmoothCall::Part> SmoothCall::parts_to_send() const {
     }
   }
   add(v1::ARRAY_ID_NODE_PAIRS, std::as_bytes(job_.input.node_pairs));
+  if (const SurfaceMesh* const surface = job_.input.surface; surface != nullptr) {
+    validate_surface(*surface);
+    add(v1::ARRAY_ID_SURFACE_POINTS, std::as_bytes(std::span(surface->points)));
+    add(v1::ARRAY_ID_SURFACE_TRIANGLES, std::as_bytes(std::span(surface->triangles)));
+    add(v1::ARRAY_ID_SURFACE_PATCHES, std::as_bytes(std::span(surface->patches)));
+  }
   std::ranges::reverse(parts);
   return parts;
 }

@@ -9,6 +9,7 @@
 #include "meshsmooth/mesh.hpp"
 #include "meshsmooth/method_traits.hpp"
 #include "meshsmooth/quality.hpp"
+#include "meshsmooth/target_surface.hpp"
 
 namespace meshsmooth {
 
@@ -54,6 +55,9 @@ struct JobInput {
   /// by every method and boundary policy. Of `Move`, prescribed ones go where they are prescribed:
   /// both of a pair, or none.
   std::span<const NodePair> node_pairs = {};
+  /// Of `Optimize` with BoundaryPolicy::slide on first-order volume elements: the surface on which
+  /// boundary nodes are to lie: SmoothSummary::fit. Null: none.
+  const SurfaceMesh* surface = nullptr;
 };
 
 /// The options of a job. The defaults are those of the wire and of the command line.

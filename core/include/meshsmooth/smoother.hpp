@@ -67,9 +67,11 @@ struct MeshSize {
   std::int64_t node_count = 0;
   std::array<std::int64_t, kElementTypeCount> element_counts{};
   bool float64 = true;
-  bool regions = false;     // its elements have regions
-  bool reference = false;   // a reference is kept with it, for motions
-  bool node_pairs = false;  // jobs have `JobInput::node_pairs`
+  bool regions = false;             // its elements have regions
+  bool reference = false;           // a reference is kept with it, for motions
+  bool node_pairs = false;          // jobs have `JobInput::node_pairs`
+  std::int64_t surface_points = 0;  // of `JobInput::surface`
+  std::int64_t surface_triangles = 0;
 };
 
 /// Bytes by memory space.

@@ -7,6 +7,7 @@
 
 #include "meshsmooth/enums.hpp"
 #include "meshsmooth/quality.hpp"
+#include "meshsmooth/target_surface.hpp"
 
 namespace meshsmooth {
 
@@ -97,6 +98,45 @@ struct MotionStats {
 };
 inline constexpr std::size_t kMostBlockingElements = 10;
 
+/// Distances, in the mesh's unit.
+struct SurfaceDistance {
+  double largest = 0;
+  double mean = 0;
+};
+
+/// The nodes of a patch or a curve of a target surface.
+struct TargetPart {
+  bool curve = false;
+  std::int64_t node_count = 0;
+  SurfaceDistance distance;  ///< Of its nodes in the result.
+};
+
+/// How far the boundary came onto `JobInput::surface`.
+struct FitStats {
+  SurfaceCounts surface;
+  std::int64_t node_count = 0;     ///< Of the boundary, with a place on the surface.
+  std::int64_t reached_count = 0;  ///< Of these, those that lie there in the result.
+  std::int64_t held_count = 0;     ///< Of the rest, those that elements would not stay valid with.
+  /// Of the boundary, without a place: fixed by the caller, between regions, or in a pair.
+  std::int64_t fixed_count = 0;
+  /// Corners and curves of the surface for which the boundary has no node and no path.
+  std::int64_t unmatched_corner_count = 0;
+  std::int64_t unmatched_curve_count = 0;
+  int step_count = 0;  ///< Steps towards the surface.
+  /// Nodes lay farther off in the input than 1e-6 of the box: `never_worse` does not apply.
+  bool input_off_surface = false;
+  SurfaceDistance input_to_surface;  ///< Of those nodes from where they belong.
+  SurfaceDistance result_to_surface;
+  SurfaceDistance surface_to_result;  ///< Of the surface's points from the boundary's facets.
+  std::vector<TargetPart> parts;      ///< The patches, then the curves; none if over 1,000.
+
+  /// @returns the share of the nodes that lie where they belong, [0, 1]
+  [[nodiscard]] double reached() const {
+    return node_count == 0 ? 1
+                           : static_cast<double>(reached_count) / static_cast<double>(node_count);
+  }
+};
+
 /// What `SmoothOptions::never_worse` took back: nodes that went back to their input positions, by
 /// what would have been lower than in the input.
 struct KeptQuality {
@@ -142,6 +182,7 @@ struct SmoothSummary {
   LockedStats locked;
   std::optional<PoorElements> poor;         ///< With SmoothOptions::report_below.
   std::optional<MotionStats> motion;        ///< Of `Move`.
+  std::optional<FitStats> fit;              ///< With JobInput::surface.
   std::optional<KeptQuality> kept_quality;  ///< With SmoothOptions::never_worse.
   NodeCounts nodes;
   BoundaryDeviation deviation;

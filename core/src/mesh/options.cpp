@@ -62,6 +62,20 @@ void validate_kept_metric(const SmoothOptions& options) {
                       {{"field", "metric"}});
 }
 
+void validate_surface_of(const SmoothOptions& options) {
+  const auto refuse = [](const std::string& why) {
+    throw NotSupported("OPTION_NOT_SUPPORTED", "a target surface " + why, {{"field", "surface"}});
+  };
+  if (!std::holds_alternative<Optimize>(options.method)) {
+    refuse("is for optimize only, the method is " + std::string(method_name(options.method)));
+  }
+  if (options.boundary != BoundaryPolicy::slide) {
+    refuse("needs the boundary policy slide, it is " + std::string(enum_name(options.boundary)));
+  }
+  if (options.only_below) refuse("cannot be used together with only_below");
+  if (std::get<Optimize>(options.method).stay > 0) refuse("cannot be used together with stay");
+}
+
 void validate_reference_of(const SmoothOptions& options) {
   const auto* method = std::get_if<Optimize>(&options.method);
   if (method == nullptr) {
@@ -157,6 +171,7 @@ void validate(const SmoothOptions& options) {
 void validate(const SmoothOptions& options, const JobInput& input) {
   validate(options);
   if (position_count(input.reference) > 0) validate_reference_of(options);
+  if (input.surface != nullptr) validate_surface_of(options);
   if (!input.prescribed.nodes.empty() && !is_motion(options.method)) {
     throw NotSupported("OPTION_NOT_SUPPORTED",
                        "only move takes prescribed nodes, the method is " +

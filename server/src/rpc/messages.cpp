@@ -218,6 +218,7 @@ DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& caller, Engi
   }
 
   layout.expect_node_pairs(spec.node_pair_count(), engine.mesh_limits());
+  if (spec.has_surface()) layout.expect_surface(spec.surface(), engine.mesh_limits());
 
   decoded.job.progress_wanted = spec.has_progress_interval();
   if (spec.has_progress_interval()) {
@@ -331,8 +332,9 @@ v1::GetServerInfoResponse encode_server_info(const Engine& engine) {
   for (const ElementType type : kElementTypes) {
     info.add_element_types(wire::encode_element_type(type));
   }
-  for (const char* feature : {"element_quality", "element_regions", "request_id_joins",
-                              "kept_results", "topology_cache", "kept_reference", "node_pairs"}) {
+  for (const char* feature :
+       {"element_quality", "element_regions", "request_id_joins", "kept_results", "topology_cache",
+        "kept_reference", "node_pairs", "target_surface"}) {
     info.add_features(feature);
   }
   if (engine.regions() != nullptr) info.add_features("shared_memory");

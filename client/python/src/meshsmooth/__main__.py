@@ -22,7 +22,7 @@ from ._option import Option
 
 # Those of the C++ program.
 _FAILED, _USAGE, _BAD_MESH, _REFUSED, _TOO_LATE, _NOT_MET = 1, 2, 3, 4, 5, 6
-_MESH_FILES = ("reference", "to")  # their arguments are files of meshes
+_MESH_FILES = ("reference", "to", "surface")  # their arguments are files of meshes
 _PAIRS = ("periodic",)  # of names
 _LISTS = ("fixed", "fixed_types", "prescribed", "element_quality")
 _ELSEWHERE = ("progress", "request_id", "result_ttl")  # of no use to a program that waits

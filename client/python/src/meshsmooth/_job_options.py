@@ -145,6 +145,13 @@ class JobOptions(TypedDict, total=False):
         Any,
         Option("mesh from which elements take their shape", takes="mesh or positions"),
     ]
+    surface: Annotated[
+        Any,
+        Option(
+            "surface on which the boundary's nodes shall lie; boundary='slide' then",
+            takes="surface mesh",
+        ),
+    ]
     guard: Annotated[
         bool, Option("valid elements stay valid; False: they may not", "True", field="guard")
     ]

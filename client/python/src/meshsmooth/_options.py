@@ -137,6 +137,18 @@ def default_iterations(options: JobOptions) -> int:
     return (to_method(options) or Optimize())._iterations
 
 
+def slide_on_surface(options: JobOptions) -> JobOptions:
+    """Returns the options with the boundary policy that a target surface needs."""
+    if options.get("surface") is None:
+        return options
+    boundary = options.get("boundary") or "slide"
+    if boundary != "slide":
+        raise misplaced(
+            "surface", f'boundary nodes slide on a surface, but there is boundary="{boundary}"'
+        )
+    return cast("JobOptions", options | {"boundary": "slide"})
+
+
 def encode_options(options: JobOptions) -> pb.SmoothingOptions:
     """Returns the options of a job as they travel."""
     message = pb.SmoothingOptions()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ._reported import to_text
-from ._summary import MetricStats, Motion, PoorElements, QualityStats, Summary
+from ._summary import Fit, MetricStats, Motion, PoorElements, QualityStats, Summary
 
 _BARS = " ▁▂▃▄▅▆▇█"
 ROWS = (
@@ -66,6 +66,26 @@ def _motion_sentence(motion: Motion) -> str:
         return text
     inverted = counted(motion.blocking_element_count, "inverted element")
     return f"{text} (a step further: {inverted}, {', '.join(map(str, motion.blocking_elements))})"
+
+
+def fit_sentences(fit: Fit) -> list[str]:
+    """Returns how far the boundary came onto a target surface."""
+    far, back = fit.result_to_surface, fit.surface_to_result
+    found = [
+        f"{fit.reached_count:,} of {counted(fit.node_count, 'boundary node')} lie on the surface",
+        f"distance from the surface: largest {far.largest:.3g}, mean {far.mean:.3g}; "
+        f"of the surface from the boundary: largest {back.largest:.3g}, mean {back.mean:.3g}",
+    ]
+    named = {
+        "held off it: elements would not stay valid": (fit.held_count, "node"),
+        "of the surface without a node": (fit.unmatched_corner_count, "corner"),
+        "of the surface without a path of edges": (fit.unmatched_curve_count, "curve"),
+        "of the surface open": (fit.surface.open_edge_count, "edge"),
+        "of the surface of more than two triangles": (fit.surface.non_manifold_edge_count, "edge"),
+        "of the surface without an area": (fit.surface.degenerate_triangle_count, "triangle"),
+    }
+    found += [f"{counted(n, noun)} {what}" for what, (n, noun) in named.items() if n]
+    return found
 
 
 def stop_sentence(summary: Summary) -> str:
@@ -198,6 +218,8 @@ def sentences(summary: Summary) -> list[str]:
         are = "is" if degenerate == 1 else "are"
         found.append(f"{counted(degenerate, 'element')} {are} degenerate")
     found.extend(_kept_sentences(summary))
+    if summary.fit is not None:
+        found.extend(fit_sentences(summary.fit))
     if summary.locked.element_count:
         found.append(_locked_sentence(summary))
     if 0 < summary.quality_after.element_count == summary.locked.element_count:

@@ -20,6 +20,7 @@ from ._errors import InvalidMesh, misplaced
 from ._job_options import JobOptions
 from ._mesh import Mesh, to_wire
 from ._periodic import node_pairs
+from ._surface import read_surface
 from ._topology import Topology, TopologyUse, scalar_type
 from .v1 import smoothing_pb2
 
@@ -56,6 +57,7 @@ class Request:
             InvalidMesh: the mesh cannot be encoded.
         """
         check_options(options)
+        options = _options.slide_on_surface(options)
         self.mesh = mesh
         self.options = options
         self.points = mesh.points
@@ -66,6 +68,8 @@ class Request:
         self.metrics: list[Any] = _options.to_metrics(options.get("element_quality"))
         self.topology = topology or Topology.of(mesh, options)
         self.reference = self._read_reference()
+        given = options.get("surface")
+        self.surface = None if given is None else read_surface(given)
         self.node_pairs = node_pairs(mesh, options)
         of = self.topology.representatives
         if self.node_pairs is not None and of is not None:
@@ -105,6 +109,8 @@ class Request:
             spec.prescribed_node_count = len(self.prescribed.nodes)
         if self.node_pairs is not None:
             spec.node_pair_count = len(self.node_pairs)
+        if self.surface is not None:
+            spec.surface.CopyFrom(self.surface.spec())
         spec.options.CopyFrom(self.message)
         _options.encode_job(self.options, spec)
         if with_progress:
@@ -127,6 +133,8 @@ class Request:
                 own.append((_wire.REFERENCE_COORDINATES, self.reference))
         if self.node_pairs is not None:
             own.append((_wire.NODE_PAIRS, self.node_pairs))
+        if self.surface is not None:
+            own += self.surface.arrays()
         return parts + [_wire.Part(array_id, 0, _wire.bytes_of(array)) for array_id, array in own]
 
     @functools.cached_property

@@ -38,6 +38,7 @@ ERRORS_BY_REASON: dict[str, type[errors.Error]] = {
     "PRESCRIBED_AND_FIXED": errors.InvalidMesh,
     "PAIR_HALF_PRESCRIBED": errors.InvalidMesh,
     "NON_FINITE_COORDINATE": errors.InvalidMesh,
+    "SURFACE_INVALID": errors.InvalidMesh,
     "FACET_OVERUSED": errors.InvalidMesh,
     "MESH_TANGLED": errors.InvalidMesh,
     "BACKEND_NOT_AVAILABLE": errors.InvalidOption,

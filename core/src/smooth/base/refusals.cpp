@@ -135,4 +135,35 @@ void refuse_flat_reference(std::int64_t flat_count, std::size_t element_count) {
                         "nodes in the same order, in positions that are valid");
 }
 
+void refuse_surface_on(const TopologyView& topology, const JobInput& input,
+                       std::string_view backend) {
+  if (input.surface == nullptr) return;
+  if (backend != "cpu") {
+    throw NotSupported(
+        "OPTION_NOT_SUPPORTED",
+        "a target surface is supported by the backend cpu only, this is " + std::string(backend),
+        {{"field", "surface"}});
+  }
+  for (const ElementBlockView& block : topology.blocks) {
+    const ElementShape& shape = element_shape(block.type);
+    const bool second_order =
+        element_width(block.type) > static_cast<std::size_t>(shape.node_count);
+    if (shape.dimension == 3 && !second_order) continue;
+    throw NotSupported("OPTION_NOT_SUPPORTED",
+                       std::string("a target surface is for the boundary of first-order volume "
+                                   "elements, the mesh has ") +
+                           (second_order ? "elements of second order" : "surface elements"),
+                       {{"field", "surface"}});
+  }
+}
+
+void refuse_beyond_surfaces(Vec3d lower, Vec3d upper) {
+  const double least = std::min({lower.x, lower.y, lower.z});
+  const double most = std::max({upper.x, upper.y, upper.z});
+  if (std::max(-least, most) <= kMostSurfaceCoordinate) return;
+  throw InvalidMesh("SURFACE_INVALID",
+                    "target surface: the mesh has coordinates beyond 1e60, whose distances from it "
+                    "may be infinite");
+}
+
 }  // namespace meshsmooth::detail

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string_view>
+
 #include "meshsmooth/mesh.hpp"
 #include "meshsmooth/options.hpp"
 #include "meshsmooth/quality.hpp"
@@ -22,6 +24,14 @@ void refuse_tangled_reference(const QualityStats& quality);
 
 /// Throws NotSupported (OPTION_NOT_SUPPORTED): the mesh to move is a curved surface.
 [[noreturn]] void refuse_moving_surface();
+
+/// Throws NotSupported (OPTION_NOT_SUPPORTED) for a target surface unless all elements are volume
+/// elements of first order, and the backend is the CPU's: the others have not been tested with one.
+void refuse_surface_on(const TopologyView& topology, const JobInput& input,
+                       std::string_view backend);
+
+/// Throws InvalidMesh (SURFACE_INVALID) for a mesh whose distances from a surface may be infinite.
+void refuse_beyond_surfaces(Vec3d lower, Vec3d upper);
 
 /// Throws InvalidMesh (REFERENCE_FLAT) where all of a reference's elements are flat or inverted.
 void refuse_flat_reference(std::int64_t flat_count, std::size_t element_count);

@@ -4,6 +4,7 @@
 
 #include "meshsmooth/vec3.hpp"
 #include "smooth/base/topology.hpp"
+#include "surface/surface_view.hpp"
 
 namespace meshsmooth::detail {
 
@@ -15,7 +16,9 @@ struct NodeConstraint {
   Vec3d home;
   Vec3d direction;  // unit: the line's, or the plane's normal
   Kind kind;
+  bool off_target = false;    // it does not lie on its target yet: it moves freely, not on it
   NodeId next[2] = {-1, -1};  // curve: its neighbours on the crease
+  std::int32_t target = -1;   // of `SlidingConstraints::surface`: where it belongs; -1: nowhere
 
   [[nodiscard]] MESHSMOOTH_HD bool curved() const { return kind == curve || kind == surface; }
   [[nodiscard]] MESHSMOOTH_HD bool along() const { return kind == line || kind == curve; }
@@ -44,8 +47,12 @@ struct SlidingConstraints {
   // If curved: for each of a facet's four edges (the k-th starts at node k) the facet that
   // continues beyond it without a crease, or kNoFacet.
   const ElementId* across = nullptr;
+  SurfaceView surface{};  // where the job has a target surface
 
   [[nodiscard]] MESHSMOOTH_HD bool any() const { return slots != nullptr; }
+  /// Whether facets keep their input orientation. On a target surface the elements at them tell
+  /// what may not turn over: facets of the input may be folded.
+  [[nodiscard]] MESHSMOOTH_HD bool keeps_orientation() const { return surface.patch_count == 0; }
 
   /// Null for a node that moves in space, or not at all.
   [[nodiscard]] MESHSMOOTH_HD const NodeConstraint* constraint(std::size_t node) const {
@@ -136,14 +143,14 @@ MESHSMOOTH_HD bool facet_turns(const SlidingConstraints& sliding, std::size_t f,
     return facet_is_right(sliding.facets[f], sliding.curved,
                           [=](NodeId n) { return vec3_cast<double>(x[n]); });
   };
-  return !is_right(after) && is_right(before);
+  return sliding.keeps_orientation() && !is_right(after) && is_right(before);
 }
 
 /// Whether every facet at the node that keeps its orientation still does with the node moved.
 template <class Team, class P>
 MESHSMOOTH_HD bool keeps_facets(const Team& team, const SlidingConstraints& sliding, const P& x,
                                 std::size_t node, Vec3<typename P::Real> position) {
-  if (sliding.constraint(node) == nullptr) return true;
+  if (sliding.constraint(node) == nullptr || !sliding.keeps_orientation()) return true;
   const auto slot = static_cast<std::size_t>(sliding.slots[node]);
   const auto lies = [&](NodeId n) { return vec3_cast<double>(x[static_cast<std::size_t>(n)]); };
   const auto would_lie = [&](NodeId n) {

@@ -11,6 +11,7 @@
 #include "smooth/constraints/curved_constraint.hpp"
 #include "smooth/constraints/find_facets.hpp"
 #include "smooth/constraints/node_constraint.hpp"
+#include "smooth/constraints/surface_buffers.hpp"
 #include "smooth/plan/job_plan.hpp"
 
 namespace meshsmooth::detail {
@@ -24,12 +25,12 @@ struct Constraints {
   RowBuffer<E, ElementId> facets_of;
   typename E::template Buffer<ElementId> across;  // where some parts of a volume are curved
   bool curved = false;
-  double tolerance = 0;  // how far off its facets, plane or line a node may lie
+  double tolerance = 0;       // how far off its facets, plane or line a node may lie
+  SurfaceBuffers<E> surface;  // where the job has a target surface
 
   [[nodiscard]] SlidingConstraints view() const {
-    return {slots.data(),  node_constraints.data(), facets_of.view(),
-            facets.data(), facets.size(),           curved,
-            across.data()};
+    return {slots.data(), node_constraints.data(), facets_of.view(), facets.data(), facets.size(),
+            curved,       across.data(),           surface.view};
   }
 };
 

@@ -9,6 +9,7 @@
 #include "smooth/cpu/incidence.hpp"
 #include "smooth/cpu/job_elements.hpp"
 #include "smooth/energy/find_targets.hpp"
+#include "smooth/fit/fit_bytes.hpp"
 #include "smooth/guard/keep_quality.hpp"
 #include "smooth/optimize/recount_poor.hpp"
 #include "smooth/pipeline/iterate.hpp"
@@ -48,7 +49,8 @@ namespace meshsmooth::detail {
 
   MemoryPlan memory;
   memory.kept = n * (mesh.position_bytes + 4) +  // positions, caller's ids
-                element_bytes(mesh) + constraint_bytes(mesh, plan) + target_bytes(mesh, plan);
+                element_bytes(mesh) + constraint_bytes(mesh, plan) + fit_bytes(size) +
+                target_bytes(mesh, plan);
   memory.beside = (1 + thread_count) * (std::int64_t{192} << 10);
   using S = JobStage;
   memory[S::order_nodes] = n * 4 + renumbering_bytes(mesh);

@@ -6,6 +6,7 @@
 
 #include "smooth/averaging/windowed_sinc_sweeps.hpp"
 #include "smooth/base/mesh_counts.hpp"
+#include "smooth/fit/fit.hpp"
 #include "smooth/move/move.hpp"
 #include "smooth/optimize/optimize.hpp"
 #include "smooth/pipeline/backend.hpp"
@@ -31,16 +32,23 @@ namespace meshsmooth::detail {
   return bytes + (plan.optimizer ? optimize_bytes(mesh, plan, optimizing) : 0);
 }
 
+/// What some jobs do besides sweeps.
+struct Tasks {
+  const std::optional<MotionTask>& motion;  // of `Move`
+  const std::optional<FitTask>& fit;        // with a target surface
+
+  [[nodiscard]] bool any() const { return motion || fit; }
+};
+
 /// The sweeps of a job, by its method.
 template <Backend B, class Real>
 class Iteration {
  public:
   using E = typename B::Executor;
 
-  /// What it refers to must outlive it; of `Move` the task and colours to fill.
+  /// What it refers to must outlive it; the tasks; of `Move` colours to fill.
   Iteration(B& backend, const SweepContext<E, Real>& context, Colouring<E>& colouring,
-            ConvergenceMonitor& monitor, JobMesh<E, Real>& job,
-            const std::optional<MotionTask>& motion)
+            ConvergenceMonitor& monitor, JobMesh<E, Real>& job, const Tasks& tasks)
       : backend_(backend),
         executor_(backend.executor()),
         context_(context),
@@ -48,14 +56,16 @@ class Iteration {
         monitor_(monitor),
         plan_(monitor.plan()),
         job_(job),
-        motion_(motion) {}
+        tasks_(tasks) {}
 
   void operator()(const Optimize& method) {
-    optimize(backend_, context_, method, monitor_,
-             CallerPositions<Real>{job_.given.data(), job_.caller_ids.data()}, positions());
+    const CallerPositions<Real> given{job_.given.data(), job_.caller_ids.data()};
+    if (!tasks_.fit) return optimize(backend_, context_, method, monitor_, given, positions());
+    fit_to_surface(backend_, context_, method, monitor_, given, *tasks_.fit, positions());
   }
   void operator()(const Move& method) {
-    Motion<B, Real>(backend_, context_, colouring_, method, monitor_, job_).run(motion_.value());
+    Motion<B, Real>(backend_, context_, colouring_, method, monitor_, job_)
+        .run(tasks_.motion.value());
   }
   void operator()(const WindowedSinc& method) {
     const Vec3d centre = 0.5 * (job_.box.lower + job_.box.upper);
@@ -121,22 +131,22 @@ class Iteration {
   ConvergenceMonitor& monitor_;
   const JobPlan& plan_;
   JobMesh<E, Real>& job_;
-  const std::optional<MotionTask>& motion_;
+  const Tasks& tasks_;
 };
 
 /// Step 3: sweeps until the monitor reports the end.
 ///
-/// takes  the mesh of a job; of `Move` its task and colours to fill
+/// takes  the mesh of a job; what else it does; of `Move` colours to fill
 /// gives  the smoothed positions in the job's
 /// cost   O(sweeps * entries); one or two more arrays of positions, one more for a
 ///        movement limit: `iterate_bytes`
 template <Backend B, class Real>
 void iterate(B& backend, const Surroundings& around, Colouring<typename B::Executor>& colouring,
              ConvergenceMonitor& monitor, JobMesh<typename B::Executor, Real>& job,
-             const std::optional<MotionTask>& motion) {
+             const Tasks& tasks) {
   using E = typename B::Executor;
   const JobPlan& plan = monitor.plan();
-  if (monitor.done_at_once() && !plan.options.report_below && !motion) return;
+  if (monitor.done_at_once() && !plan.options.report_below && !tasks.any()) return;
   E& executor = backend.executor();
   SweepContext<E, Real> context{around, &colouring, plan.acceptance};
   typename E::template Buffer<Vec3<Real>> home;
@@ -145,7 +155,7 @@ void iterate(B& backend, const Surroundings& around, Colouring<typename B::Execu
     copy_positions<E, Real>(executor, around.node_count, job.positions.data(), home.data());
     context.displacement_limit = {home.data(), monitor.in_mesh_unit(*limit)};
   }
-  std::visit(Iteration<B, Real>(backend, context, colouring, monitor, job, motion),
+  std::visit(Iteration<B, Real>(backend, context, colouring, monitor, job, tasks),
              plan.options.method);
 }
 

@@ -11,6 +11,8 @@
 #include "smooth/constraints/constrain.hpp"
 #include "smooth/constraints/find_coincident.hpp"
 #include "smooth/energy/find_targets.hpp"
+#include "smooth/fit/constrain_to_surface.hpp"
+#include "smooth/fit/measure_fit.hpp"
 #include "smooth/guard/keep_quality.hpp"
 #include "smooth/optimize/recount_poor.hpp"
 #include "smooth/pipeline/iterate.hpp"
@@ -51,14 +53,19 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology, const JobAr
   // A plane surface has no normals of its elements.
   const bool surface = orientation.references() != nullptr && plan.stays_on_surface;
   if (surface && plan.moves) refuse_moving_surface();
+  SmoothSummary summary;
+  std::optional<TargetSurface> target_surface;
   enter(JobStage::constrain);
   Constraints<E> constraints;
-  if (constrains(topology, options, surface)) {
+  if (arrays.input.surface != nullptr || constrains(topology, options, surface)) {
     const StageTimer timer(executor, times.find_boundary_seconds, control, Stage::find_boundary);
-    constraints = constrain(executor, topology, options, surface, targets.view.reference, job);
+    constraints =
+        arrays.input.surface != nullptr
+            ? constrain_to_surface(executor, topology, *arrays.input.surface, options.feature_angle,
+                                   job, target_surface, summary.fit.emplace())
+            : constrain(executor, topology, options, surface, targets.view.reference, job);
   }
   enter(JobStage::measure_input);
-  SmoothSummary summary;
   summary.flat_reference_element_count = targets.flat;
 
   {
@@ -110,7 +117,12 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology, const JobAr
     ConvergenceMonitor monitor(plan, control, job.box.diagonal(), job.free_count);
     std::optional<MotionTask> motion;
     if (plan.moves) motion.emplace(MotionTask{arrays.input.prescribed, summary.motion.emplace()});
-    iterate(backend, around, colouring, monitor, job, motion);
+    std::optional<FitTask> fit;
+    if (summary.fit) {
+      fit.emplace(FitTask{constraints.node_constraints.data(), constraints.tolerance,
+                          job.box.diagonal(), *summary.fit});
+    }
+    iterate(backend, around, colouring, monitor, job, {motion, fit});
     summary.colour_count = static_cast<int>(colouring.count());
     summary.stop_reason = monitor.reason();
     summary.convergence = monitor.take();
@@ -120,7 +132,7 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology, const JobAr
     const StageTimer timer(executor, times.evaluate_seconds, control, Stage::evaluate);
     enter(JobStage::measure_result);
     QualityReport report = backend.evaluate_result(job, orientation);
-    if (plan.keeps_quality) {
+    if (plan.keeps_quality && !(summary.fit && summary.fit->input_off_surface)) {
       KeptQuality& kept =
           summary.kept_quality.emplace(KeptQuality{metric_in_force(topology, plan)});
       if (may_be_worse(summary.quality_before, report.quality, report.locked, plan, kept.metric)) {
@@ -142,7 +154,9 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology, const JobAr
     }
     summary.quality_after = std::move(report.quality);
     summary.locked = std::move(report.locked);
-    if (constraints.curved) {
+    if (summary.fit) {
+      measure_fit(executor, *target_surface, constraints, job, *summary.fit);
+    } else if (constraints.curved) {
       summary.deviation = measure_deviations(executor, job.node_count, constraints.view(),
                                              constraints.tolerance, job.positions.data());
     }

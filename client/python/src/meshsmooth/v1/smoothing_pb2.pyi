@@ -245,6 +245,36 @@ class Execution(_message.Message):
     topology_reused: bool
     def __init__(self, backend_kind: _Optional[_Union[BackendKind, str]] = ..., device_name: _Optional[str] = ..., device_index: _Optional[int] = ..., host_peak_bytes: _Optional[int] = ..., device_peak_bytes: _Optional[int] = ..., topology_reused: bool = ..., thread_count: _Optional[int] = ..., colour_count: _Optional[int] = ..., server_version: _Optional[str] = ...) -> None: ...
 
+class FitStats(_message.Message):
+    __slots__ = ["fixed_count", "held_count", "input_off_surface", "input_to_surface", "node_count", "parts", "reached_count", "result_to_surface", "step_count", "surface", "surface_to_result", "unmatched_corner_count", "unmatched_curve_count"]
+    FIXED_COUNT_FIELD_NUMBER: _ClassVar[int]
+    HELD_COUNT_FIELD_NUMBER: _ClassVar[int]
+    INPUT_OFF_SURFACE_FIELD_NUMBER: _ClassVar[int]
+    INPUT_TO_SURFACE_FIELD_NUMBER: _ClassVar[int]
+    NODE_COUNT_FIELD_NUMBER: _ClassVar[int]
+    PARTS_FIELD_NUMBER: _ClassVar[int]
+    REACHED_COUNT_FIELD_NUMBER: _ClassVar[int]
+    RESULT_TO_SURFACE_FIELD_NUMBER: _ClassVar[int]
+    STEP_COUNT_FIELD_NUMBER: _ClassVar[int]
+    SURFACE_FIELD_NUMBER: _ClassVar[int]
+    SURFACE_TO_RESULT_FIELD_NUMBER: _ClassVar[int]
+    UNMATCHED_CORNER_COUNT_FIELD_NUMBER: _ClassVar[int]
+    UNMATCHED_CURVE_COUNT_FIELD_NUMBER: _ClassVar[int]
+    fixed_count: int
+    held_count: int
+    input_off_surface: bool
+    input_to_surface: SurfaceDistance
+    node_count: int
+    parts: _containers.RepeatedCompositeFieldContainer[TargetPart]
+    reached_count: int
+    result_to_surface: SurfaceDistance
+    step_count: int
+    surface: SurfaceCounts
+    surface_to_result: SurfaceDistance
+    unmatched_corner_count: int
+    unmatched_curve_count: int
+    def __init__(self, surface: _Optional[_Union[SurfaceCounts, _Mapping]] = ..., node_count: _Optional[int] = ..., reached_count: _Optional[int] = ..., held_count: _Optional[int] = ..., fixed_count: _Optional[int] = ..., unmatched_corner_count: _Optional[int] = ..., unmatched_curve_count: _Optional[int] = ..., step_count: _Optional[int] = ..., input_off_surface: bool = ..., input_to_surface: _Optional[_Union[SurfaceDistance, _Mapping]] = ..., result_to_surface: _Optional[_Union[SurfaceDistance, _Mapping]] = ..., surface_to_result: _Optional[_Union[SurfaceDistance, _Mapping]] = ..., parts: _Optional[_Iterable[_Union[TargetPart, _Mapping]]] = ...) -> None: ...
+
 class GetJobRequest(_message.Message):
     __slots__ = ["name"]
     NAME_FIELD_NUMBER: _ClassVar[int]
@@ -363,7 +393,7 @@ class JobError(_message.Message):
     def __init__(self, code: _Optional[int] = ..., reason: _Optional[str] = ..., message: _Optional[str] = ..., metadata: _Optional[_Mapping[str, str]] = ...) -> None: ...
 
 class JobSpec(_message.Message):
-    __slots__ = ["backend_kind", "coordinate_type", "element_quality_metrics", "inline_topology", "iteration_history_included", "max_result_chunk_bytes", "node_pair_count", "options", "prescribed_node_count", "priority", "progress_interval", "quality_detail", "queue_timeout", "region", "request_id", "result_ttl", "topology_kept", "topology_name", "validate_only"]
+    __slots__ = ["backend_kind", "coordinate_type", "element_quality_metrics", "inline_topology", "iteration_history_included", "max_result_chunk_bytes", "node_pair_count", "options", "prescribed_node_count", "priority", "progress_interval", "quality_detail", "queue_timeout", "region", "request_id", "result_ttl", "surface", "topology_kept", "topology_name", "validate_only"]
     BACKEND_KIND_FIELD_NUMBER: _ClassVar[int]
     COORDINATE_TYPE_FIELD_NUMBER: _ClassVar[int]
     ELEMENT_QUALITY_METRICS_FIELD_NUMBER: _ClassVar[int]
@@ -380,6 +410,7 @@ class JobSpec(_message.Message):
     REGION_FIELD_NUMBER: _ClassVar[int]
     REQUEST_ID_FIELD_NUMBER: _ClassVar[int]
     RESULT_TTL_FIELD_NUMBER: _ClassVar[int]
+    SURFACE_FIELD_NUMBER: _ClassVar[int]
     TOPOLOGY_KEPT_FIELD_NUMBER: _ClassVar[int]
     TOPOLOGY_NAME_FIELD_NUMBER: _ClassVar[int]
     VALIDATE_ONLY_FIELD_NUMBER: _ClassVar[int]
@@ -399,10 +430,11 @@ class JobSpec(_message.Message):
     region: RegionUse
     request_id: str
     result_ttl: _duration_pb2.Duration
+    surface: SurfaceSpec
     topology_kept: bool
     topology_name: str
     validate_only: bool
-    def __init__(self, request_id: _Optional[str] = ..., inline_topology: _Optional[_Union[_mesh_pb2.TopologySpec, _Mapping]] = ..., topology_name: _Optional[str] = ..., coordinate_type: _Optional[_Union[_mesh_pb2.ScalarType, str]] = ..., options: _Optional[_Union[SmoothingOptions, _Mapping]] = ..., backend_kind: _Optional[_Union[BackendKind, str]] = ..., priority: _Optional[_Union[Priority, str]] = ..., queue_timeout: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., progress_interval: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., result_ttl: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., validate_only: bool = ..., max_result_chunk_bytes: _Optional[int] = ..., iteration_history_included: bool = ..., topology_kept: bool = ..., quality_detail: _Optional[_Union[QualityDetail, str]] = ..., element_quality_metrics: _Optional[_Iterable[_Union[QualityMetric, str]]] = ..., prescribed_node_count: _Optional[int] = ..., region: _Optional[_Union[RegionUse, _Mapping]] = ..., node_pair_count: _Optional[int] = ...) -> None: ...
+    def __init__(self, request_id: _Optional[str] = ..., inline_topology: _Optional[_Union[_mesh_pb2.TopologySpec, _Mapping]] = ..., topology_name: _Optional[str] = ..., coordinate_type: _Optional[_Union[_mesh_pb2.ScalarType, str]] = ..., options: _Optional[_Union[SmoothingOptions, _Mapping]] = ..., backend_kind: _Optional[_Union[BackendKind, str]] = ..., priority: _Optional[_Union[Priority, str]] = ..., queue_timeout: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., progress_interval: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., result_ttl: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., validate_only: bool = ..., max_result_chunk_bytes: _Optional[int] = ..., iteration_history_included: bool = ..., topology_kept: bool = ..., quality_detail: _Optional[_Union[QualityDetail, str]] = ..., element_quality_metrics: _Optional[_Iterable[_Union[QualityMetric, str]]] = ..., prescribed_node_count: _Optional[int] = ..., region: _Optional[_Union[RegionUse, _Mapping]] = ..., node_pair_count: _Optional[int] = ..., surface: _Optional[_Union[SurfaceSpec, _Mapping]] = ...) -> None: ...
 
 class KeptQuality(_message.Message):
     __slots__ = ["for_mean", "for_mean_ratio", "for_scaled_jacobian", "metric"]
@@ -771,10 +803,11 @@ class StopSending(_message.Message):
     def __init__(self) -> None: ...
 
 class Summary(_message.Message):
-    __slots__ = ["boundary_deviation", "convergence", "execution", "flat_reference_element_count", "kept_quality", "locked", "motion", "nodes", "options", "poor", "quality_after", "quality_before", "stop_reason", "timings"]
+    __slots__ = ["boundary_deviation", "convergence", "execution", "fit", "flat_reference_element_count", "kept_quality", "locked", "motion", "nodes", "options", "poor", "quality_after", "quality_before", "stop_reason", "timings"]
     BOUNDARY_DEVIATION_FIELD_NUMBER: _ClassVar[int]
     CONVERGENCE_FIELD_NUMBER: _ClassVar[int]
     EXECUTION_FIELD_NUMBER: _ClassVar[int]
+    FIT_FIELD_NUMBER: _ClassVar[int]
     FLAT_REFERENCE_ELEMENT_COUNT_FIELD_NUMBER: _ClassVar[int]
     KEPT_QUALITY_FIELD_NUMBER: _ClassVar[int]
     LOCKED_FIELD_NUMBER: _ClassVar[int]
@@ -789,6 +822,7 @@ class Summary(_message.Message):
     boundary_deviation: BoundaryDeviation
     convergence: ConvergenceStats
     execution: Execution
+    fit: FitStats
     flat_reference_element_count: int
     kept_quality: KeptQuality
     locked: LockedStats
@@ -800,7 +834,53 @@ class Summary(_message.Message):
     quality_before: QualityStats
     stop_reason: StopReason
     timings: Timings
-    def __init__(self, stop_reason: _Optional[_Union[StopReason, str]] = ..., convergence: _Optional[_Union[ConvergenceStats, _Mapping]] = ..., quality_before: _Optional[_Union[QualityStats, _Mapping]] = ..., quality_after: _Optional[_Union[QualityStats, _Mapping]] = ..., locked: _Optional[_Union[LockedStats, _Mapping]] = ..., nodes: _Optional[_Union[NodeCounts, _Mapping]] = ..., timings: _Optional[_Union[Timings, _Mapping]] = ..., execution: _Optional[_Union[Execution, _Mapping]] = ..., options: _Optional[_Union[SmoothingOptions, _Mapping]] = ..., boundary_deviation: _Optional[_Union[BoundaryDeviation, _Mapping]] = ..., flat_reference_element_count: _Optional[int] = ..., poor: _Optional[_Union[PoorElements, _Mapping]] = ..., motion: _Optional[_Union[MotionStats, _Mapping]] = ..., kept_quality: _Optional[_Union[KeptQuality, _Mapping]] = ...) -> None: ...
+    def __init__(self, stop_reason: _Optional[_Union[StopReason, str]] = ..., convergence: _Optional[_Union[ConvergenceStats, _Mapping]] = ..., quality_before: _Optional[_Union[QualityStats, _Mapping]] = ..., quality_after: _Optional[_Union[QualityStats, _Mapping]] = ..., locked: _Optional[_Union[LockedStats, _Mapping]] = ..., nodes: _Optional[_Union[NodeCounts, _Mapping]] = ..., timings: _Optional[_Union[Timings, _Mapping]] = ..., execution: _Optional[_Union[Execution, _Mapping]] = ..., options: _Optional[_Union[SmoothingOptions, _Mapping]] = ..., boundary_deviation: _Optional[_Union[BoundaryDeviation, _Mapping]] = ..., flat_reference_element_count: _Optional[int] = ..., poor: _Optional[_Union[PoorElements, _Mapping]] = ..., motion: _Optional[_Union[MotionStats, _Mapping]] = ..., kept_quality: _Optional[_Union[KeptQuality, _Mapping]] = ..., fit: _Optional[_Union[FitStats, _Mapping]] = ...) -> None: ...
+
+class SurfaceCounts(_message.Message):
+    __slots__ = ["corner_count", "curve_count", "degenerate_triangle_count", "non_manifold_edge_count", "open_edge_count", "patch_count", "triangle_count"]
+    CORNER_COUNT_FIELD_NUMBER: _ClassVar[int]
+    CURVE_COUNT_FIELD_NUMBER: _ClassVar[int]
+    DEGENERATE_TRIANGLE_COUNT_FIELD_NUMBER: _ClassVar[int]
+    NON_MANIFOLD_EDGE_COUNT_FIELD_NUMBER: _ClassVar[int]
+    OPEN_EDGE_COUNT_FIELD_NUMBER: _ClassVar[int]
+    PATCH_COUNT_FIELD_NUMBER: _ClassVar[int]
+    TRIANGLE_COUNT_FIELD_NUMBER: _ClassVar[int]
+    corner_count: int
+    curve_count: int
+    degenerate_triangle_count: int
+    non_manifold_edge_count: int
+    open_edge_count: int
+    patch_count: int
+    triangle_count: int
+    def __init__(self, triangle_count: _Optional[int] = ..., patch_count: _Optional[int] = ..., curve_count: _Optional[int] = ..., corner_count: _Optional[int] = ..., open_edge_count: _Optional[int] = ..., non_manifold_edge_count: _Optional[int] = ..., degenerate_triangle_count: _Optional[int] = ...) -> None: ...
+
+class SurfaceDistance(_message.Message):
+    __slots__ = ["largest", "mean"]
+    LARGEST_FIELD_NUMBER: _ClassVar[int]
+    MEAN_FIELD_NUMBER: _ClassVar[int]
+    largest: float
+    mean: float
+    def __init__(self, largest: _Optional[float] = ..., mean: _Optional[float] = ...) -> None: ...
+
+class SurfaceSpec(_message.Message):
+    __slots__ = ["patches_present", "point_count", "triangle_count"]
+    PATCHES_PRESENT_FIELD_NUMBER: _ClassVar[int]
+    POINT_COUNT_FIELD_NUMBER: _ClassVar[int]
+    TRIANGLE_COUNT_FIELD_NUMBER: _ClassVar[int]
+    patches_present: bool
+    point_count: int
+    triangle_count: int
+    def __init__(self, point_count: _Optional[int] = ..., triangle_count: _Optional[int] = ..., patches_present: bool = ...) -> None: ...
+
+class TargetPart(_message.Message):
+    __slots__ = ["curve", "distance", "node_count"]
+    CURVE_FIELD_NUMBER: _ClassVar[int]
+    DISTANCE_FIELD_NUMBER: _ClassVar[int]
+    NODE_COUNT_FIELD_NUMBER: _ClassVar[int]
+    curve: bool
+    distance: SurfaceDistance
+    node_count: int
+    def __init__(self, curve: bool = ..., node_count: _Optional[int] = ..., distance: _Optional[_Union[SurfaceDistance, _Mapping]] = ...) -> None: ...
 
 class Taubin(_message.Message):
     __slots__ = ["mu"]
