@@ -271,7 +271,7 @@ TEST(MirroredMeshes, KeepTheirArea) {
 }
 
 /// What guards the elements of a curved surface measures them in the order of their nodes. An open
-/// surface that is numbered alike keeps its side, which may not be that of the mended one: there
+/// surface that is numbered alike keeps its side, which may not be that of the repaired one: there
 /// the results agree to rounding.
 TEST(MirroredMeshes, OfClosedSurfacesAreGuardedLikeThoseNumberedAlike) {
   std::mt19937_64 random(3);
