@@ -69,7 +69,8 @@ def box(lower: float, upper: float) -> tuple[np.ndarray, dict[str, np.ndarray]]:
 
 def test_brings_the_boundary_onto_a_surface(server: str) -> None:
     """All nodes, corners included."""
-    result = ms.smooth(cube(5), server=server, surface=box(-0.02, 1.03))
+    with ms.Client(server) as client:
+        result = client.smooth(cube(5), surface=box(-0.02, 1.03), full=True)
     fit = result.summary.fit
     assert fit is not None
     assert (fit.reached, fit.held_count) == (1.0, 0)
@@ -94,6 +95,9 @@ def test_names_what_is_wrong_with_a_surface(server: str, wrong: str) -> None:
         points[:, 1:] = 0
     else:
         points[2, 2] = np.nan if wrong == "nan" else 1e70
-    with pytest.raises(ms.InvalidMesh, match="target surface") as caught:
-        ms.smooth(cube(3), server=server, surface=(points, cells))
+    with (
+        ms.Client(server) as client,
+        pytest.raises(ms.InvalidMesh, match="target surface") as caught,
+    ):
+        client.smooth(cube(3), surface=(points, cells))
     assert caught.value.reason == "SURFACE_INVALID"
