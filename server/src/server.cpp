@@ -134,7 +134,11 @@ void Server::start(std::function<void()> on_device_lost) {
   grpc::ServerBuilder builder;
   configure_transport(builder, engine->config(), engine->transport_bytes());
   if (!impl.config.listen.empty()) {
-    impl.listener = std::make_unique<Listener>(impl.config.listen, listener_limits(impl.config));
+    Listener::Limits limits = listener_limits(impl.config);
+    limits.unanswered_budget_bytes = [&engine = *engine] {
+      return static_cast<std::uint64_t>(engine.unanswered_budget_bytes());
+    };
+    impl.listener = std::make_unique<Listener>(impl.config.listen, limits);
     using Experimental = grpc::ServerBuilder::experimental_type;
     impl.acceptor = builder.experimental().AddExternalConnectionAcceptor(
         Experimental::ExternalConnectionType::FROM_FD, credentials);
