@@ -53,12 +53,11 @@ struct Server::Impl {
   }
 
   // Whether new calls are accepted.
-  [[nodiscard]] HttpAnswer readiness() const {
+  [[nodiscard]] HttpAnswer readiness() {
     if (device_lost) return {503, "no lane left\n"};
     if (draining) return {503, "draining\n"};
     if (running_engine == nullptr) return {503, "starting\n"};
-    if (listener && listener->port() != 0 &&
-        !port_answers(config.listen, listener->port(), !config.tls_cert.empty(), kProbeTimeout)) {
+    if (listener && listener->port() != 0 && port_watch.is_dead()) {
       return {503, "the port does not answer\n"};
     }
     return {200, "ok\n"};
@@ -80,6 +79,9 @@ struct Server::Impl {
   const SmootherFactory factory;
   std::unique_ptr<Engine> engine;
   std::unique_ptr<Listener> listener;
+  PortWatch port_watch{[this] {
+    return port_answers(config.listen, listener->port(), !config.tls_cert.empty(), kProbeTimeout);
+  }};
   std::unique_ptr<CallLimits> calls;
   std::unique_ptr<Authenticator> authenticator;
   std::unique_ptr<grpc::Service> service;
