@@ -32,7 +32,8 @@ compiled_packages() {
 write_spdx() {
   local tool=$1 version=$2 name=$3 distribution package how package_version source source_version
   local reference
-  distribution=$(. /etc/os-release && echo "$ID-$VERSION_ID")
+  # Debian unstable has no number.
+  distribution=$(. /etc/os-release && echo "$ID-${VERSION_ID:-$VERSION_CODENAME}")
   printf '%s\n' 'SPDXVersion: SPDX-2.3' 'DataLicense: CC0-1.0' 'SPDXID: SPDXRef-DOCUMENT' \
     "DocumentName: meshsmooth-$version" \
     "DocumentNamespace: https://meshsmooth.dev/spdx/$version/$name" \

@@ -1,7 +1,7 @@
 #include "element_table.hpp"
 
 #include <fmt/format.h>
-#include <CLI/Validators.hpp>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cmath>

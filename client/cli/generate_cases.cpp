@@ -1,5 +1,4 @@
-#include <CLI/Option.hpp>
-#include <CLI/Validators.hpp>
+#include <CLI/CLI.hpp>
 #include <charconv>
 #include <map>
 #include <memory>

@@ -21,13 +21,10 @@ std::string random_instance() {
   return text;
 }
 
-// What a stream holds in addition to the mesh: gRPC's flow-control window (which grows up to
-// 8 MiB, measured), the chunk just read and the one being written.
+// What a stream holds in addition to the mesh: its window, the chunk just read and the one being
+// written.
 std::int64_t bytes_of_stream(const ServerConfig& config) {
-  constexpr std::int64_t kAdaptiveWindowBytes = 8 << 20;
-  const std::int64_t window =
-      config.stream_window_bytes > 0 ? config.stream_window_bytes : kAdaptiveWindowBytes;
-  return window + 2 * std::int64_t{config.max_receive_message_bytes};
+  return Admission::window_bytes(config) + 2 * std::int64_t{config.max_receive_message_bytes};
 }
 
 // The same of one that uploads nothing.
@@ -86,6 +83,12 @@ Admission::Admission(const ServerConfig& config, const Smoother& smoother, Memor
       callers_(part_of(budget.limit(), config.max_caller_memory_share),
                "the unfinished jobs of this caller"),
       readers_(part_of(budget.limit(), kReadersShare), "the calls of this caller that attach") {}
+
+// gRPC's flow control lets it grow up to 8 MiB (measured) where it is not set.
+std::int64_t Admission::window_bytes(const ServerConfig& config) {
+  constexpr std::int64_t kAdaptiveWindowBytes = 8 << 20;
+  return config.stream_window_bytes > 0 ? config.stream_window_bytes : kAdaptiveWindowBytes;
+}
 
 std::int64_t Admission::topology_bytes(const wire::MeshLayout& layout) {
   return block_bytes(layout.elements_bytes) + block_bytes(layout.fixed_mask_bytes) +

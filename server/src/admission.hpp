@@ -61,6 +61,8 @@ class Admission {
   [[nodiscard]] Subscription subscribe(const std::shared_ptr<Job>& job, const std::string& share,
                                        const Job::Observer& observer);
 
+  /// Of a stream's reservation, for what the network delivers before it is read.
+  [[nodiscard]] static std::int64_t window_bytes(const ServerConfig& config);
   /// Of the arrays of a mesh's topology, as they are allocated.
   [[nodiscard]] static std::int64_t topology_bytes(const wire::MeshLayout& layout);
 

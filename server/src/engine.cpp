@@ -82,6 +82,12 @@ std::int64_t Engine::transport_bytes() const {
   return config_.host_memory_limit_bytes + kConnectionsBytes;
 }
 
+// gRPC took up to four times as much for a header as it has bytes. Each call that uploads has the
+// window of its stream reserved.
+std::int64_t Engine::unanswered_budget_bytes() const {
+  return kConnectionsBytes / 4 + calls_ * Admission::window_bytes(config_);
+}
+
 std::int64_t Engine::memory_ceiling_bytes() const {
   return resident_at_start_bytes_ + config_.host_memory_limit_bytes + config_.idle_pinned_bytes +
          kKeptHeapBytes + kConnectionsBytes;

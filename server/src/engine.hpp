@@ -106,6 +106,8 @@ class Engine {
   [[nodiscard]] std::int64_t memory_ceiling_bytes() const;
   /// What of it gRPC may have for connections, calls and messages.
   [[nodiscard]] std::int64_t transport_bytes() const;
+  /// What of it connections may use now that nothing has been answered to.
+  [[nodiscard]] std::int64_t unanswered_budget_bytes() const;
   [[nodiscard]] Metrics& metrics() { return metrics_; }
   [[nodiscard]] const Metrics& metrics() const { return metrics_; }
   [[nodiscard]] std::vector<std::shared_ptr<const Lane>> lanes() const { return lanes_->lanes(); }

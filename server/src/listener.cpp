@@ -90,7 +90,8 @@ Listener::Listener(const std::string& address, Limits limits, std::string settin
       setting_(std::move(setting)),
       wake_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
       open_({limits.max_connections, limits.max_connections_per_address,
-             address.starts_with(kUnix) ? 0 : limits.max_unanswered_bytes}) {
+             address.starts_with(kUnix) ? 0 : limits.max_unanswered_bytes,
+             limits.unanswered_budget_bytes}) {
   if (!address.starts_with(kUnix)) {
     listen_on_host(address);
     return;

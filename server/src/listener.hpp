@@ -39,8 +39,9 @@ class Listener {
     Clock::duration first_byte_timeout = std::chrono::seconds(20);
     /// For data that the peer does not acknowledge; 0: the system's.
     std::chrono::milliseconds unacknowledged_timeout{0};
-    /// See OpenConnections; not for Unix sockets.
+    /// See OpenConnections; neither for Unix sockets.
     std::uint64_t max_unanswered_bytes = 0;
+    std::function<std::uint64_t()> unanswered_budget_bytes = {};  // called by the listener's thread
   };
   /// Takes the descriptor of a connection, non-blocking. Called by one thread.
   using Accepted = std::function<void(int descriptor, int listener)>;

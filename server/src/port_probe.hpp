@@ -1,7 +1,10 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
+#include <functional>
 #include <string>
+#include <utility>
 
 namespace meshsmooth::server {
 
@@ -14,5 +17,24 @@ namespace meshsmooth::server {
 /// @param tls      whether it speaks TLS
 [[nodiscard]] bool port_answers(const std::string& listen, int port, bool tls,
                                 std::chrono::milliseconds timeout);
+
+/// Probes a port, and says that it is dead once two probes in a row have failed: one may fail where
+/// the machine is busy, upon which a proxy would send nobody here for seconds. Thread-safe.
+class PortWatch {
+ public:
+  explicit PortWatch(std::function<bool()> answers) : answers_(std::move(answers)) {}
+
+  [[nodiscard]] bool is_dead() {
+    if (answers_()) {
+      failed_ = 0;
+      return false;
+    }
+    return ++failed_ >= 2;
+  }
+
+ private:
+  const std::function<bool()> answers_;
+  std::atomic<int> failed_ = 0;
+};
 
 }  // namespace meshsmooth::server

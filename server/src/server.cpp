@@ -53,12 +53,11 @@ struct Server::Impl {
   }
 
   // Whether new calls are accepted.
-  [[nodiscard]] HttpAnswer readiness() const {
+  [[nodiscard]] HttpAnswer readiness() {
     if (device_lost) return {503, "no lane left\n"};
     if (draining) return {503, "draining\n"};
     if (running_engine == nullptr) return {503, "starting\n"};
-    if (listener && listener->port() != 0 &&
-        !port_answers(config.listen, listener->port(), !config.tls_cert.empty(), kProbeTimeout)) {
+    if (listener && listener->port() != 0 && port_watch.is_dead()) {
       return {503, "the port does not answer\n"};
     }
     return {200, "ok\n"};
@@ -80,6 +79,9 @@ struct Server::Impl {
   const SmootherFactory factory;
   std::unique_ptr<Engine> engine;
   std::unique_ptr<Listener> listener;
+  PortWatch port_watch{[this] {
+    return port_answers(config.listen, listener->port(), !config.tls_cert.empty(), kProbeTimeout);
+  }};
   std::unique_ptr<CallLimits> calls;
   std::unique_ptr<Authenticator> authenticator;
   std::unique_ptr<grpc::Service> service;
@@ -134,7 +136,11 @@ void Server::start(std::function<void()> on_device_lost) {
   grpc::ServerBuilder builder;
   configure_transport(builder, engine->config(), engine->transport_bytes());
   if (!impl.config.listen.empty()) {
-    impl.listener = std::make_unique<Listener>(impl.config.listen, listener_limits(impl.config));
+    Listener::Limits limits = listener_limits(impl.config);
+    limits.unanswered_budget_bytes = [&engine = *engine] {
+      return static_cast<std::uint64_t>(engine.unanswered_budget_bytes());
+    };
+    impl.listener = std::make_unique<Listener>(impl.config.listen, limits);
     using Experimental = grpc::ServerBuilder::experimental_type;
     impl.acceptor = builder.experimental().AddExternalConnectionAcceptor(
         Experimental::ExternalConnectionType::FROM_FD, credentials);

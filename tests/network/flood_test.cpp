@@ -1,5 +1,5 @@
 // Floods of HTTP/2 frames by peers that keep to no limit, and what another caller feels meanwhile:
-// through HAProxy with the configuration that we ship, and with a new gRPC without it.
+// through HAProxy and nginx with the configurations that we ship, and with a new gRPC without them.
 #include <grpcpp/version_info.h>
 #include <gtest/gtest.h>
 
@@ -92,6 +92,8 @@ std::vector<Flood> floods() {
           {"a string without end", endless_string},
           // More than gRPC has threads for connections.
           {"strings without end by many", endless_string, true, 20},
+          // None of which sends much.
+          {"strings without end by very many", endless_string, true, 80},
           {"empty data", empty_data},
           {"pings", pings},
           {"settings", settings}};
@@ -167,6 +169,7 @@ class Floods : public ::testing::Test {
   }
 
   void expect_others_served(int port);
+  void expect_others_served_behind(ProxyKind kind);
 
   ServerProgram server_;
   std::unique_ptr<Stub> stub_;
@@ -208,13 +211,22 @@ void Floods::expect_others_served(int port) {
   }
 }
 
-TEST_F(Floods, LeaveOthersServedBehindSampleConfig) {
-  if (find_program("haproxy").empty()) {
-    GTEST_SKIP() << "WARNING: haproxy is not installed (apt-get install haproxy): "
-                    "the floods through it are SKIPPED";
+void Floods::expect_others_served_behind(ProxyKind kind) {
+  const std::string program = name_of(kind);
+  if (find_program(program).empty()) {
+    GTEST_SKIP() << "WARNING: " << program << " is not installed (apt-get install " << program
+                 << "): the floods through it are SKIPPED";
   }
-  const Proxy proxy(ProxyKind::haproxy, {Proxy::Backend{server_.port(), server_.admin_port()}});
+  const Proxy proxy(kind, {Proxy::Backend{server_.port(), server_.admin_port()}});
   expect_others_served(proxy.port());
+}
+
+TEST_F(Floods, LeaveOthersServedBehindSampleConfig) {
+  expect_others_served_behind(ProxyKind::haproxy);
+}
+
+TEST_F(Floods, LeaveOthersServedBehindNginxSampleConfig) {
+  expect_others_served_behind(ProxyKind::nginx);
 }
 
 TEST_F(Floods, LeaveOthersServedWithoutProxy) {

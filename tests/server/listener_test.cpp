@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <cstdlib>
@@ -168,6 +169,23 @@ TEST_F(ListenerTest, CutsOffWhoSendsMuchWithoutAnswer) {
   EXPECT_TRUE(eventually([&] { return read_all() >= 100'000 && is_closed(flooding); }));
   EXPECT_FALSE(is_closed(other));
   EXPECT_EQ(listener_->refused_count(), 1);
+}
+
+TEST_F(ListenerTest, CutsOffWhoSendsMostWhenAllTogetherSendMuch) {
+  std::atomic<std::uint64_t> budget = 100'000;
+  start({.max_unanswered_bytes = 50'000, .unanswered_budget_bytes = [&] { return budget.load(); }});
+  std::vector<Descriptor> peers;
+  for (const std::size_t bytes : {10'000, 40'000, 20'000, 30'000}) {
+    peers.push_back(connect_to(port()));
+    send_bytes(peers.back(), bytes);
+  }
+  ASSERT_TRUE(eventually([&] { return read_all() >= 100'000; }));
+  EXPECT_FALSE(is_closed(peers[1]));
+  budget = 50'000;
+  EXPECT_TRUE(eventually([&] { return is_closed(peers[1]) && is_closed(peers[3]); }));
+  EXPECT_FALSE(is_closed(peers[0]));
+  EXPECT_FALSE(is_closed(peers[2]));
+  EXPECT_EQ(listener_->refused_count(), 2);
 }
 
 TEST_F(ListenerTest, LeavesWhoIsNotRead) {

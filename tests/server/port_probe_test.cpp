@@ -74,5 +74,19 @@ TEST(PortProbe, FailsWhereNobodyListens) {
   EXPECT_FALSE(port_answers("unix:/nowhere/socket", 0, false, 60s));
 }
 
+TEST(PortProbe, CallsAPortDeadAfterTwoFailuresInARow) {
+  bool answers = false;
+  PortWatch watch([&] { return answers; });
+  EXPECT_FALSE(watch.is_dead());
+  answers = true;
+  EXPECT_FALSE(watch.is_dead());
+  answers = false;
+  EXPECT_FALSE(watch.is_dead());
+  EXPECT_TRUE(watch.is_dead());
+  EXPECT_TRUE(watch.is_dead());
+  answers = true;
+  EXPECT_FALSE(watch.is_dead());
+}
+
 }  // namespace
 }  // namespace meshsmooth::server

@@ -174,11 +174,13 @@ v1::State state_of(Stub& stub, const std::string& name, const Metadata& metadata
   return response.job().state();
 }
 
-/// One caller with jobs that would run for hours, over two connections.
+/// One caller with jobs that would run for hours, over two connections, and streams over two
+/// others: a connection has 128 calls.
 class HoldingCaller {
  public:
   explicit HoldingCaller(const ServerProgram& server)
-      : stubs_{Stub(server.connect()), Stub(server.connect())} {
+      : stubs_{Stub(server.connect()), Stub(server.connect())},
+        attached_{Stub(server.connect()), Stub(server.connect())} {
     for (int i = 0; i < 2; ++i) {
       SmoothCall& call = calls_.emplace_back(stubs_[i], std::nullopt, kA);
       call.send(row_.spec(100'000'000, ""));
@@ -204,7 +206,7 @@ class HoldingCaller {
       authorize(context, kA);
       v1::AttachJobRequest request;
       request.set_name(names_[i % 2]);
-      readers_.push_back(stubs_[i % 2].AttachJob(&context, request));
+      readers_.push_back(attached_[i % 2].AttachJob(&context, request));
     }
   }
   ~HoldingCaller() {
@@ -218,7 +220,7 @@ class HoldingCaller {
 
  private:
   const Row row_{600'000};
-  std::array<Stub, 2> stubs_;
+  std::array<Stub, 2> stubs_, attached_;
   std::vector<std::string> names_;
   std::list<SmoothCall> calls_;
   std::list<grpc::ClientContext> contexts_;

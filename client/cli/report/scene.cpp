@@ -1,6 +1,6 @@
 #include "report/scene.hpp"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
