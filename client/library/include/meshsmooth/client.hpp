@@ -1,13 +1,16 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <stop_token>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "meshsmooth/error.hpp"
@@ -101,6 +104,9 @@ struct SmoothReport {
   /// `message`. Formatted at each call, which may take longer than a small job.
   [[nodiscard]] std::string to_json() const;
 };
+
+/// What came of one mesh of many: the report, or the exception of the call.
+using SmoothOutcome = std::variant<SmoothReport, std::exception_ptr>;
 
 /// What a server is and has.
 struct ServerInfo {
@@ -223,6 +229,21 @@ class Client {
   /// @throws ServiceError OPTION_NOT_SUPPORTED: an older server, without those metrics.
   SmoothReport smooth(Mesh& mesh, const SmoothOptions& options, const RequestOptions& request = {},
                       const JobInput& input = {});
+
+  /// Smooths many meshes in place, each as `smooth` does: it ends by its own rule, with the bits
+  /// that it has alone, and a mesh that fails does so alone, unchanged.
+  /// @param meshes the meshes, each in the order of `on_end`.
+  /// @param options of every job.
+  /// @param request of every job, without a request id; `on_progress` is called by several threads.
+  /// @param on_end called once for each mesh by the calling thread, with its index and what came of
+  ///   it, in the order of the meshes and as soon as that permits. What it throws cancels the jobs
+  ///   that are left and is rethrown.
+  /// @param max_in_flight jobs at a time, 1 or more, each with a thread.
+  /// @throws InvalidOption OPTION_MISPLACED: a request id; OPTION_OUT_OF_RANGE: `max_in_flight`.
+  void smooth_many(std::span<Mesh> meshes, const SmoothOptions& options,
+                   const RequestOptions& request,
+                   const std::function<void(std::size_t, SmoothOutcome)>& on_end,
+                   int max_in_flight = 16);
 
   /// Opens a session for many jobs on the topology of `mesh`, which is copied. Hashes it,
   /// O(elements); sends nothing yet.
