@@ -86,9 +86,9 @@ TEST(SmoothMany, RefusesOneIdForAllAndNoRoom) {
   Client client = connect(server);
   std::vector<Mesh> meshes(2, test::tet_ball());
   const auto ignore = [](std::size_t, const SmoothOutcome&) {};
-  EXPECT_THROW(client.smooth_many(meshes, {},
-                                  {.request_id = "8d2b3c5e-3c1d-4c57-9a53-bb5a5f7b4a11"}, ignore),
-               InvalidOption);
+  RequestOptions request;
+  request.request_id = "8d2b3c5e-3c1d-4c57-9a53-bb5a5f7b4a11";
+  EXPECT_THROW(client.smooth_many(meshes, {}, request, ignore), InvalidOption);
   EXPECT_THROW(client.smooth_many(meshes, {}, {}, ignore, 0), InvalidOption);
 }
 
