@@ -2,39 +2,21 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <random>
-
+#include "core/fit_cases.hpp"
 #include "core/smoothing.hpp"
 #include "meshsmooth/error.hpp"
 #include "meshsmooth/surface_of.hpp"
-#include "support/cells.hpp"
-#include "support/fit_surfaces.hpp"
 #include "support/second_order.hpp"
 
 namespace meshsmooth {
 namespace {
 
+using test::box_mesh;
 using test::box_surface;
 using test::Job;
+using test::on;
 using test::points;
-
-JobInput on(const SurfaceMesh& surface) {
-  JobInput input;
-  input.surface = &surface;
-  return input;
-}
-SmoothOptions sliding() { return {.method = Optimize{}, .boundary = BoundaryPolicy::slide}; }
-
-/// Hexahedra of the cube from `lower` to `upper`, along each axis.
-Mesh box_mesh(ElementType type, int n, double lower, double upper) {
-  Mesh mesh = test::lattice(type, n);
-  for (Vec3d& p : points(mesh)) {
-    const auto to = [=](double x) { return lower + (upper - lower) * x / n; };
-    p = {to(p.x), to(p.y), to(p.z)};
-  }
-  return mesh;
-}
+using test::sliding;
 
 void expect_valid(const SmoothSummary& summary) {
   EXPECT_EQ(summary.quality_after.inverted_count, 0);
@@ -78,15 +60,8 @@ TEST_P(FitOfType, GivesABoxItsCornersEdgesAndSides) {
 }
 
 TEST(Fit, KeepsTheConcaveEdgeOfAnLShape) {
-  const int n = 3;
   const SurfaceMesh surface = test::l_surface(4);
-  const test::Cells cells(ElementType::hexahedron, 2 * n, [=](int x, int, int z) {
-    return x >= n && z >= n ? test::Cells::kNone : 0;
-  });
-  Mesh mesh = cells.mesh();
-  mesh.regions.clear();
-  for (Vec3d& p : points(mesh)) p = (0.5 / n) * p + Vec3d{0.02, -0.03, 0.01};
-  const Job job = test::smooth(mesh, sliding(), on(surface));
+  const Job job = test::smooth(test::l_mesh(3), sliding(), on(surface));
   expect_valid(job.summary);
   expect_all_reached(job.summary);
   EXPECT_EQ(job.summary.fit->surface.corners, 12);
@@ -109,11 +84,7 @@ TEST(Fit, BringsAVoxelCubeOntoASphere) {
 
 TEST(Fit, SlidesNodesThatLieOnTheSurface) {
   const SurfaceMesh surface = box_surface(2, {1, 1, 1});
-  const test::Cells cells(ElementType::hexahedron, 4, [](int, int, int) { return 0; });
-  Mesh mesh = cells.thrown(0.3, 3);
-  mesh.regions.clear();
-  for (Vec3d& p : points(mesh)) p = 0.25 * p;
-  const Job job = test::smooth(mesh, sliding(), on(surface));
+  const Job job = test::smooth(test::thrown_box_mesh(), sliding(), on(surface));
   expect_valid(job.summary);
   expect_all_reached(job.summary);
   EXPECT_FALSE(job.summary.fit->input_off_surface);
@@ -130,8 +101,7 @@ TEST(Fit, TakesASurfaceThatIsInsideOut) {
 }
 
 TEST(Fit, StaysValidOnASurfaceWithAHole) {
-  SurfaceMesh surface = test::sphere_surface(12, 1);
-  std::erase_if(surface.triangles, [&](const auto& t) { return surface.points[t[0]].z > 0.8; });
+  const SurfaceMesh surface = test::sphere_with_hole();
   SmoothOptions options = sliding();
   options.max_iterations = 30;
   const Job job =
@@ -140,12 +110,8 @@ TEST(Fit, StaysValidOnASurfaceWithAHole) {
   EXPECT_GT(job.summary.fit->surface.open_edges, 0);
 }
 
-/// As a scan may be: every edge is a crease, and every triangle a patch.
 TEST(Fit, StaysValidOnAFoldedSurface) {
-  SurfaceMesh surface = box_surface(16, {1, 1, 1});
-  std::mt19937_64 random(3);
-  std::uniform_real_distribution<double> at(-0.2, 0.2);
-  for (Vec3d& p : surface.points) p = p + Vec3d{at(random), at(random), at(random)};
+  const SurfaceMesh surface = test::folded_surface();
   const Job job =
       test::smooth(box_mesh(ElementType::hexahedron, 6, 0.03, 0.95), sliding(), on(surface));
   expect_valid(job.summary);
@@ -193,18 +159,11 @@ std::vector<bool> valid_elements(const Mesh& mesh) {
   return valid;
 }
 
-/// Fixed nodes hold an element turned over, so that the mesh stays tangled.
 TEST(Fit, InvertsNoElementThatWasValidWhereOthersStayInverted) {
   const SurfaceMesh surface = box_surface(3, {1, 1, 1});
   for (const ElementType type : {ElementType::hexahedron, ElementType::tetrahedron}) {
     for (unsigned seed = 1; seed <= 4; ++seed) {
-      Mesh mesh = test::noisy(box_mesh(type, 5, 0.03, 0.95), 0.1, seed);
-      mesh.fixed.assign(mesh.node_count(), 0);
-      const auto nodes = mesh.blocks[0].nodes;
-      const std::size_t first = nodes.size() / 2 / 8 * 8;
-      for (std::size_t k = 0; k < 8; ++k) mesh.fixed[std::size_t(nodes[first + k])] = 1;
-      std::swap(points(mesh)[std::size_t(nodes[first])],
-                points(mesh)[std::size_t(nodes[first + 2])]);
+      const Mesh mesh = test::tangled_box_mesh(type, seed);
       const Job job = test::smooth(mesh, sliding(), on(surface));
       const std::vector<bool> before = valid_elements(mesh), after = valid_elements(job.mesh);
       ASSERT_GT(job.summary.quality_after.inverted_count, 0);

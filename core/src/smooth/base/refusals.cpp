@@ -135,15 +135,8 @@ void refuse_flat_reference(std::int64_t flat_count, std::size_t element_count) {
                         "nodes in the same order, in positions that are valid");
 }
 
-void refuse_surface_on(const TopologyView& topology, const JobInput& input,
-                       std::string_view backend) {
+void refuse_surface_on(const TopologyView& topology, const JobInput& input) {
   if (input.surface == nullptr) return;
-  if (backend != "cpu") {
-    throw NotSupported(
-        "OPTION_NOT_SUPPORTED",
-        "a target surface is supported by the backend cpu only, this is " + std::string(backend),
-        {{"field", "surface"}});
-  }
   for (const ElementBlockView& block : topology.blocks) {
     const ElementShape& shape = element_shape(block.type);
     const bool second_order =

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <string_view>
-
 #include "meshsmooth/mesh.hpp"
 #include "meshsmooth/options.hpp"
 #include "meshsmooth/quality.hpp"
@@ -26,9 +24,8 @@ void refuse_tangled_reference(const QualityStats& quality);
 [[noreturn]] void refuse_moving_surface();
 
 /// Throws NotSupported (OPTION_NOT_SUPPORTED) for a target surface unless all elements are volume
-/// elements of first order, and the backend is the CPU's: the others have not been tested with one.
-void refuse_surface_on(const TopologyView& topology, const JobInput& input,
-                       std::string_view backend);
+/// elements of first order.
+void refuse_surface_on(const TopologyView& topology, const JobInput& input);
 
 /// Throws InvalidMesh (SURFACE_INVALID) for a mesh whose distances from a surface may be infinite.
 void refuse_beyond_surfaces(Vec3d lower, Vec3d upper);

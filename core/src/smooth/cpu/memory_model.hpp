@@ -50,7 +50,7 @@ namespace meshsmooth::detail {
   MemoryPlan memory;
   memory.kept = n * (mesh.position_bytes + 4) +  // positions, caller's ids
                 element_bytes(mesh) + constraint_bytes(mesh, plan) + fit_bytes(size) +
-                target_bytes(mesh, plan);
+                fit_host_bytes(size) + target_bytes(mesh, plan);
   memory.beside = (1 + thread_count) * (std::int64_t{192} << 10);
   using S = JobStage;
   memory[S::order_nodes] = n * 4 + renumbering_bytes(mesh);

@@ -8,6 +8,7 @@
 #include "smooth/cuda/topology/colouring.cuh"
 #include "smooth/cuda/topology/prepare.cuh"
 #include "smooth/energy/find_targets.hpp"
+#include "smooth/fit/fit_bytes.hpp"
 #include "smooth/guard/keep_quality.hpp"
 #include "smooth/optimize/recount_poor.hpp"
 #include "smooth/pipeline/iterate.hpp"
@@ -81,8 +82,8 @@ namespace meshsmooth::detail {
   const std::int64_t mask = surface || plan.options.boundary == BoundaryPolicy::slide ? n : 0;
 
   MemoryPlan memory;
-  memory.kept =
-      job_bytes(mesh) + (surface ? 1 : 2) * constraint_bytes(mesh, plan) + target_bytes(mesh, plan);
+  memory.kept = job_bytes(mesh) + (surface ? 1 : 2) * constraint_bytes(mesh, plan) +
+                fit_bytes(size) + target_bytes(mesh, plan);
   memory.beside = batch_bytes(blocks) + (std::int64_t{128} << 10);
   memory[S::order_nodes] = order_bytes(n);
   memory[S::find_neighbours] = ball_plan.slotted

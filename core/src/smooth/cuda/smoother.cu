@@ -38,7 +38,7 @@ class CudaSmoother final : public Smoother {
 
   [[nodiscard]] MemoryEstimate estimate(const MeshSize& size,
                                         const SmoothOptions& options) const override {
-    return {CudaEvaluator::host_bytes(count_mesh(size), options),
+    return {CudaEvaluator::host_bytes(count_mesh(size), options) + fit_host_bytes(size),
             plan_device_memory(plan_job(options), size, lane_.limits()).peak()};
   }
 

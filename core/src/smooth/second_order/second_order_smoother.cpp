@@ -77,7 +77,7 @@ class SecondOrderSmoother final : public ForwardingSmoother {
   using Smoother::smooth;
   SmoothSummary smooth(const TopologyView& topology, const JobPositions& positions,
                        const SmoothOptions& options, const JobControl& control) override {
-    refuse_surface_on(topology, positions.input, backend());
+    refuse_surface_on(topology, positions.input);
     if (!is_second_order(topology)) return inner().smooth(topology, positions, options, control);
     validate(options, positions.input);
     run_in(arena_, [&] {
@@ -91,7 +91,7 @@ class SecondOrderSmoother final : public ForwardingSmoother {
 
   SmoothSummary smooth(const PreparedTopology& prepared, const JobPositions& positions,
                        const SmoothOptions& options, const JobControl& control) override {
-    refuse_surface_on(prepared.topology, positions.input, backend());
+    refuse_surface_on(prepared.topology, positions.input);
     const auto* own = dynamic_cast<const PreparedSecondOrder*>(&prepared);
     if (own == nullptr) return inner().smooth(prepared, positions, options, control);
     validate(options, positions.input);
