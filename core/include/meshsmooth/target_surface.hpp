@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -56,9 +57,11 @@ class TargetSurface {
   ///
   /// @param feature_angle  in degrees, [1, 90]
   /// @param bends          edges that are no features, as `trees` numbers points
+  /// @param check          called about every millisecond; what it throws ends the constructor
   /// @throws InvalidMesh SURFACE_INVALID: no triangle has an area; as `validate_surface`
   explicit TargetSurface(const SurfaceMesh& mesh, double feature_angle = 30,
-                         std::span<const std::array<std::int32_t, 2>> bends = {});
+                         std::span<const std::array<std::int32_t, 2>> bends = {},
+                         const std::function<void()>& check = {});
   ~TargetSurface();
   TargetSurface(const TargetSurface&) = delete;
   TargetSurface& operator=(const TargetSurface&) = delete;

@@ -52,7 +52,7 @@ class Assigner {
   }
 
  private:
-  static constexpr std::size_t kChecked = 1000;  // searches between two checks
+  static constexpr std::size_t kChecked = 100;  // searches between two checks
 
   /// Numbers the facets that are connected across edges in no path.
   void find_parts() {
@@ -78,14 +78,11 @@ class Assigner {
 
   template <class Visit>
   void visit_neighbours(std::int32_t facet, const Visit& visit) const {
-    for (const std::int32_t n : boundary_.facets()[std::size_t(facet)]) {
-      if (n < 0) continue;
-      for (const std::int32_t e : boundary_.edges_at(n)) {
-        const BoundaryEdge& edge = boundary_.edges()[std::size_t(e)];
-        if (paths_.on_path[std::size_t(e)] != 0 || edge.facets[1] < 0) continue;
-        if (edge.facets[0] == facet) visit(edge.facets[1]);
-        if (edge.facets[1] == facet) visit(edge.facets[0]);
-      }
+    for (const std::int32_t e : boundary_.edges_of(facet)) {
+      if (e < 0 || paths_.on_path[std::size_t(e)] != 0) continue;
+      const BoundaryEdge& edge = boundary_.edges()[std::size_t(e)];
+      if (edge.facets[1] < 0) continue;
+      visit(edge.facets[edge.facets[0] == facet ? 1 : 0]);
     }
   }
 

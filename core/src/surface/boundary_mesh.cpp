@@ -14,9 +14,10 @@ namespace {
 }  // namespace
 
 BoundaryMesh::BoundaryMesh(std::vector<Vec3d> points, std::vector<BoundaryFacet> facets,
-                           double feature_angle)
+                           double feature_angle, const std::function<void()>& check)
     : points_(std::move(points)), facets_(std::move(facets)) {
-  find_edges(feature_angle);
+  Checkpoint checkpoint(check);
+  find_edges(feature_angle, checkpoint);
   first_.assign(node_count() + 1, 0);
   for (const BoundaryEdge& edge : edges_) {
     for (const std::int32_t n : edge.nodes) ++first_[std::size_t(n) + 1];
@@ -26,6 +27,7 @@ BoundaryMesh::BoundaryMesh(std::vector<Vec3d> points, std::vector<BoundaryFacet>
   sizes_.assign(node_count(), 0);
   std::vector<std::size_t> next = first_;
   for (std::size_t e = 0; e < edges_.size(); ++e) {
+    checkpoint();
     for (const std::int32_t n : edges_[e].nodes) {
       edge_ids_[next[std::size_t(n)]++] = static_cast<std::int32_t>(e);
       sizes_[std::size_t(n)] += edges_[e].length;
@@ -36,28 +38,38 @@ BoundaryMesh::BoundaryMesh(std::vector<Vec3d> points, std::vector<BoundaryFacet>
   }
 }
 
-void BoundaryMesh::find_edges(double feature_angle) {
+void BoundaryMesh::find_edges(double feature_angle, Checkpoint& checkpoint) {
   struct Use {
     std::int32_t low, high, facet;
+    std::uint8_t side;  // of the facet
     bool forward;
   };
   std::vector<Use> uses;
   std::vector<Vec3d> normals(facets_.size());
   for (std::size_t f = 0; f < facets_.size(); ++f) {
+    checkpoint();
     normals[f] = normal(facets_[f]);
     const std::size_t count = corner_count(facets_[f]);
     for (std::size_t k = 0; k < count; ++k) {
       const std::int32_t a = facets_[f][k], b = facets_[f][(k + 1) % count];
-      uses.push_back({std::min(a, b), std::max(a, b), static_cast<std::int32_t>(f), a < b});
+      uses.push_back({std::min(a, b), std::max(a, b), static_cast<std::int32_t>(f),
+                      static_cast<std::uint8_t>(k), a < b});
     }
   }
   const auto key = [](const Use& use) { return std::tuple(use.low, use.high, use.facet); };
-  std::ranges::sort(uses, {}, key);
+  std::ranges::sort(uses, [&](const Use& a, const Use& b) {
+    checkpoint();
+    return key(a) < key(b);
+  });
+  edges_of_.assign(facets_.size(), {-1, -1, -1, -1});
   const double straight = std::cos(feature_angle * std::numbers::pi / 180);
   for (std::size_t n = 0, last = 0; n < uses.size(); n = last) {
     while (last < uses.size() && uses[last].low == uses[n].low && uses[last].high == uses[n].high) {
+      edges_of_[std::size_t(uses[last].facet)][uses[last].side] =
+          static_cast<std::int32_t>(edges_.size());
       ++last;
     }
+    checkpoint();
     BoundaryEdge edge{{uses[n].low, uses[n].high}, {uses[n].facet, -1}, 0, true};
     edge.length = norm(points_[std::size_t(edge.nodes[1])] - points_[std::size_t(edge.nodes[0])]);
     if (last == n + 2) {

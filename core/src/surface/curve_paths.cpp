@@ -8,6 +8,8 @@
 #include <tuple>
 #include <utility>
 
+#include "surface/node_tree.hpp"
+
 namespace meshsmooth::detail {
 namespace {
 
@@ -15,11 +17,14 @@ class PathFinder {
  public:
   PathFinder(const BoundaryMesh& boundary, const SurfaceTrees& surface,
              const std::function<void()>& check)
-      : boundary_(boundary), surface_(surface), view_(surface.view()), check_(check) {
+      : boundary_(boundary),
+        surface_(surface),
+        view_(surface.view()),
+        check_(check),
+        tree_(boundary, check),
+        most_steps_(kStepsPerNode * boundary.node_count() +
+                    kStepsPerCurve * surface.features().curves.size()) {
     const std::size_t n = boundary.node_count();
-    for (std::size_t id = 0; id < n; ++id) {
-      creases_.push_back(boundary.crease_count(static_cast<std::int32_t>(id)));
-    }
     in_own_path_.assign(n, 0);
     paths_.corner_of.assign(n, -1);
     paths_.curve_of.assign(n, -1);
@@ -53,6 +58,12 @@ class PathFinder {
 
  private:
   static constexpr double kSharp = 60;  // degrees from which a crease is a feature in any case
+  static constexpr std::size_t kChecked = 100;  // searches between two checks
+  // Steps of Dijkstra's algorithm along edges. Paths near their curves take 8 to 15 for each of
+  // their own, at most some hundred (HexOpt's CAD4, impeller, bunny), 1 to 10 for each node of the
+  // boundary; one that does not exist would visit the whole boundary, for each of many curves.
+  static constexpr std::size_t kStepsPerNode = 50, kStepsPerCurve = 500;  // all paths
+  static constexpr std::size_t kStepsPerEdge = 100, kLeastSteps = 4000;   // of one path
 
   [[nodiscard]] Vec3d node(std::int32_t n) const { return boundary_.points()[std::size_t(n)]; }
   [[nodiscard]] Vec3d point(std::int32_t p) const { return surface_.points()[std::size_t(p)]; }
@@ -64,19 +75,6 @@ class PathFinder {
     return sum;
   }
 
-  /// How unlikely a node is to be at a feature of the surface at which so many curves meet: by its
-  /// distance, in edge lengths, less where the boundary has creases of its own.
-  [[nodiscard]] double mismatch(std::int32_t n, Vec3d at, bool corner) const {
-    const int creases = creases_[std::size_t(n)];
-    const bool like = corner ? creases > 2 || creases == 1 : creases > 0;
-    const double size = boundary_.size_at(n);
-    return (norm(node(n) - at) + 1e-9 * size) *
-           (like          ? 0.3
-            : creases > 0 ? 0.6
-                          : 1) /
-           std::max(size, 1e-300);
-  }
-
   /// Greedy, by the mismatch of each corner with its likeliest nodes.
   void match_corners() {
     constexpr std::size_t kCandidates = 8;
@@ -86,17 +84,12 @@ class PathFinder {
       std::int32_t corner, node;
     };
     std::vector<Pair> pairs;
-    std::vector<Pair> own(boundary_.node_count());
     for (std::size_t c = 0; c < corners.size(); ++c) {
-      check_();
-      for (std::size_t n = 0; n < own.size(); ++n) {
-        const auto id = static_cast<std::int32_t>(n);
-        own[n] = {mismatch(id, point(corners[c]), true), static_cast<std::int32_t>(c), id};
+      if (c % kChecked == 0) check_();
+      for (const Match& match : tree_.likeliest(point(corners[c]), true, kCandidates,
+                                                [](std::int32_t) { return true; })) {
+        pairs.push_back({match.mismatch, static_cast<std::int32_t>(c), match.node});
       }
-      const std::size_t few = std::min(kCandidates, own.size());
-      const auto key = [](const Pair& pair) { return std::tuple(pair.mismatch, pair.node); };
-      std::ranges::partial_sort(own, own.begin() + static_cast<std::ptrdiff_t>(few), {}, key);
-      pairs.insert(pairs.end(), own.begin(), own.begin() + static_cast<std::ptrdiff_t>(few));
     }
     std::ranges::sort(pairs, {}, [](const Pair& pair) {
       return std::tuple(pair.mismatch, pair.corner, pair.node);
@@ -112,6 +105,11 @@ class PathFinder {
     paths_.unmatched_corners = std::ranges::count(node_of_corner_, -1);
   }
 
+  /// Nodes along edges, one more than these.
+  struct Path {
+    std::vector<std::int32_t> nodes, edges;
+  };
+
   bool match(std::int32_t curve, const SurfaceCurve& shape) {
     std::vector<std::int32_t> stops;
     if (shape.ends[0] >= 0 && shape.ends[0] != shape.ends[1]) {
@@ -122,14 +120,15 @@ class PathFinder {
       stops = stops_of_loop(shape);
     }
     if (stops.size() < 2 || std::ranges::count(stops, -1) > 0) return false;
-    std::vector<std::int32_t> path{stops[0]};
+    Path path{{stops[0]}, {}};
     in_own_path_[std::size_t(stops[0])] = 1;
+    const double curve_length = length(shape);
     bool whole = true;
     for (std::size_t n = 0; n + 1 < stops.size() && whole; ++n) {
-      whole = append_path(curve, stops[n + 1], stops, path);
+      whole = append_path(curve, curve_length, stops[n + 1], stops, path);
     }
-    for (const std::int32_t n : path) in_own_path_[std::size_t(n)] = 0;
-    if (!whole || !follows(path, curve, shape.angle < kSharp)) return false;
+    for (const std::int32_t n : path.nodes) in_own_path_[std::size_t(n)] = 0;
+    if (!whole || !follows(path.nodes, curve, shape.angle < kSharp)) return false;
     take(curve, path);
     return true;
   }
@@ -138,7 +137,9 @@ class PathFinder {
   [[nodiscard]] bool follows(const std::vector<std::int32_t>& path, std::int32_t curve,
                              bool bend) const {
     const double most = bend ? 0.25 : 1.0;  // of the edges there
+    std::size_t measured = 0;
     return std::ranges::all_of(path, [&](std::int32_t n) {
+      if (++measured % kChecked == 0) check_();
       const double off =
           std::sqrt(closest_in_tree(view_, view_.all_patches(), node(n)).closest.squared);
       return distance(curve, node(n)) <= 1.5 * off + most * boundary_.size_at(n);
@@ -168,17 +169,10 @@ class PathFinder {
   }
 
   [[nodiscard]] std::int32_t nearest_free(Vec3d at, const std::vector<std::int32_t>& not_of) const {
-    std::int32_t nearest = -1;
-    double least = HUGE_VAL;
-    for (std::size_t n = 0; n < boundary_.node_count(); ++n) {
-      const auto id = static_cast<std::int32_t>(n);
-      if (!is_free(id) || std::ranges::count(not_of, id) > 0) continue;
-      const double found = mismatch(id, at, false);
-      if (!(found < least)) continue;
-      least = found;
-      nearest = id;
-    }
-    return nearest;
+    const auto found = tree_.likeliest(at, false, 1, [&](std::int32_t n) {
+      return is_free(n) && std::ranges::count(not_of, n) == 0;
+    });
+    return found.empty() ? -1 : found.front().node;
   }
 
   /// The cheaper an edge, the nearer it is to the curve; creases are cheaper than others.
@@ -194,12 +188,21 @@ class PathFinder {
     return std::sqrt(closest_in_tree(view_, view_.patch_count + curve, p).closest.squared);
   }
 
+  /// How many steps a path from there along the curve may take.
+  [[nodiscard]] std::size_t steps_from(std::int32_t start, double curve_length) const {
+    const double edges = curve_length / std::max(boundary_.size_at(start), 1e-300);
+    const double most = std::min(kStepsPerEdge * edges, static_cast<double>(most_steps_));
+    return std::min(most_steps_, kLeastSteps + static_cast<std::size_t>(most));
+  }
+
   /// Dijkstra's algorithm from the end of the path, not through other stops.
-  bool append_path(std::int32_t curve, std::int32_t to, const std::vector<std::int32_t>& stops,
-                   std::vector<std::int32_t>& path) {
+  bool append_path(std::int32_t curve, double curve_length, std::int32_t to,
+                   const std::vector<std::int32_t>& stops, Path& path) {
     using Entry = std::pair<double, std::int32_t>;
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
-    const std::int32_t start = path.back();
+    const std::int32_t start = path.nodes.back();
+    const std::size_t most = steps_from(start, curve_length);
+    std::size_t steps = 0;
     ++round_;
     const auto reach = [&](std::int32_t n, double at_cost, std::int32_t edge) {
       const auto id = std::size_t(n);
@@ -210,12 +213,14 @@ class PathFinder {
       queue.push({at_cost, n});
     };
     reach(start, 0, -1);
-    while (!queue.empty()) {
+    while (!queue.empty() && steps < most) {
       const auto [at_cost, at] = queue.top();
       queue.pop();
       if (at == to) break;
       if (at_cost > cost_[std::size_t(at)]) continue;
       for (const std::int32_t e : boundary_.edges_at(at)) {
+        if (++steps % kChecked == 0) check_();
+        if (steps > most) break;
         if (paths_.on_path[std::size_t(e)] != 0) continue;
         const std::int32_t n = boundary_.other_end(e, at);
         const bool inside =
@@ -224,26 +229,28 @@ class PathFinder {
         reach(n, at_cost + cost(curve, e, distance(curve, node(n))), e);
       }
     }
+    most_steps_ -= std::min(steps, most_steps_);
     if (visit_[std::size_t(to)] != round_ || from_[std::size_t(to)] < 0) return false;
-    std::vector<std::int32_t> back;
-    for (std::int32_t n = to; n != start; n = boundary_.other_end(from_[std::size_t(n)], n)) {
-      back.push_back(n);
+    const std::size_t old = path.nodes.size();
+    for (std::int32_t n = to; n != start; n = boundary_.other_end(path.edges.back(), n)) {
+      path.nodes.push_back(n);
+      path.edges.push_back(from_[std::size_t(n)]);
+      in_own_path_[std::size_t(n)] = 1;
     }
-    for (const std::int32_t n : back) in_own_path_[std::size_t(n)] = 1;
-    path.insert(path.end(), back.rbegin(), back.rend());
+    std::reverse(path.nodes.begin() + static_cast<std::ptrdiff_t>(old), path.nodes.end());
+    std::reverse(path.edges.begin() + static_cast<std::ptrdiff_t>(old - 1), path.edges.end());
     return true;
   }
 
-  void take(std::int32_t curve, const std::vector<std::int32_t>& path) {
-    const bool closed = path.front() == path.back();
-    for (std::size_t n = 0; n + 1 < path.size(); ++n) {
-      for (const std::int32_t e : boundary_.edges_at(path[n])) {
-        if (boundary_.other_end(e, path[n]) == path[n + 1]) paths_.on_path[std::size_t(e)] = 1;
-      }
-      const auto id = std::size_t(path[n]);
+  void take(std::int32_t curve, const Path& path) {
+    const std::vector<std::int32_t>& nodes = path.nodes;
+    const bool closed = nodes.front() == nodes.back();
+    for (const std::int32_t e : path.edges) paths_.on_path[std::size_t(e)] = 1;
+    for (std::size_t n = 0; n + 1 < nodes.size(); ++n) {
+      const auto id = std::size_t(nodes[n]);
       if (paths_.corner_of[id] >= 0 || (n == 0 && !closed)) continue;
       paths_.curve_of[id] = curve;
-      paths_.next[id] = {n == 0 ? path[path.size() - 2] : path[n - 1], path[n + 1]};
+      paths_.next[id] = {n == 0 ? nodes[nodes.size() - 2] : nodes[n - 1], nodes[n + 1]};
     }
   }
 
@@ -252,7 +259,8 @@ class PathFinder {
   SurfaceView view_;
   const std::function<void()>& check_;
   CurvePaths paths_;
-  std::vector<int> creases_;               // by node: how many end there
+  NodeTree tree_;
+  std::size_t most_steps_;                 // that are left
   std::vector<std::uint8_t> in_own_path_;  // by node: in the path that is being found
   std::vector<std::int32_t> node_of_corner_;
   std::vector<double> cost_;  // by node, in the round in which it was visited

@@ -52,11 +52,12 @@ class Sets {
 class Finder {
  public:
   Finder(const SurfaceMesh& mesh, double feature_angle, std::span<const Edge> bends,
-         SurfaceCounts& counts)
+         SurfaceCounts& counts, Checkpoint& checkpoint)
       : mesh_(mesh),
         angle_(feature_angle),
         bends_(bends.begin(), bends.end()),
         counts_(counts),
+        checkpoint_(checkpoint),
         sets_(mesh.triangles.size()) {}
 
   [[nodiscard]] SurfaceFeatures find() {
@@ -87,7 +88,8 @@ class Finder {
         uses_.push_back({sorted(a, b), static_cast<std::int32_t>(t), a < b});
       }
     }
-    std::ranges::sort(uses_, [](const EdgeUse& a, const EdgeUse& b) {
+    std::ranges::sort(uses_, [&](const EdgeUse& a, const EdgeUse& b) {
+      checkpoint_();
       return a.edge != b.edge ? a.edge < b.edge : a.triangle < b.triangle;
     });
   }
@@ -98,6 +100,7 @@ class Finder {
     for (auto first = uses_.begin(); first != uses_.end();) {
       const auto last = std::find_if(first, uses_.end(),
                                      [&](const EdgeUse& use) { return use.edge != first->edge; });
+      checkpoint_();
       visit(std::span(first, last));
       first = last;
     }
@@ -120,8 +123,10 @@ class Finder {
     for (std::size_t t = 0; t < normals_.size(); ++t) {
       if (!(own[t] == Vec3d{0, 0, 0})) continue;
       const Edge longest = longest_edge(t);
+      checkpoint_();
+      int seen = 0;  // of many triangles at one edge any will do
       for (auto use = std::ranges::lower_bound(uses_, longest, {}, &EdgeUse::edge);
-           use != uses_.end() && use->edge == longest; ++use) {
+           use != uses_.end() && use->edge == longest && seen < 8; ++use, ++seen) {
         if (std::size_t(use->triangle) != t) normals_[t] = own[std::size_t(use->triangle)];
       }
     }
@@ -259,6 +264,7 @@ class Finder {
   double angle_;
   std::set<Edge> bends_;
   SurfaceCounts& counts_;
+  Checkpoint& checkpoint_;
   std::vector<EdgeUse> uses_;
   std::vector<Vec3d> normals_;
   std::map<Edge, double> features_;                    // with their angles, in degrees
@@ -271,8 +277,8 @@ class Finder {
 
 SurfaceFeatures find_features(const SurfaceMesh& mesh, double feature_angle,
                               std::span<const std::array<std::int32_t, 2>> bends,
-                              SurfaceCounts& counts) {
-  return Finder(mesh, feature_angle, bends, counts).find();
+                              SurfaceCounts& counts, Checkpoint& checkpoint) {
+  return Finder(mesh, feature_angle, bends, counts, checkpoint).find();
 }
 
 }  // namespace meshsmooth::detail

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "meshsmooth/target_surface.hpp"
+#include "surface/checkpoint.hpp"
 
 namespace meshsmooth::detail {
 
@@ -32,6 +33,6 @@ struct SurfaceFeatures {
 /// gives  `counts` of the parts and of unusual edges
 [[nodiscard]] SurfaceFeatures find_features(const SurfaceMesh& mesh, double feature_angle,
                                             std::span<const std::array<std::int32_t, 2>> bends,
-                                            SurfaceCounts& counts);
+                                            SurfaceCounts& counts, Checkpoint& checkpoint);
 
 }  // namespace meshsmooth::detail

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "surface/checkpoint.hpp"
 #include "surface/features.hpp"
 #include "surface/surface_view.hpp"
 
@@ -12,7 +13,7 @@ namespace meshsmooth::detail {
 class SurfaceTrees {
  public:
   SurfaceTrees(std::vector<Vec3d> points, const std::vector<std::array<std::int32_t, 3>>& triangles,
-               SurfaceFeatures features);
+               SurfaceFeatures features, Checkpoint& checkpoint);
 
   [[nodiscard]] SurfaceView view() const;
   [[nodiscard]] const SurfaceFeatures& features() const { return features_; }
@@ -24,8 +25,8 @@ class SurfaceTrees {
 
  private:
   /// Appends a tree of the items from `first` on.
-  void add_tree(std::size_t first);
-  void add_boxes(std::size_t first, std::size_t last);
+  void add_tree(std::size_t first, Checkpoint& checkpoint);
+  void add_boxes(std::size_t first, std::size_t last, Checkpoint& checkpoint);
 
   SurfaceFeatures features_;
   std::vector<Vec3d> points_;

@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "meshsmooth/error.hpp"
+#include "surface/checkpoint.hpp"
 #include "surface/surface_trees.hpp"
 
 namespace meshsmooth {
@@ -48,14 +49,17 @@ void validate_surface(const SurfaceMesh& mesh) {
 namespace {
 
 /// The points that something refers to, without repetitions; without triangles of fewer than three.
-SurfaceMesh weld(const SurfaceMesh& mesh, std::int64_t& dropped) {
+SurfaceMesh weld(const SurfaceMesh& mesh, std::int64_t& dropped, detail::Checkpoint& checkpoint) {
   const auto key = [&](std::int32_t p) {
     const Vec3d& at = mesh.points[std::size_t(p)];
     return std::tuple(at.x, at.y, at.z, p);
   };
   std::vector<std::int32_t> order(mesh.points.size());
   std::iota(order.begin(), order.end(), 0);
-  std::ranges::sort(order, {}, key);
+  std::ranges::sort(order, [&](std::int32_t a, std::int32_t b) {
+    checkpoint();
+    return key(a) < key(b);
+  });
   std::vector<std::int32_t> first(mesh.points.size());  // with the same coordinates
   for (std::size_t n = 0; n < order.size(); ++n) {
     const auto own = std::size_t(order[n]);
@@ -76,6 +80,7 @@ SurfaceMesh weld(const SurfaceMesh& mesh, std::int64_t& dropped) {
   }
   const auto to = [&](std::int32_t p) { return number[std::size_t(first[std::size_t(p)])]; };
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    checkpoint();
     const auto& c = mesh.triangles[t];
     const std::array<std::int32_t, 3> own{to(c[0]), to(c[1]), to(c[2])};
     if (own[0] == own[1] || own[1] == own[2] || own[2] == own[0]) {
@@ -95,16 +100,19 @@ SurfaceMesh weld(const SurfaceMesh& mesh, std::int64_t& dropped) {
 }  // namespace
 
 TargetSurface::TargetSurface(const SurfaceMesh& mesh, double feature_angle,
-                             std::span<const std::array<std::int32_t, 2>> bends) {
+                             std::span<const std::array<std::int32_t, 2>> bends,
+                             const std::function<void()>& check) {
   validate_surface(mesh);
+  detail::Checkpoint checkpoint(check);
   std::int64_t dropped = 0;
-  SurfaceMesh own = weld(mesh, dropped);
+  SurfaceMesh own = weld(mesh, dropped, checkpoint);
   if (!own.triangles.empty()) {
-    detail::SurfaceFeatures features = detail::find_features(own, feature_angle, bends, counts_);
+    detail::SurfaceFeatures features =
+        detail::find_features(own, feature_angle, bends, counts_, checkpoint);
     counts_.triangles = static_cast<std::int64_t>(own.triangles.size());
     if (counts_.degenerate_triangles < counts_.triangles) {
       trees_ = std::make_unique<const detail::SurfaceTrees>(std::move(own.points), own.triangles,
-                                                            std::move(features));
+                                                            std::move(features), checkpoint);
     }
   }
   counts_.degenerate_triangles += dropped;

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <array>
+#include <functional>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -20,7 +23,8 @@ struct HostBoundary {
 };
 
 /// The boundary as a graph of slots.
-[[nodiscard]] inline BoundaryMesh graph_of(const HostBoundary& boundary, double feature_angle) {
+[[nodiscard]] inline BoundaryMesh graph_of(const HostBoundary& boundary, double feature_angle,
+                                           const std::function<void()>& check) {
   std::vector<Vec3d> points;
   for (const NodeConstraint& node : boundary.nodes) points.push_back(node.home);
   std::vector<BoundaryFacet> facets;
@@ -32,7 +36,7 @@ struct HostBoundary {
     }
     facets.push_back(slots);
   }
-  return {std::move(points), std::move(facets), feature_angle};
+  return {std::move(points), std::move(facets), feature_angle, check};
 }
 
 /// Turns an assignment into constraints.
@@ -144,13 +148,12 @@ Constraints<E> constrain_to_surface(E& executor, const TopologyView& topology,
                                  [=] MESHSMOOTH_HD(ElementId facet) { return facets[facet].name; });
   HostBoundary boundary =
       download_boundary(executor, job, result, slot_count, topology.fixed, interface.data());
-  const auto check = [&] { executor.check(); };
-  const BoundaryMesh graph = graph_of(boundary, feature_angle);
-  check();
-  surface.emplace(given, feature_angle);
+  const std::function<void()> check = [&] { executor.check(); };
+  const BoundaryMesh graph = graph_of(boundary, feature_angle, check);
+  surface.emplace(given, feature_angle, std::span<const std::array<std::int32_t, 2>>(), check);
   Assignment assignment = assign(graph, surface->trees(), check);
   if (!assignment.bends.empty()) {
-    surface.emplace(given, feature_angle, assignment.bends);
+    surface.emplace(given, feature_angle, assignment.bends, check);
     assignment = assign(graph, surface->trees(), check);
   }
   const SurfaceTrees& trees = surface->trees();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <functional>
 #include <utility>
 #include <vector>
 
@@ -12,11 +13,12 @@ namespace meshsmooth::detail {
 
 /// Of rough surfaces each triangle may be one, and a summary must fit in a message.
 inline constexpr std::size_t kMostTargetParts = 1000;
+inline constexpr std::size_t kMeasuredBetweenChecks = 100;  // positions, each one search
 
 /// The trees of the facets of a boundary as they lie: quads as two triangles.
 template <class Get>
 [[nodiscard]] SurfaceTrees trees_of_facets(const std::vector<ConstrainedFacet>& facets,
-                                           const Get& get) {
+                                           const Get& get, Checkpoint& checkpoint) {
   std::vector<Vec3d> points;
   std::vector<std::array<std::int32_t, 3>> triangles;
   for (const ConstrainedFacet& facet : facets) {
@@ -28,7 +30,7 @@ template <class Get>
   SurfaceFeatures one;
   one.patch_of.assign(triangles.size(), 0);
   one.patch_count = 1;
-  return {std::move(points), triangles, std::move(one)};
+  return {std::move(points), triangles, std::move(one), checkpoint};
 }
 
 /// Completes what a job reports of its target surface: distances per part, and from the surface.
@@ -52,7 +54,10 @@ void measure_fit(E& executor, const TargetSurface& surface, const Constraints<E>
   for (std::size_t p = 0; p < stats.parts.size(); ++p) {
     stats.parts[p].curve = !view.is_patch(static_cast<std::int32_t>(p));
   }
+  const std::function<void()> check = [&] { executor.check(); };
+  Checkpoint checkpoint(check);
   for (std::size_t n = 0; n < slots.size(); ++n) {
+    if (n % kMeasuredBetweenChecks == 0) check();
     if (slots[n] < 0) continue;
     const std::int32_t target = nodes[std::size_t(slots[n])].target;
     if (target < 0 || view.is_corner(target)) continue;
@@ -68,9 +73,11 @@ void measure_fit(E& executor, const TargetSurface& surface, const Constraints<E>
   }
   if (stats.parts.size() > kMostTargetParts) stats.parts.clear();
   if (facets.empty()) return;
-  const SurfaceTrees boundary = trees_of_facets(facets, lies);
+  const SurfaceTrees boundary = trees_of_facets(facets, lies, checkpoint);
   SurfaceDistance& distance = stats.surface_to_result;
+  std::size_t measured = 0;
   for (const Vec3d p : surface.trees().points()) {
+    if (++measured % kMeasuredBetweenChecks == 0) check();
     const double off = std::sqrt(closest_in_tree(boundary.view(), 0, p).closest.squared);
     distance.largest = std::max(distance.largest, off);
     distance.mean += off / static_cast<double>(surface.trees().points().size());
