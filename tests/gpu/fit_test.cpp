@@ -41,8 +41,8 @@ std::vector<FitCase> fit_cases() {
   cases.push_back({"on it", test::thrown_box_mesh(), box_surface(2, {1, 1, 1})});
   cases.push_back({"sphere with a hole", box_mesh(ElementType::hexahedron, 5, -0.6, 0.6),
                    test::sphere_with_hole(), false});
-  cases.push_back({"folded", box_mesh(ElementType::hexahedron, 6, 0.03, 0.95),
-                   test::folded_surface(), false});
+  cases.push_back(
+      {"folded", box_mesh(ElementType::hexahedron, 6, 0.03, 0.95), test::folded_surface(), false});
   return cases;
 }
 
@@ -86,8 +86,8 @@ TEST_F(CudaFit, GivesTheSameBitsEveryTime) {
   for (const FitCase& c : fit_cases()) {
     const Job first = test::smooth_on(*smoother, c.mesh, sliding(), on(c.surface));
     for (int run = 0; run < 3; ++run) {
-      EXPECT_TRUE(test::same_bits(
-          test::smooth_on(*other, c.mesh, sliding(), on(c.surface)).mesh, first.mesh))
+      EXPECT_TRUE(test::same_bits(test::smooth_on(*other, c.mesh, sliding(), on(c.surface)).mesh,
+                                  first.mesh))
           << c.name;
     }
   }
@@ -135,8 +135,7 @@ TEST_F(CudaFit, TakesNoMoreThanTheEstimate) {
         const Job job = test::smooth_on(*smoother, start, options, on(surface));
         const double peak = static_cast<double>(job.summary.device_peak_bytes);
         std::printf("%s: estimate / peak %.3f, iterate %.1f ms\n", element_name(type).data(),
-                    static_cast<double>(estimate) / peak,
-                    1e3 * job.summary.times.iterate_seconds);
+                    static_cast<double>(estimate) / peak, 1e3 * job.summary.times.iterate_seconds);
         EXPECT_GE(static_cast<double>(estimate), peak);
         EXPECT_LE(static_cast<double>(estimate), 1.5 * peak);
       }
