@@ -293,8 +293,9 @@ void add_smooth_flags(CLI::App& command, SmoothFlags& flags) {
       ->capture_default_str();
   command
       .add_option("--metric", flags.metric,
-                  "Metric of --never-worse [the worst element by both; the mean of mean-ratio for "
-                  "triangles and tetrahedra, of scaled-jacobian else]")
+                  "Metric of --never-worse; scaled-jacobian: optimize raises its least value too "
+                  "[the worst element by both; the mean of mean-ratio for triangles and "
+                  "tetrahedra, of scaled-jacobian else]")
       ->check(CLI::IsMember(names(kMetrics)));
   command.add_option("--tangled", flags.tangled, "Treatment of a mesh with inverted elements")
       ->check(CLI::IsMember(words_of(kEnumNames<TangledPolicy>)))

@@ -143,6 +143,32 @@ TEST_F(CudaFit, TakesNoMoreThanTheEstimate) {
   }
 }
 
+TEST_F(CudaFit, RaisesTheLeastScaledJacobianAsTheCpuDoes) {
+  const auto cpu = make_smoother("cpu"), cuda = make_smoother("cuda:0");
+  SmoothOptions options = sliding();
+  options.method = Optimize{Goal::worst};
+  for (const FitCase& c : fit_cases()) {
+    if (!c.all_reached) continue;
+    options.metric = QualityMetric::mean_ratio;
+    const Job plain = test::smooth_on(*cuda, c.mesh, options, on(c.surface));
+    options.metric = QualityMetric::scaled_jacobian;
+    const Job a = test::smooth_on(*cpu, c.mesh, options, on(c.surface));
+    const Job b = test::smooth_on(*cuda, c.mesh, options, on(c.surface));
+    const auto least = [](const Job& job) {
+      return test::scaled_jacobian(job.summary.quality_after).min;
+    };
+    std::printf("%s: %.4f, on the CPU %.4f, without %.4f; iterate %.1f ms, without %.1f ms\n",
+                c.name.c_str(), least(b), least(a), least(plain),
+                1e3 * b.summary.times.iterate_seconds, 1e3 * plain.summary.times.iterate_seconds);
+    EXPECT_EQ(b.summary.quality_after.inverted_count, 0) << c.name;
+    EXPECT_GE(least(b), least(plain) - 1e-9) << c.name;
+    EXPECT_NEAR(least(b), least(a), 0.05) << c.name;
+    EXPECT_TRUE(
+        test::same_bits(test::smooth_on(*cuda, c.mesh, options, on(c.surface)).mesh, b.mesh))
+        << c.name;
+  }
+}
+
 TEST_F(CudaFit, RefusesWhatItIsNotFor) {
   const auto smoother = make_smoother("cuda:0");
   const SurfaceMesh surface = box_surface(3, {1, 1, 1});

@@ -81,7 +81,8 @@ struct SmoothOptions {
   /// that may move is no lower, and the mean by 0.1 % at most, where elements were
   /// not untangled instead. Of every method but `Move`; not without `guard`.
   bool never_worse = true;
-  /// The metric of `never_worse`, `mean_ratio` or `scaled_jacobian`. Unset: the least values of
+  /// The metric of `never_worse`, `mean_ratio` or `scaled_jacobian`; with the latter `Optimize`
+  /// ends with sweeps that raise its least value, but for Goal::average. Unset: the least values of
   /// both are kept, and the mean of the mean ratio where all elements are simplices, else of the
   /// scaled Jacobian.
   std::optional<QualityMetric> metric = {};

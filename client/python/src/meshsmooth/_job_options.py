@@ -161,7 +161,11 @@ class JobOptions(TypedDict, total=False):
     ]
     metric: Annotated[
         Literal["mean_ratio", "scaled_jacobian"],
-        Option("what never_worse keeps; else the least values of both", field="metric"),
+        Option(
+            "what never_worse keeps; else the least values of both. 'scaled_jacobian': optimize also "
+            "raises its least value",
+            field="metric",
+        ),
     ]
     tangled: Annotated[
         Tangled,

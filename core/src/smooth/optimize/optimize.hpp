@@ -11,6 +11,7 @@
 #include "smooth/optimize/optimize_run.hpp"
 #include "smooth/optimize/optimizing_backend.hpp"
 #include "smooth/optimize/poor_elements.hpp"
+#include "smooth/optimize/raise_jacobians.hpp"
 
 namespace meshsmooth::detail {
 
@@ -99,6 +100,10 @@ class Optimizer {
     if (!descend(converged)) return false;
     if (method_.goal == Goal::worst && !refine(converged)) return false;
     if (run_.raises && last_.tangled == 0 && !raise_worst(converged)) return false;
+    const bool coarse = run_.tolerance > 1;
+    if (plan_.raises_jacobians && !coarse && !raise_jacobians(executor_, sweeper_, monitor_)) {
+      return false;
+    }
     end();
     return true;
   }

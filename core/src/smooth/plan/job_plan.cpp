@@ -73,6 +73,8 @@ JobPlan plan_job(const SmoothOptions& options) {
                        plan.aim != Aim::reference && plan.iteration_limit > 0;
   // `Goal::worst` gives the mean up for the worst elements.
   plan.keeps_mean = !plan.optimizer || plan.optimizer->goal != Goal::worst;
+  plan.raises_jacobians = plan.improves() && plan.optimizer->goal != Goal::average &&
+                          options.metric == QualityMetric::scaled_jacobian;
   plan.recounts_poor = options.report_below.has_value() && plan.keeps_quality;
   // The result must not depend on what is reported.
   plan.evaluated_detail = plan.keeps_quality ? QualityDetail::full : options.quality_detail;

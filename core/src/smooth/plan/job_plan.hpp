@@ -40,6 +40,7 @@ struct JobPlan {
   bool moves = false;         // to prescribed positions
   int further_positions = 0;  // arrays of them that an iteration of several steps needs
   std::optional<Optimize> optimizer = {};  // of sweeps that optimize; of motions, too
+  bool raises_jacobians = false;  // `Optimize` ends with sweeps for the least scaled Jacobian
   Aim aim = Aim::ideal;
   double anchor_weight = 0;  // holds nodes at their input positions; 0: not
 
