@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "meshsmooth/error.hpp"
+#include "meshsmooth/input_use.hpp"
 
 namespace meshsmooth {
 namespace {
@@ -60,20 +61,6 @@ void validate_kept_metric(const SmoothOptions& options) {
                       "metric is " + std::string(metric_name(*options.metric)) +
                           ", it must be mean_ratio or scaled_jacobian",
                       {{"field", "metric"}});
-}
-
-void validate_surface_of(const SmoothOptions& options) {
-  const auto refuse = [](const std::string& why) {
-    throw NotSupported("OPTION_NOT_SUPPORTED", "a target surface " + why, {{"field", "surface"}});
-  };
-  if (!std::holds_alternative<Optimize>(options.method)) {
-    refuse("is for optimize only, the method is " + std::string(method_name(options.method)));
-  }
-  if (options.boundary != BoundaryPolicy::slide) {
-    refuse("needs the boundary policy slide, it is " + std::string(enum_name(options.boundary)));
-  }
-  if (options.only_below) refuse("cannot be used together with only_below");
-  if (std::get<Optimize>(options.method).stay > 0) refuse("cannot be used together with stay");
 }
 
 void validate_reference_of(const SmoothOptions& options) {
@@ -168,16 +155,36 @@ void validate(const SmoothOptions& options) {
   std::visit([&](const auto& method) { validate_form(method, options.form); }, options.method);
 }
 
-void validate(const SmoothOptions& options, const JobInput& input) {
-  validate(options);
+void validate_surface_use(const SmoothOptions& options) {
+  const auto refuse = [](const std::string& why) {
+    throw NotSupported("OPTION_NOT_SUPPORTED", "a target surface " + why, {{"field", "surface"}});
+  };
+  if (!std::holds_alternative<Optimize>(options.method)) {
+    refuse("is for optimize only, the method is " + std::string(method_name(options.method)));
+  }
+  if (options.boundary != BoundaryPolicy::slide) {
+    refuse("needs the boundary policy slide, it is " + std::string(enum_name(options.boundary)));
+  }
+  if (options.only_below) refuse("cannot be used together with only_below");
+  if (std::get<Optimize>(options.method).stay > 0) refuse("cannot be used together with stay");
+}
+
+void validate_input_use(const SmoothOptions& options, const JobInput& input) {
   if (position_count(input.reference) > 0) validate_reference_of(options);
-  if (input.surface != nullptr) validate_surface_of(options);
-  if (!input.prescribed.nodes.empty() && !is_motion(options.method)) {
+  if (input.surface != nullptr) validate_surface_use(options);
+  const bool prescribes =
+      !input.prescribed.nodes.empty() || position_count(input.prescribed.positions) > 0;
+  if (prescribes && !is_motion(options.method)) {
     throw NotSupported("OPTION_NOT_SUPPORTED",
                        "only move takes prescribed nodes, the method is " +
                            std::string(method_name(options.method)),
                        {{"field", "prescribed"}});
   }
+}
+
+void validate(const SmoothOptions& options, const JobInput& input) {
+  validate(options);
+  validate_input_use(options, input);
 }
 
 namespace {

@@ -12,6 +12,7 @@
 
 #include "meshsmooth/backend_name.hpp"
 #include "meshsmooth/error.hpp"
+#include "meshsmooth/input_use.hpp"
 #include "rpc/status.hpp"
 #include "wire/codec.hpp"
 #include "wire/sha256.hpp"
@@ -142,6 +143,16 @@ QualityDetail decode_quality_detail(v1::QualityDetail detail) {
               {{"name", shown_name(name)}});
 }
 
+// A topology that is kept may have one for jobs to come.
+void refuse_unused_reference(const JobRequest& job, const v1::JobSpec& spec) {
+  if (!spec.has_inline_topology() || spec.topology_kept()) return;
+  if (!job.layout.kept_reference_float64) return;
+  if (is_motion(job.options.method) || aims_at_reference(job.options)) return;
+  throw_not_supported("inline_topology.reference_type",
+                      "only move and optimize with the target reference use a reference, and this "
+                      "topology is not kept for later jobs");
+}
+
 void decode_topology(const v1::JobSpec& spec, Engine& engine, JobRequest& job) {
   switch (spec.topology_case()) {
     case v1::JobSpec::kInlineTopology:
@@ -211,6 +222,7 @@ DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& caller, Engi
   if (aims_at_reference(decoded.job.options) && !layout.kept_reference_float64) {
     layout.expect_reference(engine.mesh_limits());
   }
+  refuse_unused_reference(decoded.job, spec);
   if (std::holds_alternative<Move>(decoded.job.options.method)) {
     layout.expect_prescribed(spec.prescribed_node_count(), engine.mesh_limits());
   } else if (spec.prescribed_node_count() != 0) {
@@ -218,7 +230,10 @@ DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& caller, Engi
   }
 
   layout.expect_node_pairs(spec.node_pair_count(), engine.mesh_limits());
-  if (spec.has_surface()) layout.expect_surface(spec.surface(), engine.mesh_limits());
+  if (spec.has_surface()) {
+    layout.expect_surface(spec.surface(), engine.mesh_limits());
+    validate_surface_use(decoded.job.options);
+  }
 
   decoded.job.progress_wanted = spec.has_progress_interval();
   if (spec.has_progress_interval()) {
