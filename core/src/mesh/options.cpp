@@ -10,6 +10,7 @@
 
 #include "meshsmooth/error.hpp"
 #include "meshsmooth/input_use.hpp"
+#include "meshsmooth/option_table.hpp"
 
 namespace meshsmooth {
 namespace {
@@ -20,6 +21,10 @@ void need(bool in_range, const std::string& field, double value, std::string_vie
   std::ostringstream message;
   message << field << " is " << value << ", it must be " << range;
   throw InvalidOption("OPTION_OUT_OF_RANGE", message.str(), {{"field", field}});
+}
+
+void need(const OptionRange& allowed, const std::string& field, double value) {
+  need(allowed.range.contains(value), field, value, allowed.text);
 }
 
 template <class M>
@@ -61,6 +66,27 @@ void validate_kept_metric(const SmoothOptions& options) {
                       "metric is " + std::string(metric_name(*options.metric)) +
                           ", it must be mean_ratio or scaled_jacobian",
                       {{"field", "metric"}});
+}
+
+void validate_only_below(const SmoothOptions& options) {
+  if (is_motion(options.method)) {
+    throw NotSupported("OPTION_NOT_SUPPORTED",
+                       "only_below chooses elements of the input, which move makes follow as a "
+                       "whole; use a movement limit or fixed nodes",
+                       {{"field", "only_below"}});
+  }
+  need(option::only_below, "only_below", options.only_below->quality);
+  need(option::only_below_rings, "only_below_rings", options.only_below->rings);
+}
+
+void validate_report_below(const SmoothOptions& options) {
+  need(option::report_below, "report_below", *options.report_below);
+  if (sweeps_as_optimize(options.method)) return;
+  throw NotSupported(
+      "OPTION_NOT_SUPPORTED",
+      "only optimize and move tell what holds elements below a quality, the method is " +
+          std::string(method_name(options.method)),
+      {{"field", "report_below"}});
 }
 
 void validate_reference_of(const SmoothOptions& options) {
@@ -107,51 +133,29 @@ void validate(const SmoothOptions& options) {
   validate_metrics(options.element_quality_metrics);
   std::visit([](const auto& method) { validate_method(method); }, options.method);
   const int limit = iteration_limit(options);
-  need(limit >= 0, "max_iteration_count", limit, "0 or more");
+  need(option::iterations, "max_iteration_count", limit);
   if (is_filter(options.method)) {
     need(limit <= kMostFilterIterations, "max_iteration_count", limit,
          "at most " + std::to_string(kMostFilterIterations) + " for windowed_sinc");
   }
-  const double tolerance = options.tolerance.value;
-  need(tolerance >= 0 && std::isfinite(tolerance),
-       options.tolerance.relative ? "convergence_tolerance" : "absolute_tolerance", tolerance,
-       "finite and 0 or more");
-  need(options.feature_angle >= 1 && options.feature_angle <= 90, "feature_angle",
-       options.feature_angle, "from 1 to 90 degrees");
+  if (options.tolerance.relative) {
+    need(option::tolerance, "convergence_tolerance", options.tolerance.value);
+  } else {
+    need(option::absolute_tolerance, "absolute_tolerance", options.tolerance.value);
+  }
+  need(option::feature_angle, "feature_angle", options.feature_angle);
   if (options.compute_budget) {
     const double seconds = std::chrono::duration<double>(*options.compute_budget).count();
-    need(seconds > 0, "compute_budget", seconds, "above 0 seconds");
+    need(option::compute_budget, "compute_budget", seconds);
   }
   if (options.movement_limit) {
-    const double length = options.movement_limit->value;
-    need(length > 0 && std::isfinite(length),
-         options.movement_limit->relative ? "movement_limit" : "absolute_movement_limit", length,
-         "finite and above 0");
+    need(option::movement_limit,
+         options.movement_limit->relative ? "movement_limit" : "absolute_movement_limit",
+         options.movement_limit->value);
   }
   if (options.metric) validate_kept_metric(options);
-  if (options.only_below) {
-    if (is_motion(options.method)) {
-      throw NotSupported("OPTION_NOT_SUPPORTED",
-                         "only_below chooses elements of the input, which move makes follow as a "
-                         "whole; use a movement limit or fixed nodes",
-                         {{"field", "only_below"}});
-    }
-    const double quality = options.only_below->quality;
-    need(quality > 0 && quality <= 1, "only_below", quality, "above 0 and at most 1");
-    need(options.only_below->rings >= 0, "only_below_rings", options.only_below->rings,
-         "0 or more");
-  }
-  if (options.report_below) {
-    need(*options.report_below > 0 && *options.report_below <= 1, "report_below",
-         *options.report_below, "above 0 and at most 1");
-    if (!sweeps_as_optimize(options.method)) {
-      throw NotSupported(
-          "OPTION_NOT_SUPPORTED",
-          "only optimize and move tell what holds elements below a quality, the method is " +
-              std::string(method_name(options.method)),
-          {{"field", "report_below"}});
-    }
-  }
+  if (options.only_below) validate_only_below(options);
+  if (options.report_below) validate_report_below(options);
   std::visit([&](const auto& method) { validate_form(method, options.form); }, options.method);
 }
 
