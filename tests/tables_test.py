@@ -16,11 +16,12 @@ class Tables(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.root = pathlib.Path(folder.name)
-        for name in ("scripts/tables.d", "proto/declaration", "docs", "core/include", "core/src/mesh"):
+        for name in ("scripts/tables.d", "proto/declaration", "docs", "core/include", "core/src/mesh", "core/src/surface"):
             shutil.copytree(ROOT / name, self.root / name, ignore=shutil.ignore_patterns("pictures", "__pycache__"))
         for name in ("scripts/tables", "README.md", "client/library/src/failures.inc", "proto/wire/wire_enum.hpp",
                      "client/python/paraview/meshsmooth_plugin.py", "client/python/src/meshsmooth/_methods.py",
                      "client/python/src/meshsmooth/_declared_options.py", "client/python/src/meshsmooth/_tables.py",
+                     "client/python/src/meshsmooth/_triangles.py",
                      "client/cli/job_flags.hpp"):
             (self.root / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(ROOT / name, self.root / name)
@@ -58,6 +59,8 @@ class Tables(unittest.TestCase):
                           ("client/python/paraview/meshsmooth_plugin.py", '"taubin"'),
                           ("client/cli/job_flags.hpp", "Smoothing method"),
                           ("client/python/src/meshsmooth/_declared_options.py", "how nodes move"),
+                          ("core/src/surface/element_triangles.inc", "{0, 1, 2}"),
+                          ("client/python/src/meshsmooth/_triangles.py", "(0, 1, 2)"),
                           ("core/include/meshsmooth/option_table.hpp", "from 1 to 90 degrees"),
                           ("docs/protocol.md", "the queue is full")):
             with self.subTest(name):
