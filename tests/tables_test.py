@@ -16,11 +16,13 @@ class Tables(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.root = pathlib.Path(folder.name)
-        for name in ("scripts/tables.d", "proto/declaration", "docs", "core/include", "core/src/mesh"):
+        for name in ("scripts/tables.d", "proto/declaration", "docs", "core/include", "core/src/mesh", "core/src/surface"):
             shutil.copytree(ROOT / name, self.root / name, ignore=shutil.ignore_patterns("pictures", "__pycache__"))
         for name in ("scripts/tables", "README.md", "client/library/src/failures.inc", "proto/wire/wire_enum.hpp",
                      "client/python/paraview/meshsmooth_plugin.py", "client/python/src/meshsmooth/_methods.py",
-                     "client/python/src/meshsmooth/_tables.py"):
+                     "client/python/src/meshsmooth/_declared_options.py", "client/python/src/meshsmooth/_tables.py",
+                     "client/python/src/meshsmooth/_triangles.py",
+                     "client/cli/job_flags.hpp"):
             (self.root / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(ROOT / name, self.root / name)
 
@@ -55,6 +57,11 @@ class Tables(unittest.TestCase):
                           ("client/library/src/failures.inc", "client_max_body_size"),
                           ("proto/wire/wire_enum.hpp", "FORM_JACOBI"),
                           ("client/python/paraview/meshsmooth_plugin.py", '"taubin"'),
+                          ("client/cli/job_flags.hpp", "Smoothing method"),
+                          ("client/python/src/meshsmooth/_declared_options.py", "how nodes move"),
+                          ("core/src/surface/element_triangles.inc", "{0, 1, 2}"),
+                          ("client/python/src/meshsmooth/_triangles.py", "(0, 1, 2)"),
+                          ("core/include/meshsmooth/option_table.hpp", "from 1 to 90 degrees"),
                           ("docs/protocol.md", "the queue is full")):
             with self.subTest(name):
                 before = (self.root / name).read_text(encoding="utf-8")
@@ -66,6 +73,8 @@ class Tables(unittest.TestCase):
         for name, old, new, told in (
             ("methods", '"[0, 1]"', '"0 to 1"', "0 to 1 is not an interval"),
             ("methods", '"taubin", "hc', '"hc', "order lacks or invents taubin"),
+            ("options", '"[1, 90]"', '"1 to 90"', "1 to 90 is not an interval"),
+            ("options", 'type = "int"', 'type = "text"', "iterations is not a number, but has a range"),
             ("failures", "{no_tls} unset", "{no_such} unset", "{no_such} has no cpp name"),
             ("reasons", 'exit = "stopped"', "exit = stopped", "tables: "),
         ):

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <utility>
 
+#include "boundary_report.hpp"
 #include "meshsmooth/canonical_topology.hpp"
 #include "quality_report.hpp"
 #include "readable.hpp"

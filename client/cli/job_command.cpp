@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "add_flag.hpp"
 #include "interrupt.hpp"
 #include "job_mesh.hpp"
 #include "locked_elements.hpp"
@@ -150,51 +151,29 @@ void add_job_flags(CLI::App& command, JobFlags& flags, const std::string& input_
                   "(Abaqus), a marker (SU2), a patch or zone (OpenFOAM), or a point array of the "
                   "file (not 0: fixed); may be repeated")
       ->allow_extra_args(false);
-  command
-      .add_option(
-          "--periodic", flags.periodic,
-          "Two sets of nodes, by name as --fixed-set, that a translation or rotation takes to "
-          "each other: their nodes stay matched, being held; may be repeated")
+  add_flag(command, flag::periodic, flags.periodic)
       ->allow_extra_args(false)
       ->type_name("SET_A SET_B");
-  command
-      .add_option("--file-pairs", flags.file_pairs,
-                  "Pairs of nodes that the file names, as $Periodic of MSH, *EQUATION of Abaqus, "
-                  "connectivities of CGNS or cyclic patches of OpenFOAM; off: they are ignored")
+  add_flag(command, flag::file_pairs, flags.file_pairs)
       ->check(CLI::IsMember({"on", "off"}))
       ->capture_default_str();
-  command.add_flag("--merge-coincident", flags.merge_coincident,
-                   "Smooth nodes at the same position as one, as of separate triangles; the file "
-                   "keeps all its nodes");
+  add_flag(command, flag::merge_coincident, flags.merge_coincident);
   std::vector<std::string> types;
   for (const ElementType type : kElementTypes) types.emplace_back(element_name(type));
-  command
-      .add_option("--fixed-types", flags.fixed_types,
-                  "Element types whose nodes are fixed, separated by commas")
+  add_flag(command, flag::fixed_types, flags.fixed_types)
       ->delimiter(',')
       ->check(CLI::IsMember(types));
-  command
-      .add_option(
-          "--regions", flags.regions,
-          "Regions of elements, by a cell array of whole numbers: facets between elements "
-          "of different numbers are kept as the boundary is. auto: physical groups, "
-          "Medit's references, TetGen's first attribute, Gmsh's entities, Abaqus's materials "
-          "or OpenFOAM's cell zones, whichever the file has; none: no regions")
-      ->capture_default_str();
+  add_flag(command, flag::regions, flags.regions)->capture_default_str();
   std::vector<std::string> metrics;
   for (const QualityMetric metric : kQualityMetrics) metrics.emplace_back(metric_name(metric));
-  command
-      .add_option(
-          "--element-quality", flags.element_quality,
-          "Metrics of the result to write as cell arrays, separated by commas; not a number "
-          "(NaN) where an element has no such metric. Formats: " +
-              formats::array_extensions())
+  add_flag(command, flag::element_quality, flags.element_quality)
+      ->description(flag::element_quality.help + (". Formats: " + formats::array_extensions()))
       ->delimiter(',')
       ->check(CLI::IsMember(metrics))
       ->allow_extra_args(false);
-  command
-      .add_option("--backend", flags.backend,
-                  "Backend: " + backend_name_list(true) + "; a device :N only without --server")
+  add_flag(command, flag::backend, flags.backend)
+      ->description(flag::backend.help + (": " + backend_name_list(true)) +
+                    "; a device :N only without --server")
       ->check(CLI::Validator(
           [](std::string& name) {
             return parse_backend_name(name) ? std::string()
@@ -202,9 +181,8 @@ void add_job_flags(CLI::App& command, JobFlags& flags, const std::string& input_
           },
           "{auto,cpu,cuda}"))
       ->capture_default_str();
-  command.add_option("--request-id", flags.request_id, "UUID of the job [a new one]");
-  command.add_option("--result-ttl", flags.result_ttl_seconds,
-                     "Time that the server keeps the result for `attach`, in seconds [0]");
+  add_flag(command, flag::request_id, flags.request_id);
+  add_flag(command, flag::result_ttl, flags.result_ttl_seconds);
 }
 
 }  // namespace meshsmooth::cli

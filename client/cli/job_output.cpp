@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "add_flag.hpp"
 #include "input_mesh.hpp"
 #include "smooth_options.hpp"
 #include "summary_report.hpp"
@@ -43,10 +44,7 @@ void add_output_flags(CLI::App& command, JobOutput& job) {
       ->check(CLI::IsMember({"f32", "f64"}));
   command.add_option("--report", job.report, "Output file of the whole summary, as JSON");
   command.add_option("--html", job.html, "Output file of an HTML report with an interactive view");
-  command
-      .add_option("--timeout", job.timeout_seconds,
-                  "Timeout of the whole call, in seconds [derived from the size of the mesh]")
-      ->check(CLI::Range(1e-3, 1e9));
+  add_flag(command, flag::timeout, job.timeout_seconds)->check(CLI::Range(1e-3, 1e9));
   command.add_flag("--quiet", job.quiet, "No output but errors");
 }
 

@@ -5,6 +5,7 @@
 #include <variant>
 #include <vector>
 
+#include "add_flag.hpp"
 #include "coincident_nodes.hpp"
 #include "commands.hpp"
 #include "job_command.hpp"
@@ -99,12 +100,8 @@ void add_move_command(CLI::App& app, Action& action) {
       "move", "Deform a mesh file to new boundary positions, keeping every element valid");
   add_job_flags(*sub, command->job, "REFERENCE");
   add_move_flags(*sub, command->moving);
-  CLI::Option* to = sub->add_option("--to", command->to,
-                                    "Mesh file with the same elements, where the prescribed nodes "
-                                    "lie as they shall; its other nodes do not count");
-  sub->add_option("--displacement", command->displacement,
-                  "Point array of REFERENCE, three numbers a node: the way of the prescribed nodes")
-      ->excludes(to);
+  CLI::Option* to = add_flag(*sub, flag::to, command->to);
+  add_flag(*sub, flag::displacement, command->displacement)->excludes(to);
   sub->add_option("--prescribed-set", command->prescribed_sets,
                   "Prescribed nodes, by name, as --fixed-set; may be repeated [the boundary]")
       ->allow_extra_args(false);

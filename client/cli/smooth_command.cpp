@@ -2,6 +2,7 @@
 #include <memory>
 #include <optional>
 
+#include "add_flag.hpp"
 #include "commands.hpp"
 #include "job_command.hpp"
 #include "meshsmooth/surface_of.hpp"
@@ -70,13 +71,8 @@ void add_smooth_command(CLI::App& app, Action& action) {
   CLI::App* sub = app.add_subcommand("smooth", "Smooth a mesh file");
   add_job_flags(*sub, command->job, "IN");
   add_smooth_flags(*sub, command->smoothing);
-  sub->add_option("--reference", command->reference,
-                  "optimize: mesh file with the same elements, whose shapes they take; what slides "
-                  "where is read from it too");
-  sub->add_option("--surface", command->surface,
-                  "optimize: surface mesh file on which the boundary's nodes shall lie; they go "
-                  "there as far as elements stay valid, and slide along it, its feature edges and "
-                  "corners are kept; --boundary is slide then [none]");
+  add_flag(*sub, flag::reference, command->reference);
+  add_flag(*sub, flag::surface, command->surface);
   sub->callback([&action, command, sub] {
     if (command->surface && sub->count("--boundary") == 0) command->smoothing.boundary = "slide";
     action = [command] { return run(*command); };

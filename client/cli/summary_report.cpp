@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "boundary_report.hpp"
 #include "locked_elements.hpp"
 #include "quality_report.hpp"
 #include "readable.hpp"
@@ -178,22 +179,6 @@ std::string nodes_sentence(const SmoothSummary& summary, const SmoothOptions& op
   return text + "\n";
 }
 
-/// What sliding on curved parts made of the boundary, or of a surface.
-std::string deviation_sentence(const SmoothSummary& summary) {
-  const BoundaryDeviation& deviation = summary.deviation;
-  if (deviation.tolerance == 0) return {};
-  std::string text = fmt::format(
-      "curved parts: nodes lie within {:.1e} of the facets of the input (tolerance {:.1e}); "
-      "the new ones cut off up to {:.3g}",
-      deviation.result_to_input, deviation.tolerance, deviation.input_to_result);
-  const double before = summary.quality_before.enclosed_volume;
-  if (before != 0) {
-    text += fmt::format(" and changes the volume by {:+.2g} %",
-                        100 * (summary.quality_after.enclosed_volume - before) / before);
-  }
-  return text + "\n";
-}
-
 std::string times_sentence(const client::SmoothReport& report, double total_seconds) {
   const StageTimes& times = report.summary.times;
   const std::pair<const char*, double> stages[] = {{"receive", report.receive_seconds},
@@ -219,34 +204,6 @@ std::string times_sentence(const client::SmoothReport& report, double total_seco
   return text + ")\n";
 }
 
-/// How far the boundary came onto a target surface.
-std::string fit_sentences(const std::optional<FitStats>& fit) {
-  if (!fit) return {};
-  const auto distance = [](const char* what, const SurfaceDistance& d) {
-    return fmt::format("{}: largest {:.3g}, mean {:.3g}", what, d.largest, d.mean);
-  };
-  std::string text = fmt::format(
-      "{} of {} lie on the surface ({}, {}, {})\n", with_commas(fit->reached_count),
-      counted(fit->node_count, "boundary node"),
-      fit->surface.patches == 1 ? "1 patch" : with_commas(fit->surface.patches) + " patches",
-      counted(fit->surface.curves, "curve"), counted(fit->surface.corners, "corner"));
-  text += distance("  distance from the surface", fit->result_to_surface) +
-          fmt::format(" (before: {:.3g}, {:.3g})\n", fit->input_to_surface.largest,
-                      fit->input_to_surface.mean) +
-          distance("  distance of the surface from the boundary", fit->surface_to_result) + "\n";
-  const auto name = [&](std::int64_t count, const char* noun, const char* what) {
-    if (count > 0) text += "  " + counted(count, noun) + what + "\n";
-  };
-  name(fit->held_count, "node", " held off it: elements would not stay valid");
-  name(fit->fixed_count, "boundary node", " fixed: by the caller, between regions or in a pair");
-  name(fit->unmatched_corner_count, "corner", " of the surface without a node");
-  name(fit->unmatched_curve_count, "curve", " of the surface without a path of edges");
-  name(fit->surface.open_edges, "edge", " of the surface open");
-  name(fit->surface.non_manifold_edges, "edge", " of the surface of more than two triangles");
-  name(fit->surface.degenerate_triangles, "triangle", " of the surface without an area");
-  return text;
-}
-
 /// What the mesh is like now, and what it took.
 std::string state_sentences(const client::SmoothReport& report, const SmoothOptions& options,
                             double total_seconds,
@@ -260,8 +217,8 @@ std::string state_sentences(const client::SmoothReport& report, const SmoothOpti
   return text + describe_reading(summary.quality_before, file_element_id) +
          describe_kept_quality(summary) + describe_volume(summary.quality_after) +
          describe_locked(summary.locked, file_element_id) + poor_sentence(summary.poor) +
-         nodes_sentence(summary, options) + deviation_sentence(summary) +
-         fit_sentences(summary.fit) + times_sentence(report, total_seconds);
+         nodes_sentence(summary, options) + describe_deviation(summary) +
+         describe_fit(summary.fit) + times_sentence(report, total_seconds);
 }
 
 std::string cause_of_inversion(const SmoothOptions& options) {
@@ -273,14 +230,6 @@ std::string cause_of_inversion(const SmoothOptions& options) {
 }
 
 }  // namespace
-
-std::string describe_volume(const QualityStats& stats) {
-  if (stats.enclosed_volume == 0) return {};
-  return fmt::format(
-      "volume: the elements fill {:.6g}, the boundary encloses {:.6g} ({:.1e} more)\n",
-      stats.sum_absolute_volume, stats.enclosed_volume,
-      stats.sum_absolute_volume - stats.enclosed_volume);
-}
 
 std::string describe_inverted(const SmoothSummary& summary, const SmoothOptions& options) {
   const std::int64_t total = summary.quality_after.element_count;

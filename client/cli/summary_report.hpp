@@ -19,9 +19,6 @@ namespace meshsmooth::cli {
     const client::SmoothReport& report, const SmoothOptions& options, double total_seconds,
     const std::function<std::int64_t(std::int64_t)>& file_element_id);
 
-/// The volume of the elements against the enclosed one, for elements that overlap; "" for surfaces.
-[[nodiscard]] std::string describe_volume(const QualityStats& stats);
-
 /// One sentence about inverted elements after and before.
 [[nodiscard]] std::string describe_inverted(const SmoothSummary& summary,
                                             const SmoothOptions& options);

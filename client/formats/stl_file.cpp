@@ -3,150 +3,21 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <unordered_map>
 
 #include "cells.hpp"
 #include "content.hpp"
 #include "readers.hpp"
-#include "text.hpp"
+#include "stl_facets.hpp"
 #include "vtk/number_text.hpp"
 
 namespace meshsmooth::formats {
 namespace {
 
-// VTK's reader drops facets of which two vertices are the same, and its writer all that the file
-// has besides triangles.
-
-constexpr std::size_t kHeaderBytes = 80;
-constexpr std::size_t kFacetBytes = 50;
 constexpr const char* kDegenerateFacet = "degenerate facet";
 
-/// The normal and three vertices, and where their twelve numbers stand.
-struct Facet {
-  std::array<std::string_view, 12> words;
-  std::array<Vec3f, 4> vectors;
-
-  [[nodiscard]] std::span<const Vec3f, 3> vertices() const {
-    return std::span(vectors).subspan<1, 3>();
-  }
-  void set(std::size_t number, std::string_view word, float value) {
-    words[number] = word;
-    Vec3f& vector = vectors[number / 3];
-    (number % 3 == 0 ? vector.x : number % 3 == 1 ? vector.y : vector.z) = value;
-  }
-};
-
-bool is_word(std::string_view word, std::string_view keyword) {
-  return std::ranges::equal(word, keyword, [](char a, char b) {
-    return (a >= 'A' && a <= 'Z' ? static_cast<char>(a - 'A' + 'a') : a) == b;
-  });
-}
-
-void expect(Scanner& scanner, std::string_view keyword) {
-  if (const auto word = scanner.token(); !is_word(word, keyword)) scanner.refuse(keyword, word);
-}
-
-void read_vector(Scanner& scanner, Facet& facet, std::size_t vector) {
-  for (std::size_t number = 3 * vector; number < 3 * vector + 3; ++number) {
-    const std::string_view word = scanner.token();
-    const auto value = parse_number(word, true);
-    if (!value) scanner.refuse("a number", word);
-    facet.set(number, word, static_cast<float>(*value));
-  }
-}
-
-Facet read_text_facet(Scanner& scanner) {
-  Facet facet;
-  expect(scanner, "normal");
-  read_vector(scanner, facet, 0);
-  expect(scanner, "outer");
-  expect(scanner, "loop");
-  for (std::size_t vertex = 1; vertex <= 3; ++vertex) {
-    expect(scanner, "vertex");
-    read_vector(scanner, facet, vertex);
-  }
-  expect(scanner, "endloop");
-  expect(scanner, "endfacet");
-  return facet;
-}
-
-/// Calls the functor with each facet, of all solids.
-template <class Functor>
-void for_each_text_facet(const std::filesystem::path& path, std::string_view text,
-                         Functor functor) {
-  Scanner scanner(path, text);
-  bool in_solid = false;
-  while (!scanner.at_end()) {
-    const std::string_view word = scanner.token();
-    if (is_word(word, "solid") || is_word(word, "endsolid")) {
-      in_solid = is_word(word, "solid");
-      scanner.line();  // with its name
-    } else if (is_word(word, "color")) {
-      scanner.line();
-    } else if (is_word(word, "facet")) {
-      functor(read_text_facet(scanner));
-    } else {
-      scanner.refuse("facet or endsolid", word);
-    }
-  }
-  if (in_solid) fail("FILE_TRUNCATED", path, "there is no endsolid");
-}
-
-std::uint32_t facet_count(std::string_view bytes) {
-  std::uint32_t count = 0;
-  std::memcpy(&count, bytes.data() + kHeaderBytes, sizeof count);
-  return count;
-}
-
-void check_binary(const std::filesystem::path& path, std::string_view bytes) {
-  const std::size_t start = kHeaderBytes + sizeof(std::uint32_t);
-  if (bytes.size() < start) fail("FORMAT_ERROR", path, "this is no STL file");
-  const std::size_t count = facet_count(bytes);
-  const std::size_t expected = start + kFacetBytes * count;
-  if (bytes.size() < expected) {
-    fail("FILE_TRUNCATED", path,
-         "it should hold " + std::to_string(count) + " triangles, " + std::to_string(expected) +
-             " bytes, but has " + std::to_string(bytes.size()));
-  }
-  constexpr std::size_t kMostBehind = 4096;
-  const std::size_t behind = bytes.size() - expected;
-  if (behind > kMostBehind) fail("FORMAT_ERROR", path, "this is no STL file");
-  if (behind == 0 || behind % kFacetBytes != 0) return;
-  fail("FORMAT_ERROR", path,
-       "it announces " + std::to_string(count) + " triangles, but has room for " +
-           std::to_string(count + behind / kFacetBytes));
-}
-
-bool is_text(std::string_view bytes) {
-  const std::size_t first = std::min(bytes.find_first_not_of(" \t\r\n"), bytes.size());
-  const std::string_view start = bytes.substr(first, 5);
-  if (!is_word(start, "solid")) return false;
-  // The header of a binary file may begin so, too.
-  constexpr std::size_t kStart = kHeaderBytes + sizeof(std::uint32_t);
-  if (bytes.size() >= kStart && bytes.size() == kStart + kFacetBytes * facet_count(bytes)) {
-    return false;
-  }
-  return bytes.find("facet") != std::string_view::npos ||
-         bytes.find("FACET") != std::string_view::npos;
-}
-
-template <class Functor>
-void for_each_facet(const std::filesystem::path& path, std::string_view bytes, Functor functor) {
-  if (is_text(bytes)) return for_each_text_facet(path, bytes, functor);
-  check_binary(path, bytes);
-  for (std::size_t row = 0; row < facet_count(bytes); ++row) {
-    const std::size_t begin = kHeaderBytes + sizeof(std::uint32_t) + row * kFacetBytes;
-    Facet facet;
-    for (std::size_t number = 0; number < facet.words.size(); ++number) {
-      const std::string_view word = bytes.substr(begin + number * sizeof(float), sizeof(float));
-      float value = 0;
-      std::memcpy(&value, word.data(), sizeof value);
-      facet.set(number, word, value);
-    }
-    functor(facet);
-  }
-}
+// VTK's reader drops facets of which two vertices are the same, and its writer all that the file
+// has besides triangles.
 
 /// Joins vertices that have the same coordinates, in the order in which they come up.
 class Nodes {
@@ -161,7 +32,7 @@ class Nodes {
     if (is_new) positions_.push_back(place);
     return found->second;
   }
-  std::array<std::int64_t, 3> nodes_of(const Facet& facet) {
+  std::array<std::int64_t, 3> nodes_of(const StlFacet& facet) {
     const auto vertices = facet.vertices();
     const std::int64_t first = node_at(vertices[0]);
     const std::int64_t second = node_at(vertices[1]);
@@ -215,14 +86,14 @@ bool is_same(const Vec3f& a, const Vec3f& b) {
 /// readers to compute it.
 std::string moved_stl(const std::filesystem::path& path, std::string_view bytes, const Mesh& mesh) {
   const std::vector<Vec3f> now = single_positions(mesh);
-  const bool text = is_text(bytes);
+  const bool text = is_stl_text(bytes);
   Nodes nodes;
   std::string result;
   result.reserve(bytes.size() + bytes.size() / 4);
   std::size_t copied = 0;
-  for_each_facet(path, bytes, [&](const Facet& facet) {
+  for_each_stl_facet(path, bytes, [&](const StlFacet& facet) {
     const auto corners = nodes.nodes_of(facet);
-    Facet moved = facet;
+    StlFacet moved = facet;
     bool has_moved = false;
     for (std::size_t vertex = 1; vertex <= 3; ++vertex) {
       const Vec3f& to = now[static_cast<std::size_t>(corners[vertex - 1])];
@@ -234,7 +105,7 @@ std::string moved_stl(const std::filesystem::path& path, std::string_view bytes,
     const Vec3f normal = normal_of(moved.vertices());
     if (!(facet.vectors[0] == Vec3f{}) && !(normal == Vec3f{})) moved.vectors[0] = normal;
     for (std::size_t number = 0; number < facet.words.size(); ++number) {
-      const auto value_of = [&](const Facet& of) {
+      const auto value_of = [&](const StlFacet& of) {
         const Vec3f& vector = of.vectors[number / 3];
         return number % 3 == 0 ? vector.x : number % 3 == 1 ? vector.y : vector.z;
       };
@@ -285,7 +156,7 @@ std::string make_stl(const std::filesystem::path& path, const MeshFile& file) {
   const auto triangles = triangles_of(path, *dataset_of(file));
   const std::vector<Vec3f> positions = single_positions(file.mesh);
   std::string bytes = "binary STL written by meshsmooth";
-  bytes.resize(kHeaderBytes, ' ');
+  bytes.resize(kStlHeaderBytes, ' ');
   const auto count = static_cast<std::uint32_t>(triangles.size());
   bytes.append(reinterpret_cast<const char*>(&count), sizeof count);
   for (const auto& corners : triangles) {
@@ -312,7 +183,7 @@ MeshFile read_stl(const std::filesystem::path& path) {
   content.text = read_bytes(path);
   const auto dataset = std::make_shared<PlainDataset>();
   Nodes nodes;
-  for_each_facet(path, content.text, [&](const Facet& facet) {
+  for_each_stl_facet(path, content.text, [&](const StlFacet& facet) {
     auto corners = nodes.nodes_of(facet);
     if (corners[0] != corners[1] && corners[1] != corners[2] && corners[2] != corners[0]) {
       dataset->add_cell(kTriangleCell, corners);

@@ -1,34 +1,17 @@
 #include "wire/codec.hpp"
 
-#include <google/protobuf/descriptor.h>
 #include <google/protobuf/unknown_field_set.h>
 
 #include <string_view>
-#include <type_traits>
+#include <tuple>
 #include <utility>
 #include <vector>
 
-#include "meshsmooth/error.hpp"
+#include "meshsmooth/option_table.hpp"
+#include "wire/field_value.hpp"
 
 namespace meshsmooth::wire {
 namespace {
-
-using google::protobuf::FieldDescriptor;
-using google::protobuf::Message;
-
-[[noreturn]] void throw_not_supported(const std::string& field, const std::string& what) {
-  throw NotSupported("OPTION_NOT_SUPPORTED", field + ": " + what, {{"field", field}});
-}
-
-template <class Enum>
-Enum decode_choice(int number, const std::string& field, std::string_view what) {
-  if (const auto value = decode_enum<Enum>(number)) return *value;
-  throw_not_supported(field, "unknown " + std::string(what) + " " + std::to_string(number));
-}
-
-const FieldDescriptor& field_of(const Message& message, std::string_view name) {
-  return *message.GetDescriptor()->FindFieldByName(std::string(name));
-}
 
 // Where a field of a method stands: in the options themselves or in the method's message.
 template <class M, class Field>
@@ -51,29 +34,10 @@ template <class M>
 void encode_method(const M& method, v1::SmoothingOptions& options) {
   Message& own =
       *options.GetReflection()->MutableMessage(&options, &field_of(options, MethodTraits<M>::name));
-  for_each_field<M>([&]<class Field>(const Field& field) {
+  for_each_field<M>([&](const auto& field) {
     Message& target = stands_in_options<M>(field) ? options : own;
-    const FieldDescriptor& wire_field = field_of(target, field.name);
-    if constexpr (std::is_same_v<Field, NumberField<M>>) {
-      target.GetReflection()->SetDouble(&target, &wire_field, method.*field.member);
-    } else {
-      target.GetReflection()->SetEnumValue(&target, &wire_field, encode_enum(method.*field.member));
-    }
+    set_field(target, field_of(target, field.name), method.*field.member);
   });
-}
-
-template <class M>
-void decode_field(const NumberField<M>& field, const Message& message, M& method) {
-  const FieldDescriptor& wire_field = field_of(message, field.name);
-  if (!message.GetReflection()->HasField(message, &wire_field)) return;
-  method.*field.member = message.GetReflection()->GetDouble(message, &wire_field);
-}
-
-template <class M, class Enum>
-void decode_field(const ChoiceField<M, Enum>& field, const Message& message, M& method) {
-  const int value = message.GetReflection()->GetEnumValue(message, &field_of(message, field.name));
-  if (value == 0) return;
-  method.*field.member = decode_choice<Enum>(value, path_of<M>(field), field.name);
 }
 
 template <class M>
@@ -82,7 +46,9 @@ M decode_method(const v1::SmoothingOptions& options) {
       options.GetReflection()->GetMessage(options, &field_of(options, MethodTraits<M>::name));
   M method;
   for_each_field<M>([&](const auto& field) {
-    decode_field(field, stands_in_options<M>(field) ? options : own, method);
+    const Message& source = stands_in_options<M>(field) ? options : own;
+    get_field(source, field_of(source, field.name), path_of<M>(field), field.name,
+              method.*field.member);
   });
   return method;
 }
@@ -108,6 +74,14 @@ Method decode_method(const v1::SmoothingOptions& options) {
     });
   });
   return method;
+}
+
+// Of the members of the options that the wire has as they are.
+template <class Visit>
+void for_each_option(const v1::SmoothingOptions& message, const Visit& visit) {
+  std::apply(
+      [&](const auto&... options) { (visit(options, field_of(message, options.name)), ...); },
+      kOptionFields);
 }
 
 QualityMetric decode_metric(int metric, const std::string& field) {
@@ -144,19 +118,18 @@ v1::SmoothingOptions encode_options(const SmoothOptions& options) {
   v1::SmoothingOptions message;
   std::visit([&](const auto& method) { encode_method(method, message); }, options.method);
   if (aims_at_reference(options)) message.mutable_optimize()->set_target(v1::TARGET_REFERENCE);
-  message.set_form(encode_enum(options.form));
+  for_each_option(message, [&](const auto& option, const FieldDescriptor& field) {
+    set_field(message, field, options.*option.member);
+  });
   message.set_max_iteration_count(iteration_limit(options));
   if (options.tolerance.relative) {
     message.set_convergence_tolerance(options.tolerance.value);
   } else {
     message.set_absolute_tolerance(options.tolerance.value);
   }
-  message.set_boundary_policy(encode_enum(options.boundary));
   if (options.boundary == BoundaryPolicy::slide || sweeps_as_optimize(options.method)) {
     message.set_feature_angle_degrees(options.feature_angle);
   }
-  message.set_guard(options.guard);
-  message.set_tangled_policy(encode_enum(options.tangled));
   if (options.movement_limit) {
     if (options.movement_limit->relative) {
       message.set_movement_limit(options.movement_limit->value);
@@ -167,12 +140,6 @@ v1::SmoothingOptions encode_options(const SmoothOptions& options) {
   if (options.only_below) {
     message.set_only_below(options.only_below->quality);
     message.set_only_below_rings(options.only_below->rings);
-  }
-  if (options.report_below) message.set_report_below(*options.report_below);
-  message.set_never_worse(options.never_worse);
-  if (options.metric) message.set_metric(encode_enum(*options.metric));
-  if (options.compute_budget) {
-    *message.mutable_compute_budget() = encode_duration(*options.compute_budget);
   }
   return message;
 }
@@ -186,23 +153,16 @@ SmoothOptions decode_options(const v1::SmoothingOptions& message) {
       !sweeps_as_optimize(options.method)) {
     throw_not_supported("feature_angle_degrees", "only a sliding boundary and optimize have it");
   }
-  options.form = decode_choice<Form>(message.form(), "form", "form");
+  for_each_option(message, [&](const auto& option, const FieldDescriptor& field) {
+    get_field(message, field, std::string(option.name), option.noun, options.*option.member);
+  });
   if (message.has_max_iteration_count()) options.max_iterations = message.max_iteration_count();
   if (message.has_absolute_tolerance()) {
     options.tolerance = {.value = message.absolute_tolerance(), .relative = false};
   } else if (message.has_convergence_tolerance()) {
     options.tolerance = {.value = message.convergence_tolerance(), .relative = true};
   }
-  if (message.boundary_policy() != v1::BOUNDARY_POLICY_UNSPECIFIED) {
-    options.boundary =
-        decode_choice<BoundaryPolicy>(message.boundary_policy(), "boundary_policy", "policy");
-  }
   if (message.has_feature_angle_degrees()) options.feature_angle = message.feature_angle_degrees();
-  if (message.has_guard()) options.guard = message.guard();
-  if (message.tangled_policy() != v1::TANGLED_POLICY_UNSPECIFIED) {
-    options.tangled =
-        decode_choice<TangledPolicy>(message.tangled_policy(), "tangled_policy", "policy");
-  }
   if (message.has_absolute_movement_limit()) {
     options.movement_limit = {.value = message.absolute_movement_limit(), .relative = false};
   } else if (message.has_movement_limit()) {
@@ -213,14 +173,6 @@ SmoothOptions decode_options(const v1::SmoothingOptions& message) {
     if (message.has_only_below_rings()) options.only_below->rings = message.only_below_rings();
   } else if (message.has_only_below_rings()) {
     throw_not_supported("only_below_rings", "only a job with only_below has it");
-  }
-  if (message.has_report_below()) options.report_below = message.report_below();
-  if (message.has_never_worse()) options.never_worse = message.never_worse();
-  if (message.metric() != v1::QUALITY_METRIC_UNSPECIFIED) {
-    options.metric = decode_metric(message.metric(), "metric");
-  }
-  if (message.has_compute_budget()) {
-    options.compute_budget = decode_duration(message.compute_budget(), "compute_budget");
   }
   validate(options);
   return options;

@@ -1,9 +1,11 @@
-// The larger half of codec.hpp: SmoothSummary.
+// The half of codec.hpp that concerns SmoothSummary.
 #include <string>
 #include <utility>
 
 #include "meshsmooth/error.hpp"
 #include "wire/codec.hpp"
+#include "wire/fit_codec.hpp"
+#include "wire/quality_codec.hpp"
 
 namespace meshsmooth::wire {
 namespace {
@@ -22,85 +24,6 @@ StopReason decode_stop_reason(v1::StopReason reason) {
 
 EndRule decode_end_rule(v1::EndRule rule) {
   return decode_enum<EndRule>(rule).value_or(EndRule::none);
-}
-
-void encode_element_quality(const ElementQuality& quality, v1::ElementQuality* message) {
-  message->set_element(quality.element);
-  message->set_element_type(encode_element_type(quality.type));
-  message->set_mean_ratio(quality.mean_ratio);
-  message->set_scaled_jacobian(quality.scaled_jacobian);
-}
-
-ElementQuality decode_element_quality(const v1::ElementQuality& message) {
-  return {.element = message.element(),
-          .type = decode_element_type(message.element_type(), "element_type"),
-          .mean_ratio = message.mean_ratio(),
-          .scaled_jacobian = message.scaled_jacobian()};
-}
-
-void encode_metric_stats(const MetricStats& stats, v1::MetricStats* message) {
-  message->set_metric(encode_enum(stats.metric));
-  message->set_element_count(stats.element_count);
-  message->set_min(stats.min);
-  message->set_percentile_1(stats.percentile_1);
-  message->set_mean(stats.mean);
-  message->set_max(stats.max);
-  message->set_histogram_lower(stats.histogram_lower);
-  message->set_histogram_upper(stats.histogram_upper);
-  copy_all(stats.histogram, message->mutable_histogram());
-}
-
-MetricStats decode_metric_stats(const v1::MetricStats& message) {
-  return {.metric = *decode_enum<QualityMetric>(message.metric()),
-          .element_count = message.element_count(),
-          .min = message.min(),
-          .percentile_1 = message.percentile_1(),
-          .mean = message.mean(),
-          .max = message.max(),
-          .histogram_lower = message.histogram_lower(),
-          .histogram_upper = message.histogram_upper(),
-          .histogram = {message.histogram().begin(), message.histogram().end()}};
-}
-
-void encode_quality(const QualityStats& stats, v1::QualityStats* message) {
-  message->set_element_count(stats.element_count);
-  message->set_inverted_element_count(stats.inverted_count);
-  message->set_degenerate_element_count(stats.degenerate_count);
-  message->set_sum_absolute_volume(stats.sum_absolute_volume);
-  message->set_enclosed_volume(stats.enclosed_volume);
-  message->set_mirrored_element_count(stats.mirrored_count);
-  for (const std::int64_t element : stats.mirrored) message->add_mirrored_elements(element);
-  message->set_collapsed_element_count(stats.collapsed_count);
-  message->set_interface_element_count(stats.interface_count);
-  for (const MetricStats& metric : stats.metrics) {
-    encode_metric_stats(metric, message->add_metrics());
-  }
-  for (const ElementQuality& element : stats.worst) {
-    encode_element_quality(element, message->add_worst_elements());
-  }
-}
-
-QualityStats decode_quality(const v1::QualityStats& message) {
-  QualityStats stats;
-  stats.element_count = message.element_count();
-  stats.inverted_count = message.inverted_element_count();
-  stats.degenerate_count = message.degenerate_element_count();
-  stats.sum_absolute_volume = message.sum_absolute_volume();
-  stats.enclosed_volume = message.enclosed_volume();
-  stats.mirrored_count = message.mirrored_element_count();
-  stats.mirrored.assign(message.mirrored_elements().begin(), message.mirrored_elements().end());
-  stats.collapsed_count = message.collapsed_element_count();
-  stats.interface_count = message.interface_element_count();
-  for (const v1::MetricStats& metric : message.metrics()) {
-    if (!decode_enum<QualityMetric>(metric.metric())) {
-      continue;
-    }
-    stats.metrics.push_back(decode_metric_stats(metric));
-  }
-  for (const v1::ElementQuality& element : message.worst_elements()) {
-    stats.worst.push_back(decode_element_quality(element));
-  }
-  return stats;
 }
 
 void encode_convergence(const Convergence& convergence, v1::ConvergenceStats* message) {
@@ -195,73 +118,6 @@ MotionStats decode_motion(const v1::MotionStats& message) {
           .blocking_element_count = message.blocking_element_count(),
           .blocking_elements = {message.blocking_elements().begin(),
                                 message.blocking_elements().end()}};
-}
-
-void encode_distance(const SurfaceDistance& distance, v1::SurfaceDistance* message) {
-  message->set_largest(distance.largest);
-  message->set_mean(distance.mean);
-}
-SurfaceDistance decode_distance(const v1::SurfaceDistance& message) {
-  return {message.largest(), message.mean()};
-}
-
-void encode_surface_counts(const SurfaceCounts& counts, v1::SurfaceCounts* message) {
-  message->set_triangle_count(counts.triangles);
-  message->set_patch_count(counts.patches);
-  message->set_curve_count(counts.curves);
-  message->set_corner_count(counts.corners);
-  message->set_open_edge_count(counts.open_edges);
-  message->set_non_manifold_edge_count(counts.non_manifold_edges);
-  message->set_degenerate_triangle_count(counts.degenerate_triangles);
-}
-SurfaceCounts decode_surface_counts(const v1::SurfaceCounts& message) {
-  return {.triangles = message.triangle_count(),
-          .patches = message.patch_count(),
-          .curves = message.curve_count(),
-          .corners = message.corner_count(),
-          .open_edges = message.open_edge_count(),
-          .non_manifold_edges = message.non_manifold_edge_count(),
-          .degenerate_triangles = message.degenerate_triangle_count()};
-}
-
-void encode_fit(const FitStats& fit, v1::FitStats* message) {
-  encode_surface_counts(fit.surface, message->mutable_surface());
-  message->set_node_count(fit.node_count);
-  message->set_reached_count(fit.reached_count);
-  message->set_held_count(fit.held_count);
-  message->set_fixed_count(fit.fixed_count);
-  message->set_unmatched_corner_count(fit.unmatched_corner_count);
-  message->set_unmatched_curve_count(fit.unmatched_curve_count);
-  message->set_step_count(fit.step_count);
-  message->set_input_off_surface(fit.input_off_surface);
-  encode_distance(fit.input_to_surface, message->mutable_input_to_surface());
-  encode_distance(fit.result_to_surface, message->mutable_result_to_surface());
-  encode_distance(fit.surface_to_result, message->mutable_surface_to_result());
-  for (const TargetPart& part : fit.parts) {
-    v1::TargetPart* own = message->add_parts();
-    own->set_curve(part.curve);
-    own->set_node_count(part.node_count);
-    encode_distance(part.distance, own->mutable_distance());
-  }
-}
-FitStats decode_fit(const v1::FitStats& message) {
-  FitStats fit{.surface = decode_surface_counts(message.surface()),
-               .node_count = message.node_count(),
-               .reached_count = message.reached_count(),
-               .held_count = message.held_count(),
-               .fixed_count = message.fixed_count(),
-               .unmatched_corner_count = message.unmatched_corner_count(),
-               .unmatched_curve_count = message.unmatched_curve_count(),
-               .step_count = message.step_count(),
-               .input_off_surface = message.input_off_surface(),
-               .input_to_surface = decode_distance(message.input_to_surface()),
-               .result_to_surface = decode_distance(message.result_to_surface()),
-               .surface_to_result = decode_distance(message.surface_to_result()),
-               .parts = {}};
-  for (const v1::TargetPart& part : message.parts()) {
-    fit.parts.push_back({part.curve(), part.node_count(), decode_distance(part.distance())});
-  }
-  return fit;
 }
 
 void encode_kept_quality(const KeptQuality& kept, v1::KeptQuality* message) {

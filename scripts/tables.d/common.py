@@ -2,6 +2,7 @@
 
 import json
 import pathlib
+import re
 import textwrap
 import tomllib
 
@@ -19,6 +20,27 @@ def declared(name):
 
 def quoted(text):
     return json.dumps(text, ensure_ascii=False)
+
+
+def interval(of, whole=False):
+    """The range of a number: C++ initializer, in words for errors, in short for helps, condition on other fields."""
+    found = re.fullmatch(r"([\[(])(\S+), (\S+)([\])])", of["range"])
+    if not found:
+        raise Failure(f"{of['range']} is not an interval")
+    opening, lower, upper, closing = found.groups()
+    if upper.startswith("-"):  # another field
+        words = f"minus {upper[1:]}"
+        return "", f"finite and below {words}", f"below {words}", upper
+    parts = [f".lower = {lower}"] + ([f".upper = {upper}"] if upper != "inf" else [])
+    parts += [".lower_included = false"] * (opening == "(") + [".upper_included = false"] * (closing == ")" and upper != "inf")
+    if upper == "inf":
+        words = f"{lower} or more" if opening == "[" else f"above {lower}"
+        return ", ".join(parts), words if whole else f"finite and {words}", words, None
+    words = f"from {lower} to {upper}"
+    if (opening, closing) != ("[", "]"):
+        words = (f"{lower} or more" if opening == "[" else f"above {lower}") + " and " + (
+            f"at most {upper}" if closing == "]" else f"below {upper}")
+    return ", ".join(parts), words, of["range"], None
 
 
 def cpp_table(*parts):

@@ -1,11 +1,10 @@
 """Methods: C++ structs and traits, Python's dataclasses, ParaView's choices, the table of docs/methods.md."""
 
 import keyword
-import re
 import textwrap
 
 import enums
-from common import Failure, camel, cpp_comment, cpp_header, cpp_member, declared, python_module, quoted, table
+from common import Failure, camel, cpp_comment, cpp_header, cpp_member, declared, interval, python_module, quoted, table
 
 STRUCTS_END = '''\
 /// A smoothing method with its parameters; `MethodTraits` describes each.
@@ -43,26 +42,6 @@ def presets():
     for method, of in methods():
         for name, values in of.get("presets", {}).items():
             yield method, name, values
-
-
-def interval(of):
-    """The range of a number: C++ initializer, in words for errors, in short for helps, condition on other fields."""
-    found = re.fullmatch(r"([\[(])(\S+), (\S+)([\])])", of["range"])
-    if not found:
-        raise Failure(f"methods.toml: {of['range']} is not an interval")
-    opening, lower, upper, closing = found.groups()
-    if upper.startswith("-"):  # another field
-        words = f"minus {upper[1:]}"
-        return "", f"finite and below {words}", f"below {words}", upper
-    parts = [f".lower = {lower}"] + ([f".upper = {upper}"] if upper != "inf" else [])
-    parts += [".lower_included = false"] * (opening == "(") + [".upper_included = false"] * (closing == ")" and upper != "inf")
-    if upper == "inf":
-        return ", ".join(parts), f"finite and {lower} or more", f"{lower} or more", None
-    words = f"from {lower} to {upper}"
-    if (opening, closing) != ("[", "]"):
-        words = (f"{lower} or more" if opening == "[" else f"above {lower}") + " and " + (
-            f"at most {upper}" if closing == "]" else f"below {upper}")
-    return ", ".join(parts), words, of["range"], None
 
 
 def help_of(of):

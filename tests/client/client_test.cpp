@@ -6,6 +6,7 @@
 
 #include "client_access.hpp"
 #include "mock_service.hpp"
+#include "support/fit_surfaces.hpp"
 #include "support/in_process_server.hpp"
 #include "support/meshes.hpp"
 
@@ -106,6 +107,61 @@ TEST(Client, SendsTheReferenceInTheMeshsPrecision) {
   const Mesh other = test::two_tets();
   EXPECT_THROW(connect(server).smooth(mesh, {}, {}, {.reference = other.positions_view()}),
                InvalidMesh);
+}
+
+/// The field of the input that is refused before anything is sent, or "".
+std::string refused_field(const SmoothOptions& options, const JobInput& input) {
+  InProcessServer server;
+  Client client = connect(server);
+  Mesh mesh = test::tet_ball();
+  Session session = client.open(mesh);
+  const auto field_of = [&](const auto& run) -> std::string {
+    try {
+      run();
+    } catch (const NotSupported& error) {
+      EXPECT_EQ(error.reason(), "OPTION_NOT_SUPPORTED");
+      EXPECT_EQ(find_error_reason(error.reason())->status, StatusCode::invalid_argument);
+      return error.details().front().second;
+    }
+    return "";
+  };
+  const std::string field = field_of([&] { client.smooth(mesh, options, {}, input); });
+  EXPECT_EQ(field_of([&] { session.smooth(options, {}, input); }), field);
+  EXPECT_EQ(client.list_jobs().empty(), !field.empty());
+  return field;
+}
+
+TEST(Client, RefusesInputThatTheJobHasNoUseFor) {
+  const Mesh mesh = test::tet_ball();
+  const std::vector<NodeId> nodes = {1};
+  const std::vector<Vec3d> to = {{0, 0, 0}};
+  const SurfaceMesh surface = test::box_surface(1, {1, 1, 1});
+  const JobInput reference{.reference = mesh.positions_view()};
+  const JobInput prescribed{.prescribed = {nodes, std::span<const Vec3d>(to)}};
+  const JobInput positions{.prescribed = {{}, std::span<const Vec3d>(to)}};
+  const JobInput target{.surface = &surface};
+  for_each_method([&](const auto& method) {
+    SmoothOptions options{.method = method, .boundary = BoundaryPolicy::slide};
+    const bool optimizes = std::holds_alternative<Optimize>(options.method);
+    if (is_motion(options.method)) {
+      const auto with = [&](JobInput input) {
+        input.prescribed = prescribed.prescribed;
+        return refused_field(options, input);
+      };
+      EXPECT_EQ(with(reference), "reference");
+      EXPECT_EQ(with(target), "surface");
+      return;
+    }
+    EXPECT_EQ(refused_field(options, reference), optimizes ? "" : "reference");
+    EXPECT_EQ(refused_field(options, target), optimizes ? "" : "surface");
+    EXPECT_EQ(refused_field(options, prescribed), "prescribed");
+    EXPECT_EQ(refused_field(options, positions), "prescribed");
+  });
+  EXPECT_EQ(refused_field({.method = Optimize{.target = Target::ideal}}, reference),
+            "optimize.target");
+  EXPECT_EQ(refused_field({}, target), "surface") << "the boundary is fixed";
+  SmoothOptions options{.boundary = BoundaryPolicy::slide, .only_below = OnlyBelow{0.5}};
+  EXPECT_EQ(refused_field(options, target), "surface");
 }
 
 TEST(Client, GivesTheServersReasonForTooFewRegions) {

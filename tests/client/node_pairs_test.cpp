@@ -9,12 +9,9 @@
 #include <vector>
 
 #include "meshsmooth/client.hpp"
-#include "meshsmooth/server.hpp"
 #include "meshsmooth/smoother.hpp"
-#include "support/in_process_server.hpp"
+#include "support/both_ways.hpp"
 #include "support/meshes.hpp"
-#include "support/process.hpp"
-#include "support/scratch_folder.hpp"
 
 namespace meshsmooth::client {
 namespace {
@@ -68,37 +65,12 @@ double farthest_apart(const PeriodicCube& cube, const Points& points) {
   return farthest;
 }
 
-/// A server with the smoother of the CPU on a Unix socket.
-class NodePairs : public ::testing::TestWithParam<bool> {
+class NodePairs : public testing::BothWays {
  protected:
-  NodePairs() : server_(config()) { server_.start(); }
-
-  server::ServerConfig config() const {
-    server::ServerConfig config = testing::quiet_config();
-    config.listen = target();
-    config.backend = "cpu";
-    return config;
-  }
-  [[nodiscard]] std::string target() const { return "unix:" + folder_.path("socket").string(); }
-  [[nodiscard]] static RequestOptions request() {
-    RequestOptions request;
-    request.shared_memory = GetParam();
-    return request;
-  }
-  /// Repeats a job until it goes the way that is tested: the first ones use chunks.
-  template <class Job>
-  static bool goes_its_way(Job job) {
-    return testing::eventually([&] { return job().shared_memory == GetParam(); });
-  }
-
-  const testing::ScratchFolder folder_;
-  server::Server server_;
   const PeriodicCube cube_ = periodic_cube();
 };
 
-INSTANTIATE_TEST_SUITE_P(Ways, NodePairs, ::testing::Bool(), [](const auto& shared) {
-  return std::string(shared.param ? "SharedMemory" : "Chunks");
-});
+INSTANTIATE_TEST_SUITE_P(Ways, NodePairs, ::testing::Bool(), testing::way_name);
 
 TEST_P(NodePairs, StayMatchedInAJob) {
   Client client(target());

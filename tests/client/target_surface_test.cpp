@@ -6,13 +6,10 @@
 
 #include "meshsmooth/client.hpp"
 #include "meshsmooth/error.hpp"
-#include "meshsmooth/server.hpp"
 #include "meshsmooth/smoother.hpp"
+#include "support/both_ways.hpp"
 #include "support/fit_surfaces.hpp"
-#include "support/in_process_server.hpp"
 #include "support/meshes.hpp"
-#include "support/process.hpp"
-#include "support/scratch_folder.hpp"
 
 namespace meshsmooth::client {
 namespace {
@@ -27,27 +24,12 @@ SmoothOptions sliding() {
 }
 SurfaceMesh larger_box() { return test::box_surface(4, {16.5, 16.5, 16.5}); }
 
-/// A server with the smoother of the CPU on a Unix socket.
-class TargetSurfaces : public ::testing::TestWithParam<bool> {
+class TargetSurfaces : public testing::BothWays {
  protected:
-  TargetSurfaces() : server_(config()) { server_.start(); }
-
-  server::ServerConfig config() const {
-    server::ServerConfig config = testing::quiet_config();
-    config.listen = target();
-    config.backend = "cpu";
-    return config;
-  }
-  [[nodiscard]] std::string target() const { return "unix:" + folder_.path("socket").string(); }
-
-  const testing::ScratchFolder folder_;
-  server::Server server_;
   const Mesh mesh_ = test::lattice(ElementType::tetrahedron, kCells);
 };
 
-INSTANTIATE_TEST_SUITE_P(Ways, TargetSurfaces, ::testing::Bool(), [](const auto& shared) {
-  return std::string(shared.param ? "SharedMemory" : "Chunks");
-});
+INSTANTIATE_TEST_SUITE_P(Ways, TargetSurfaces, ::testing::Bool(), testing::way_name);
 
 TEST_P(TargetSurfaces, TravelWithAJob) {
   SurfaceMesh surface = larger_box();
@@ -59,12 +41,10 @@ TEST_P(TargetSurfaces, TravelWithAJob) {
   const SmoothSummary expected = make_smoother("cpu")->smooth(here, sliding(), {}, input);
   ASSERT_TRUE(expected.fit);
   EXPECT_EQ(expected.fit->surface.patches, 7);
-  RequestOptions request;
-  request.shared_memory = GetParam();
   Client client(target());
-  EXPECT_TRUE(testing::eventually([&] {  // the first jobs use chunks
+  EXPECT_TRUE(goes_its_way([&] {
     Mesh mesh = mesh_;
-    const SmoothReport report = client.smooth(mesh, sliding(), request, input);
+    const SmoothReport report = client.smooth(mesh, sliding(), request(), input);
     EXPECT_EQ(mesh.positions, here.positions) << "as without a server";
     EXPECT_TRUE(report.summary.fit);
     if (report.summary.fit) {
@@ -72,18 +52,16 @@ TEST_P(TargetSurfaces, TravelWithAJob) {
       EXPECT_EQ(report.summary.fit->surface.patches, 7);
       EXPECT_EQ(report.summary.fit->parts.size(), expected.fit->parts.size());
     }
-    return report.shared_memory == GetParam();
+    return report;
   }));
 }
 
 TEST_P(TargetSurfaces, AreRefusedByName) {
   Client client(target());
-  RequestOptions request;
-  request.shared_memory = GetParam();
   const auto reason_of = [&](const SurfaceMesh& surface, const SmoothOptions& options) {
     Mesh mesh = mesh_;
     try {
-      client.smooth(mesh, options, request, {.surface = &surface});
+      client.smooth(mesh, options, request(), {.surface = &surface});
     } catch (const Error& error) {
       EXPECT_EQ(mesh.positions, mesh_.positions);
       return error.reason();

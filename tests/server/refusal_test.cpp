@@ -117,6 +117,31 @@ TEST_F(Refusal, OfOptionsNamesTheField) {
   expect_healthy_service(stub_);
 }
 
+TEST_F(Refusal, OfArraysThatTheJobHasNoUseForComesBeforeThem) {
+  const auto add_surface = [](v1::JobSpec& spec) {
+    spec.mutable_surface()->set_point_count(3);
+    spec.mutable_surface()->set_triangle_count(1);
+  };
+  const auto refuse = [&](const std::function<void(v1::JobSpec&)>& change, const char* field) {
+    expect_refused(change, StatusCode::INVALID_ARGUMENT, "OPTION_NOT_SUPPORTED", field);
+  };
+  refuse(add_surface, "surface");  // the boundary is fixed
+  refuse(
+      [&](v1::JobSpec& spec) {
+        add_surface(spec);
+        spec.mutable_options()->mutable_taubin();
+        spec.mutable_options()->set_boundary_policy(v1::BOUNDARY_POLICY_SLIDE);
+      },
+      "surface");
+  refuse([](v1::JobSpec& spec) { spec.set_prescribed_node_count(1); }, "prescribed_node_count");
+  refuse(
+      [](v1::JobSpec& spec) {
+        spec.mutable_inline_topology()->set_reference_type(v1::SCALAR_TYPE_FLOAT64);
+      },
+      "inline_topology.reference_type");
+  expect_healthy_service(stub_);
+}
+
 TEST_F(Refusal, OfBytesThatAreNoMessageSaysSo) {
   for (const std::string method : {"GetTopology", "DeleteTopology", "GetJob", "ListJobs",
                                    "CancelJob", "DeleteJob", "LeaseRegion", "GetServerInfo"}) {

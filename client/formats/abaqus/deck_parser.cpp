@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <utility>
 
 #include "deck_reader.hpp"
 #include "element_reader.hpp"
 #include "foreign_input.hpp"
 #include "model.hpp"
+#include "set_reader.hpp"
 
 namespace meshsmooth::formats {
 namespace {
@@ -47,7 +47,8 @@ void drop_earlier_definitions(std::vector<TextSegment>& segments, std::size_t no
 /// Reads the keywords that tell of the mesh, into the model.
 class DeckParser {
  public:
-  explicit DeckParser(const path& file) : reader_(file), elements_(reader_, model_, notes_) {}
+  explicit DeckParser(const path& file)
+      : reader_(file), elements_(reader_, model_, notes_), sets_(reader_, model_) {}
 
   void parse() {
     bool more = reader_.next();
@@ -109,13 +110,13 @@ class DeckParser {
       return name == "NODE" ? read_nodes(keyword) : elements_.read(keyword, scope_);
     }
     if (name == "NSET" || name == "ELSET") {
-      return read_set(keyword, name == "NSET" ? Kind::nodes : Kind::elements);
+      return sets_.read_set(keyword, name == "NSET" ? Kind::nodes : Kind::elements, scope_);
     }
     if (name == "EQUATION") {
       reader_.read_input_of(keyword);
-      return read_equations();
+      return sets_.read_equations(scope_);
     }
-    if (name == "SURFACE") return read_surface(keyword);
+    if (name == "SURFACE") return sets_.read_surface(keyword, scope_);
     if (name == "SYSTEM") return read_system(keyword);
     if (name == "USERELEMENT") elements_.define(keyword);
     if (name.ends_with("SECTION")) read_section(keyword);
@@ -166,123 +167,7 @@ class DeckParser {
     }
   }
 
-  // --- sets and sections
-
-  bool read_set(const DeckKeyword& keyword, Kind kind) {
-    const std::string name = keyword.value(kind == Kind::nodes ? "NSET" : "ELSET");
-    if (name.empty()) reader_.fail_at(keyword.place, "expected the name of the set");
-    AbaqusModel::ScopeId scope = scope_;
-    if (const std::string instance = keyword.value("INSTANCE"); !instance.empty()) {
-      const auto* known = model_.find_instance(instance);
-      if (known == nullptr) {
-        reader_.fail_at(keyword.place, "there is no instance \"" + instance + "\"");
-      }
-      scope = *known;
-    }
-    model_.add_set(scope_, kind, name);
-    const std::string elements = keyword.value("ELSET");
-    if (kind == Kind::nodes && !elements.empty()) {
-      model_.add_to_set(scope_, kind, name,
-                        {Kind::elements, scope, false, {}, elements, keyword.place});
-    }
-    const bool generate = keyword.find("GENERATE") != nullptr;
-    while (true) {
-      if (!reader_.next()) return false;
-      if (reader_.at_keyword()) return true;
-      split_data(line(), words_);
-      if (generate) {
-        model_.add_to_set(scope_, kind, name,
-                          {kind, scope, true, read_range(), {}, reader_.place()});
-        continue;
-      }
-      for (const std::string_view word : words_) {
-        if (!trimmed(word).empty()) {
-          model_.add_to_set(scope_, kind, name, read_member(trimmed(word), kind, scope));
-        }
-      }
-    }
-  }
-
-  /// A line names an element or a set of them, and the number of their sides, "S2", which in shells
-  /// are their faces and edges, or of their edges, "E2". Surfaces of nodes and of all free sides
-  /// lie on the boundary.
-  bool read_surface(const DeckKeyword& keyword) {
-    const std::string name = keyword.value("NAME"), type = in_capitals(keyword.value("TYPE"));
-    while (true) {
-      if (!reader_.next()) return false;
-      if (reader_.at_keyword()) return true;
-      split_data(line(), words_);
-      if (name.empty() || (!type.empty() && type != "ELEMENT") || words_.size() < 2) continue;
-      const std::string side = in_capitals(trimmed(words_[1]));
-      const std::string_view of = trimmed(words_.front());
-      const bool edge = side.starts_with('E');
-      const bool numbered = side.size() == 2 && side[1] >= '1' && side[1] <= '6';
-      if (!numbered || of.empty() || !(edge || side.starts_with('S'))) continue;
-      model_.add_to_surface(scope_, name, read_member(of, Kind::elements, scope_),
-                            {side[1] - '0', edge});
-    }
-  }
-
-  /// Of each equation a line with the number of its terms, then the terms, several a line: a node
-  /// or a set, a degree of freedom, a factor. What else stands there is the solver's affair.
-  bool read_equations() {
-    std::size_t left = 0;  // words of the equation
-    std::vector<AbaqusModel::Entry> terms;
-    const auto end_equation = [&] {
-      if (!terms.empty()) model_.add_equation(std::exchange(terms, {}));
-    };
-    while (true) {
-      const bool more = reader_.next();
-      if (!more || reader_.at_keyword()) {
-        end_equation();
-        return more;
-      }
-      split_data(line(), words_);
-      if (left == 0) {
-        end_equation();
-        left = 3 * static_cast<std::size_t>(std::max<std::int64_t>(0, term_count()));
-        continue;
-      }
-      for (const std::string_view word : words_) {
-        if (left == 0 || trimmed(word).empty()) break;
-        if (left-- % 3 == 0) {
-          terms.push_back(read_member(trimmed(word), Kind::nodes, scope_));
-        }
-      }
-    }
-  }
-  [[nodiscard]] std::int64_t term_count() const {
-    std::int64_t count = 0;
-    const std::string_view word = trimmed(words_.front());
-    (void)std::from_chars(word.data(), word.data() + word.size(), count);
-    return std::min<std::int64_t>(count, std::int64_t{1} << 32);
-  }
-
-  /// "first, last[, step]".
-  AbaqusModel::Range read_range() {
-    const std::int64_t first = reader_.label(words_.front());
-    const std::int64_t last = words_.size() > 1 ? reader_.label(words_[1]) : first;
-    const std::int64_t step = words_.size() > 2 ? reader_.label(words_[2]) : 1;
-    if (last < first) reader_.refuse("first, last and step", line());
-    return {first, last, step};
-  }
-
-  /// A label or the name of another set, in an instance: "wing-1.12", "wing-1.tip".
-  AbaqusModel::Entry read_member(std::string_view word, Kind kind, AbaqusModel::ScopeId scope) {
-    if (const std::size_t point = word.rfind('.'); point != std::string_view::npos) {
-      if (const auto* instance = model_.find_instance(word.substr(0, point))) {
-        scope = *instance;
-        word.remove_prefix(point + 1);
-      }
-    }
-    if (word.size() > 1 && word.front() == '"' && word.back() == '"') {
-      word = word.substr(1, word.size() - 2);
-    }
-    const bool number = !word.empty() && word.find_first_not_of("0123456789") == std::string::npos;
-    if (!number) return {kind, scope, false, {}, std::string(word), reader_.place()};
-    const std::int64_t label = reader_.label(word);
-    return {kind, scope, false, {label, label, 1}, {}, reader_.place()};
-  }
+  // --- sections
 
   /// A composite has its materials in its data lines and is one of its own.
   void read_section(const DeckKeyword& keyword) {
@@ -341,6 +226,7 @@ class DeckParser {
   AbaqusModel model_;
   Notes notes_;
   ElementReader elements_;
+  SetReader sets_;
   AbaqusModel::ScopeId scope_ = 0;
   std::string part_;  // that is being read
   bool in_local_system_ = false;

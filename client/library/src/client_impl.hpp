@@ -16,6 +16,7 @@
 
 #include "buffer_cache.hpp"
 #include "meshsmooth/client.hpp"
+#include "meshsmooth/input_use.hpp"
 #include "meshsmooth/v1/smoothing.grpc.pb.h"
 #include "region/region_pool.hpp"
 #include "retry.hpp"
@@ -91,6 +92,7 @@ struct Client::Impl {
   /// one. With the region of `delivery`, its positions there are kept until it succeeds.
   SmoothReport smooth(const JobMesh& job, const SmoothOptions& given, const RequestOptions& request,
                       TopologyUse topology, Delivery& delivery) {
+    validate_input_use(given, job.input);
     const SmoothOptions options = with_target_of(given, job.input);
     const RequestOptions complete = completed(request, job.mesh, options);
     Retry retry(complete);

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from conftest import cube
@@ -46,6 +48,15 @@ def test_slides_on_the_surface() -> None:
     assert request.message.boundary_policy == smoothing_pb2.BOUNDARY_POLICY_SLIDE
     with pytest.raises(ms.InvalidOption, match="boundary"):
         _options.slide_on_surface({"surface": surface, "boundary": "free"})
+
+
+@pytest.mark.parametrize("method", ["laplacian", "hc-laplacian", ms.Taubin(), ms.Move()])
+def test_belongs_to_optimize(method: Any) -> None:
+    """Of every other method it would change nothing."""
+    surface = (POINTS, {"triangle": [[0, 1, 2]]})
+    with pytest.raises(ms.InvalidOption, match="surface belongs to") as caught:
+        Request(read_mesh(TETRAHEDRON), {"surface": surface, "method": method})
+    assert caught.value.reason == "OPTION_MISPLACED"
 
 
 def test_sends_its_arrays_last() -> None:

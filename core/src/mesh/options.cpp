@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "meshsmooth/error.hpp"
+#include "meshsmooth/input_use.hpp"
+#include "meshsmooth/option_table.hpp"
 
 namespace meshsmooth {
 namespace {
@@ -19,6 +21,10 @@ void need(bool in_range, const std::string& field, double value, std::string_vie
   std::ostringstream message;
   message << field << " is " << value << ", it must be " << range;
   throw InvalidOption("OPTION_OUT_OF_RANGE", message.str(), {{"field", field}});
+}
+
+void need(const OptionRange& allowed, const std::string& field, double value) {
+  need(allowed.range.contains(value), field, value, allowed.text);
 }
 
 template <class M>
@@ -62,18 +68,25 @@ void validate_kept_metric(const SmoothOptions& options) {
                       {{"field", "metric"}});
 }
 
-void validate_surface_of(const SmoothOptions& options) {
-  const auto refuse = [](const std::string& why) {
-    throw NotSupported("OPTION_NOT_SUPPORTED", "a target surface " + why, {{"field", "surface"}});
-  };
-  if (!std::holds_alternative<Optimize>(options.method)) {
-    refuse("is for optimize only, the method is " + std::string(method_name(options.method)));
+void validate_only_below(const SmoothOptions& options) {
+  if (is_motion(options.method)) {
+    throw NotSupported("OPTION_NOT_SUPPORTED",
+                       "only_below chooses elements of the input, which move makes follow as a "
+                       "whole; use a movement limit or fixed nodes",
+                       {{"field", "only_below"}});
   }
-  if (options.boundary != BoundaryPolicy::slide) {
-    refuse("needs the boundary policy slide, it is " + std::string(enum_name(options.boundary)));
-  }
-  if (options.only_below) refuse("cannot be used together with only_below");
-  if (std::get<Optimize>(options.method).stay > 0) refuse("cannot be used together with stay");
+  need(option::only_below, "only_below", options.only_below->quality);
+  need(option::only_below_rings, "only_below_rings", options.only_below->rings);
+}
+
+void validate_report_below(const SmoothOptions& options) {
+  need(option::report_below, "report_below", *options.report_below);
+  if (sweeps_as_optimize(options.method)) return;
+  throw NotSupported(
+      "OPTION_NOT_SUPPORTED",
+      "only optimize and move tell what holds elements below a quality, the method is " +
+          std::string(method_name(options.method)),
+      {{"field", "report_below"}});
 }
 
 void validate_reference_of(const SmoothOptions& options) {
@@ -120,64 +133,62 @@ void validate(const SmoothOptions& options) {
   validate_metrics(options.element_quality_metrics);
   std::visit([](const auto& method) { validate_method(method); }, options.method);
   const int limit = iteration_limit(options);
-  need(limit >= 0, "max_iteration_count", limit, "0 or more");
+  need(option::iterations, "max_iteration_count", limit);
   if (is_filter(options.method)) {
     need(limit <= kMostFilterIterations, "max_iteration_count", limit,
          "at most " + std::to_string(kMostFilterIterations) + " for windowed_sinc");
   }
-  const double tolerance = options.tolerance.value;
-  need(tolerance >= 0 && std::isfinite(tolerance),
-       options.tolerance.relative ? "convergence_tolerance" : "absolute_tolerance", tolerance,
-       "finite and 0 or more");
-  need(options.feature_angle >= 1 && options.feature_angle <= 90, "feature_angle",
-       options.feature_angle, "from 1 to 90 degrees");
+  if (options.tolerance.relative) {
+    need(option::tolerance, "convergence_tolerance", options.tolerance.value);
+  } else {
+    need(option::absolute_tolerance, "absolute_tolerance", options.tolerance.value);
+  }
+  need(option::feature_angle, "feature_angle", options.feature_angle);
   if (options.compute_budget) {
     const double seconds = std::chrono::duration<double>(*options.compute_budget).count();
-    need(seconds > 0, "compute_budget", seconds, "above 0 seconds");
+    need(option::compute_budget, "compute_budget", seconds);
   }
   if (options.movement_limit) {
-    const double length = options.movement_limit->value;
-    need(length > 0 && std::isfinite(length),
-         options.movement_limit->relative ? "movement_limit" : "absolute_movement_limit", length,
-         "finite and above 0");
+    need(option::movement_limit,
+         options.movement_limit->relative ? "movement_limit" : "absolute_movement_limit",
+         options.movement_limit->value);
   }
   if (options.metric) validate_kept_metric(options);
-  if (options.only_below) {
-    if (is_motion(options.method)) {
-      throw NotSupported("OPTION_NOT_SUPPORTED",
-                         "only_below chooses elements of the input, which move makes follow as a "
-                         "whole; use a movement limit or fixed nodes",
-                         {{"field", "only_below"}});
-    }
-    const double quality = options.only_below->quality;
-    need(quality > 0 && quality <= 1, "only_below", quality, "above 0 and at most 1");
-    need(options.only_below->rings >= 0, "only_below_rings", options.only_below->rings,
-         "0 or more");
-  }
-  if (options.report_below) {
-    need(*options.report_below > 0 && *options.report_below <= 1, "report_below",
-         *options.report_below, "above 0 and at most 1");
-    if (!sweeps_as_optimize(options.method)) {
-      throw NotSupported(
-          "OPTION_NOT_SUPPORTED",
-          "only optimize and move tell what holds elements below a quality, the method is " +
-              std::string(method_name(options.method)),
-          {{"field", "report_below"}});
-    }
-  }
+  if (options.only_below) validate_only_below(options);
+  if (options.report_below) validate_report_below(options);
   std::visit([&](const auto& method) { validate_form(method, options.form); }, options.method);
 }
 
-void validate(const SmoothOptions& options, const JobInput& input) {
-  validate(options);
+void validate_surface_use(const SmoothOptions& options) {
+  const auto refuse = [](const std::string& why) {
+    throw NotSupported("OPTION_NOT_SUPPORTED", "a target surface " + why, {{"field", "surface"}});
+  };
+  if (!std::holds_alternative<Optimize>(options.method)) {
+    refuse("is for optimize only, the method is " + std::string(method_name(options.method)));
+  }
+  if (options.boundary != BoundaryPolicy::slide) {
+    refuse("needs the boundary policy slide, it is " + std::string(enum_name(options.boundary)));
+  }
+  if (options.only_below) refuse("cannot be used together with only_below");
+  if (std::get<Optimize>(options.method).stay > 0) refuse("cannot be used together with stay");
+}
+
+void validate_input_use(const SmoothOptions& options, const JobInput& input) {
   if (position_count(input.reference) > 0) validate_reference_of(options);
-  if (input.surface != nullptr) validate_surface_of(options);
-  if (!input.prescribed.nodes.empty() && !is_motion(options.method)) {
+  if (input.surface != nullptr) validate_surface_use(options);
+  const bool prescribes =
+      !input.prescribed.nodes.empty() || position_count(input.prescribed.positions) > 0;
+  if (prescribes && !is_motion(options.method)) {
     throw NotSupported("OPTION_NOT_SUPPORTED",
                        "only move takes prescribed nodes, the method is " +
                            std::string(method_name(options.method)),
                        {{"field", "prescribed"}});
   }
+}
+
+void validate(const SmoothOptions& options, const JobInput& input) {
+  validate(options);
+  validate_input_use(options, input);
 }
 
 namespace {

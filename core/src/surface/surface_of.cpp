@@ -11,27 +11,10 @@ namespace {
 
 using Triangle = std::array<std::int32_t, 3>;
 
-/// The triangles of an element, by its nodes; corners first, then the middles of edges in their
-/// order, then that of the face.
+/// The triangles of an element, by its nodes.
 [[nodiscard]] std::span<const Triangle> triangles_of(ElementType type) {
-  static constexpr Triangle kTriangle[] = {{0, 1, 2}};
-  static constexpr Triangle kQuad[] = {{0, 1, 2}, {0, 2, 3}};
-  static constexpr Triangle kTriangle6[] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}, {3, 4, 5}};
-  static constexpr Triangle kQuad8[] = {{0, 4, 7}, {4, 1, 5}, {5, 2, 6},
-                                        {6, 3, 7}, {4, 5, 6}, {4, 6, 7}};
-  static constexpr Triangle kQuad9[] = {{0, 4, 8}, {4, 1, 8}, {1, 5, 8}, {5, 2, 8},
-                                        {2, 6, 8}, {6, 3, 8}, {3, 7, 8}, {7, 0, 8}};
   switch (type) {
-    case ElementType::triangle:
-      return kTriangle;
-    case ElementType::quad:
-      return kQuad;
-    case ElementType::triangle6:
-      return kTriangle6;
-    case ElementType::quad8:
-      return kQuad8;
-    case ElementType::quad9:
-      return kQuad9;
+#include "surface/element_triangles.inc"
     default:
       return {};
   }

@@ -1,7 +1,5 @@
 #include "rpc/messages.hpp"
 
-#include <google/protobuf/util/time_util.h>
-
 #include <algorithm>
 #include <cctype>
 #include <map>
@@ -10,9 +8,9 @@
 #include <string_view>
 #include <vector>
 
-#include "meshsmooth/backend_name.hpp"
 #include "meshsmooth/error.hpp"
-#include "rpc/status.hpp"
+#include "meshsmooth/input_use.hpp"
+#include "rpc/server_info.hpp"
 #include "wire/codec.hpp"
 #include "wire/sha256.hpp"
 
@@ -44,13 +42,9 @@ Priority decode_priority(v1::Priority priority) {
   throw_not_supported("priority", "unknown priority " + std::to_string(priority));
 }
 
-BackendName backend_name(std::string_view backend) {
-  return parse_backend_name(backend).value_or(BackendName{.kind = BackendKind::cpu});
-}
-
 void check_backend(v1::BackendKind wanted, std::string_view backend) {
   if (wanted == v1::BACKEND_KIND_UNSPECIFIED ||
-      wanted == wire::encode_enum(backend_name(backend).kind)) {
+      wanted == wire::encode_enum(backend_of(backend).kind)) {
     return;
   }
   if (!v1::BackendKind_IsValid(wanted)) {
@@ -105,32 +99,6 @@ void check_can_be_kept(const JobRequest& job, const ServerConfig& config) {
                     {{"field", "result_ttl"}, {"need_bytes", need}, {"limit_bytes", limit}});
 }
 
-google::protobuf::Timestamp encode_time(std::chrono::system_clock::time_point time) {
-  return google::protobuf::util::TimeUtil::NanosecondsToTimestamp(
-      std::chrono::duration_cast<std::chrono::nanoseconds>(time.time_since_epoch()).count());
-}
-
-google::protobuf::Duration encode_duration(ServerConfig::Duration duration) {
-  return google::protobuf::util::TimeUtil::NanosecondsToDuration(duration.count());
-}
-
-v1::JobError encode_error(const std::exception_ptr& error, const std::string& incident) {
-  const wire::StatusDetails details = describe_error(error, incident);
-  v1::JobError message;
-  message.set_code(details.code);
-  message.set_reason(details.reason);
-  message.set_message(details.message);
-  for (const auto& [key, value] : details.metadata) (*message.mutable_metadata())[key] = value;
-  return message;
-}
-
-void add_methods(v1::GetServerInfoResponse& info) {
-  for_each_method([&](const auto& method) {
-    info.add_methods(std::string(method_name(method)));
-    *info.add_method_defaults() = wire::encode_options({.method = method});
-  });
-}
-
 QualityDetail decode_quality_detail(v1::QualityDetail detail) {
   if (detail == v1::QUALITY_DETAIL_UNSPECIFIED) return QualityDetail::full;
   if (const auto known = wire::decode_enum<QualityDetail>(detail)) return *known;
@@ -140,6 +108,16 @@ QualityDetail decode_quality_detail(v1::QualityDetail detail) {
 [[noreturn]] void throw_topology_not_found(const std::string& name) {
   throw Error("TOPOLOGY_NOT_FOUND", "topology not found or no longer cached; send it inline",
               {{"name", shown_name(name)}});
+}
+
+// A topology that is kept may have one for jobs to come.
+void refuse_unused_reference(const JobRequest& job, const v1::JobSpec& spec) {
+  if (!spec.has_inline_topology() || spec.topology_kept()) return;
+  if (!job.layout.kept_reference_float64) return;
+  if (is_motion(job.options.method) || aims_at_reference(job.options)) return;
+  throw_not_supported("inline_topology.reference_type",
+                      "only move and optimize with the target reference use a reference, and this "
+                      "topology is not kept for later jobs");
 }
 
 void decode_topology(const v1::JobSpec& spec, Engine& engine, JobRequest& job) {
@@ -211,6 +189,7 @@ DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& caller, Engi
   if (aims_at_reference(decoded.job.options) && !layout.kept_reference_float64) {
     layout.expect_reference(engine.mesh_limits());
   }
+  refuse_unused_reference(decoded.job, spec);
   if (std::holds_alternative<Move>(decoded.job.options.method)) {
     layout.expect_prescribed(spec.prescribed_node_count(), engine.mesh_limits());
   } else if (spec.prescribed_node_count() != 0) {
@@ -218,7 +197,10 @@ DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& caller, Engi
   }
 
   layout.expect_node_pairs(spec.node_pair_count(), engine.mesh_limits());
-  if (spec.has_surface()) layout.expect_surface(spec.surface(), engine.mesh_limits());
+  if (spec.has_surface()) {
+    layout.expect_surface(spec.surface(), engine.mesh_limits());
+    validate_surface_use(decoded.job.options);
+  }
 
   decoded.job.progress_wanted = spec.has_progress_interval();
   if (spec.has_progress_interval()) {
@@ -252,130 +234,6 @@ DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& caller, Engi
     }
   }
   return decoded;
-}
-
-v1::Progress encode_progress(const JobSnapshot& now, int queue_position) {
-  v1::Progress message;
-  message.set_state(wire::encode_enum(now.state));
-  message.set_queue_position(queue_position);
-  if (now.progress_count == 0) return message;
-  message.set_stage(wire::encode_enum(now.progress.stage));
-  message.set_iteration(now.progress.iteration);
-  message.set_max_displacement(now.progress.max_displacement);
-  message.set_rms_displacement(now.progress.rms_displacement);
-  return message;
-}
-
-v1::Job encode_job(const Job& job, const Engine& engine) {
-  const JobSnapshot now = job.snapshot();
-  const JobRequest& request = job.request();
-  v1::Job message;
-  message.set_name(job.name());
-  message.set_request_id(request.request_id);
-  message.set_state(wire::encode_enum(now.state));
-  *message.mutable_create_time() = encode_time(now.times.created);
-  if (now.times.started) {
-    const auto delay = std::chrono::duration_cast<std::chrono::system_clock::duration>(
-        *now.times.started - now.times.admitted);
-    *message.mutable_start_time() = encode_time(now.times.created + delay);
-  }
-  if (has_ended(now.state)) *message.mutable_end_time() = encode_time(now.times.ended_wall);
-  if (request.kept() && now.summary) {
-    *message.mutable_expire_time() = encode_time(now.times.expires_wall);
-  }
-  message.set_priority(wire::encode_enum(request.priority));
-  message.set_node_count(request.layout.node_count);
-  message.set_element_count(request.layout.element_count());
-  message.set_queue_position(engine.queue().position(job));
-  *message.mutable_last_progress() = encode_progress(now, message.queue_position());
-  if (now.error) *message.mutable_error() = encode_error(now.error, job.name());
-  if (now.summary) *message.mutable_summary() = encode_job_summary(job, now);
-  return message;
-}
-
-v1::ResultHeader encode_result_header(const Job& job, const JobSnapshot& now, bool in_region) {
-  const wire::MeshLayout& layout = job.request().layout;
-  v1::ResultHeader header;
-  header.set_node_count(layout.node_count);
-  header.set_coordinate_type(layout.float64 ? v1::SCALAR_TYPE_FLOAT64 : v1::SCALAR_TYPE_FLOAT32);
-  header.set_size_bytes(job.request().result_bytes());
-  header.set_topology_name(now.topology_name);
-  header.set_in_region(in_region);
-  for (const QualityMetric metric : job.request().options.element_quality_metrics) {
-    header.add_element_quality_metrics(wire::encode_enum(metric));
-  }
-  return header;
-}
-
-v1::Summary encode_job_summary(const Job& job, const JobSnapshot& now) {
-  v1::Summary message = wire::encode_summary(*now.summary);
-  v1::Timings* timings = message.mutable_timings();
-  *timings->mutable_receive() = wire::encode_seconds(now.times.receive_seconds());
-  *timings->mutable_queue() = wire::encode_seconds(now.times.queue_seconds());
-  *timings->mutable_send() = wire::encode_seconds(now.times.send_seconds());
-  v1::Execution* execution = message.mutable_execution();
-  execution->set_host_peak_bytes(execution->host_peak_bytes() + job.request().layout.total_bytes());
-  execution->set_topology_reused(now.topology_reused);
-  execution->set_server_version(MESHSMOOTH_VERSION);
-  *message.mutable_options() = wire::encode_options(job.request().options);
-  return message;
-}
-
-v1::GetServerInfoResponse encode_server_info(const Engine& engine) {
-  const ServerConfig& config = engine.config();
-  v1::GetServerInfoResponse info;
-  info.set_server_version(MESHSMOOTH_VERSION);
-  info.set_build_commit(MESHSMOOTH_BUILD_COMMIT);
-  info.add_api_versions("meshsmooth.v1");
-  *info.mutable_default_options() = wire::encode_options(SmoothOptions{});
-  add_methods(info);
-  for (const ElementType type : kElementTypes) {
-    info.add_element_types(wire::encode_element_type(type));
-  }
-  for (const char* feature :
-       {"element_quality", "element_regions", "request_id_joins", "kept_results", "topology_cache",
-        "kept_reference", "node_pairs", "target_surface"}) {
-    info.add_features(feature);
-  }
-  if (engine.regions() != nullptr) info.add_features("shared_memory");
-  info.set_draining(engine.draining());
-
-  v1::Limits* limits = info.mutable_limits();
-  constexpr int kChunkOverhead = 1 << 10;  // of the message around it
-  limits->set_max_chunk_bytes(
-      std::min(config.max_chunk_bytes, config.max_receive_message_bytes - kChunkOverhead));
-  limits->set_max_job_bytes(config.max_job_bytes);
-  limits->set_max_node_count(config.max_node_count);
-  limits->set_max_element_count(config.max_element_count);
-  limits->set_max_queued_job_count(config.max_queued_jobs);
-  limits->set_max_concurrent_streams(config.max_concurrent_streams);
-  *limits->mutable_max_result_ttl() = encode_duration(config.max_result_ttl);
-  *limits->mutable_max_queue_timeout() = encode_duration(config.max_queue_timeout);
-  *limits->mutable_stream_idle_timeout() = encode_duration(config.stream_idle_timeout);
-  limits->set_early_data_bytes(config.early_data_bytes);
-  if (engine.regions() != nullptr) limits->set_max_region_bytes(engine.regions()->max_bytes());
-
-  const MemoryBytes limit = engine.memory_budget().limit();
-  const MemoryBytes reserved = engine.memory_budget().reserved();
-  for (const std::string& name : engine.devices()) {
-    const int device = info.backends_size();
-    v1::Backend* backend = info.add_backends();
-    const BackendName parsed = backend_name(name);
-    backend->set_kind(wire::encode_enum(parsed.kind));
-    backend->set_name(name);
-    // The memory that the backend computes in.
-    const bool on_device = has_devices(parsed.kind);
-    backend->set_total_bytes(on_device ? limit.device_bytes[device] : limit.host_bytes);
-    backend->set_reserved_bytes(on_device ? reserved.device_bytes[device] : reserved.host_bytes);
-    if (on_device) backend->set_device_index(parsed.device.value_or(0));
-    for (const auto& lane : engine.lanes()) {
-      if (lane->device() != device) continue;
-      backend->set_lane_count(backend->lane_count() + 1);
-      if (lane->busy()) backend->set_busy_lane_count(backend->busy_lane_count() + 1);
-      if (lane->in_service()) backend->set_healthy(true);
-    }
-  }
-  return info;
 }
 
 }  // namespace meshsmooth::server

@@ -40,17 +40,4 @@ struct DecodedSpec {
                                                             const std::string& name);
 [[nodiscard]] v1::Topology encode_topology(const CachedTopology& topology);
 
-[[nodiscard]] v1::Progress encode_progress(const JobSnapshot& now, int queue_position);
-
-/// The current state of the job.
-[[nodiscard]] v1::Job encode_job(const Job& job, const Engine& engine);
-
-[[nodiscard]] v1::ResultHeader encode_result_header(const Job& job, const JobSnapshot& now,
-                                                    bool in_region);
-
-/// The smoother's summary with the server's additions: waiting times, options, version.
-[[nodiscard]] v1::Summary encode_job_summary(const Job& job, const JobSnapshot& now);
-
-[[nodiscard]] v1::GetServerInfoResponse encode_server_info(const Engine& engine);
-
 }  // namespace meshsmooth::server

@@ -8,6 +8,7 @@
 #include "busy.hpp"
 #include "log.hpp"
 #include "meshsmooth/error.hpp"
+#include "rpc/job_messages.hpp"
 
 namespace meshsmooth::server {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "job.hpp"
 #include "meshsmooth/v1/smoothing.pb.h"
-#include "rpc/messages.hpp"
+#include "rpc/job_messages.hpp"
 #include "rpc/result_stream.hpp"
 #include "wire/raw_message.hpp"
 

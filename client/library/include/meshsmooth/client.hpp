@@ -223,9 +223,9 @@ class Client {
   Client& operator=(Client&&) noexcept;
 
   /// Smooths `mesh` in place: its positions change when the whole result has arrived, never before;
-  /// nothing else changes. The summary has the metrics that
-  /// `SmoothOptions::element_quality_metrics` asks for.
-  /// @param input what else the job is given: a reference, prescribed nodes, node pairs.
+  /// nothing else changes. The summary has the `element_quality_metrics` of the options.
+  /// @param input a reference, prescribed nodes, node pairs, a surface; the job must use each.
+  /// @throws NotSupported OPTION_NOT_SUPPORTED, before anything is sent: it has no use for one.
   /// @throws ServiceError OPTION_NOT_SUPPORTED: an older server, without those metrics.
   SmoothReport smooth(Mesh& mesh, const SmoothOptions& options, const RequestOptions& request = {},
                       const JobInput& input = {});

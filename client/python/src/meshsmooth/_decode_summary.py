@@ -11,7 +11,7 @@ from typing import Any
 
 from google.protobuf import duration_pb2, json_format
 
-from . import _summary
+from . import _fit, _summary
 from ._progress import enum_name
 from ._summary import ElementQuality, Summary
 from .v1 import mesh_pb2, smoothing_pb2
@@ -36,7 +36,8 @@ def decode_summary(message: smoothing_pb2.Summary, caller_element: Callable[[int
 
 @functools.cache
 def _field_types(kind: type) -> dict[str, Any]:
-    return typing.get_type_hints(kind, vars(_summary))  # its __module__ is the package
+    # Its __module__ may be the package.
+    return typing.get_type_hints(kind, {**vars(_summary), **vars(_fit)})
 
 
 def _decode(kind: Any, message: Any, caller_element: Callable[[int], int]) -> Any:

@@ -159,6 +159,8 @@ def encode_options(options: JobOptions) -> pb.SmoothingOptions:
         _aim_at_reference(method, message)
     elif isinstance(method, Optimize) and method.target == "reference":
         raise misplaced("reference", 'target="reference" needs reference=…')
+    if options.get("surface") is not None and not isinstance(method, Optimize | None):
+        raise misplaced("surface", 'surface belongs to method="optimize"')
     _encode_fields(options, message, "")
     _encode_movement_limit(options.get("movement_limit"), message)
     return message

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from ._fit import Fit
 from ._reported import to_text
-from ._summary import Fit, MetricStats, Motion, PoorElements, QualityStats, Summary
+from ._summary import MetricStats, Motion, PoorElements, QualityStats, Summary
 
 _BARS = " ▁▂▃▄▅▆▇█"
 ROWS = (

@@ -10,32 +10,8 @@ from numpy.typing import NDArray
 from . import _wire
 from ._adapters import read_mesh
 from ._errors import InvalidMesh
-from .v1 import mesh_pb2, smoothing_pb2
-
-# The triangles of an element, by its nodes, as core's surface_of.cpp has them.
-_TRIANGLES = {
-    mesh_pb2.ELEMENT_TYPE_TRIANGLE: [(0, 1, 2)],
-    mesh_pb2.ELEMENT_TYPE_QUAD: [(0, 1, 2), (0, 2, 3)],
-    mesh_pb2.ELEMENT_TYPE_TRIANGLE6: [(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)],
-    mesh_pb2.ELEMENT_TYPE_QUAD8: [
-        (0, 4, 7),
-        (4, 1, 5),
-        (5, 2, 6),
-        (6, 3, 7),
-        (4, 5, 6),
-        (4, 6, 7),
-    ],
-    mesh_pb2.ELEMENT_TYPE_QUAD9: [
-        (0, 4, 8),
-        (4, 1, 8),
-        (1, 5, 8),
-        (5, 2, 8),
-        (2, 6, 8),
-        (6, 3, 8),
-        (3, 7, 8),
-        (7, 0, 8),
-    ],
-}
+from ._triangles import TRIANGLES
+from .v1 import smoothing_pb2
 
 
 class Surface(NamedTuple):
@@ -75,7 +51,7 @@ def read_surface(given: Any) -> Surface:
         raise InvalidMesh(message, reason=error.reason, details=details, hint=error.hint) from error
     found = []
     for block in blocks:
-        corners = _TRIANGLES.get(block.element_type)
+        corners = TRIANGLES.get(block.element_type)
         if corners is None:
             raise InvalidMesh(
                 "surface: the mesh has volume elements; give its boundary alone, as by PyVista's "

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "mesh/curved_jacobian.hpp"
-#include "smooth/second_order/cured_part.hpp"
+#include "smooth/second_order/repaired_part.hpp"
 #include "smooth/second_order/shares.hpp"
 
 namespace meshsmooth::detail {

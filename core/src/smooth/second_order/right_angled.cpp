@@ -2,7 +2,7 @@
 
 #include "mesh/curved_jacobian.hpp"
 #include "smooth/base/topology.hpp"
-#include "smooth/second_order/cured_part.hpp"
+#include "smooth/second_order/repaired_part.hpp"
 #include "smooth/second_order/shares.hpp"
 
 namespace meshsmooth::detail {

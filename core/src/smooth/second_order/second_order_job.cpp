@@ -11,11 +11,11 @@
 #include "smooth/base/interrupt.hpp"
 #include "smooth/base/refusals.hpp"
 #include "smooth/move/prescribed.hpp"
-#include "smooth/second_order/carry.hpp"
 #include "smooth/second_order/count_poor.hpp"
-#include "smooth/second_order/cure.hpp"
 #include "smooth/second_order/keep_curved_quality.hpp"
+#include "smooth/second_order/mid_nodes.hpp"
 #include "smooth/second_order/prescribed_parts.hpp"
+#include "smooth/second_order/repair_curved.hpp"
 #include "smooth/second_order/right_angled.hpp"
 #include "smooth/second_order/stopwatch.hpp"
 
@@ -38,13 +38,13 @@ class Job {
         control_(task.control),
         run_(task.run),
         orientation_(run_in(arena_, [&] { return SurfaceOrientation(topology_, positions_); })),
-        carry_(run_in(arena_,
-                      [&] { return Carry<Real>(topology_, mesh_, positions_, orientation_); })) {}
+        mid_nodes_(run_in(
+            arena_, [&] { return MidNodes<Real>(topology_, mesh_, positions_, orientation_); })) {}
 
   SmoothSummary smooth(std::span<Vec3<Real>> result) {
     const bool moves = plan_.moves;
     QualityStats before;
-    if (carry_.any_curved()) {
+    if (mid_nodes_.any_curved()) {
       before = measure(positions_);
       if (!topology_.canonical && before.inverted_count + before.degenerate_count > 0 &&
           CanonicalTopology(topology_, positions_).changed()) {
@@ -56,12 +56,12 @@ class Job {
     const bool keeps_shape = options_.boundary == BoundaryPolicy::slide ||
                              (element_dimension() == 2 && !orientation_.plane());
     // A corner that slides along the facets of the input leaves the curve that they approximate.
-    const auto held = keeps_shape ? carry_.corners_of_curved() : std::vector<NodeId>();
+    const auto held = keeps_shape ? mid_nodes_.corners_of_curved() : std::vector<NodeId>();
 
     std::vector<Vec3<Real>> after;
     SmoothSummary summary = moves ? move(held, after) : sweep(held, after);
     summary.nodes.curved += static_cast<std::int64_t>(held.size());
-    if (carry_.any_curved()) evaluate(summary, std::move(before), after);
+    if (mid_nodes_.any_curved()) evaluate(summary, std::move(before), after);
     if (recounts_poor()) {
       const Stopwatch stopwatch(iterate_seconds_);
       const std::vector<Vec3<Real>> first = gather(positions_, mesh_);
@@ -81,12 +81,14 @@ class Job {
   }
 
   /// Whether poor elements are counted when curved elements have been repaired.
-  [[nodiscard]] bool recounts_poor() const { return carry_.any_curved() && can_count_poor(plan_); }
+  [[nodiscard]] bool recounts_poor() const {
+    return mid_nodes_.any_curved() && can_count_poor(plan_);
+  }
 
   SmoothSummary sweep(const std::vector<NodeId>& held, std::vector<Vec3<Real>>& after) {
     std::vector<Vec3<Real>> corners = gather(positions_, mesh_);
     SmoothOptions options = options_;
-    if (carry_.any_curved()) options.never_worse = false;  // whole elements are kept below
+    if (mid_nodes_.any_curved()) options.never_worse = false;  // whole elements are kept below
     if (recounts_poor()) options.report_below = {};
     SmoothSummary summary = run_(corners, of_corners(), options, held);
     const Stopwatch stopwatch(iterate_seconds_);
@@ -97,13 +99,13 @@ class Job {
     }
     if (options_.guard) {
       summary.convergence.held_node_count +=
-          run_in(arena_, [&] { return carry_.place_validly(corners, after); });
+          run_in(arena_, [&] { return mid_nodes_.place_validly(corners, after); });
     } else {
-      run_in(arena_, [&] { carry_.place(corners, after); });
+      run_in(arena_, [&] { mid_nodes_.place(corners, after); });
     }
-    if (plan_.improves() && carry_.any_curved()) {
+    if (plan_.improves() && mid_nodes_.any_curved()) {
       const std::int64_t held_bytes = run_in(arena_, [&] {
-        return cure_elements(summary.convergence.bounding_box_diagonal, right_angled, after);
+        return repair_elements(summary.convergence.bounding_box_diagonal, right_angled, after);
       });
       // What the corners' job held is free by now.
       summary.host_peak_bytes = std::max(summary.host_peak_bytes, held_bytes);
@@ -113,17 +115,17 @@ class Job {
 
   /// The nodes that already have what `Target::automatic` aims at; empty: none.
   [[nodiscard]] std::vector<std::uint8_t> find_right_angled() const {
-    if (plan_.aim != Aim::boxes || !carry_.any_curved()) return {};
+    if (plan_.aim != Aim::boxes || !mid_nodes_.any_curved()) return {};
     return run_in(arena_,
                   [&] { return detail::find_right_angled(topology_, orientation_, positions_); });
   }
 
   /// On curved surfaces nodes would leave the surface.
-  [[nodiscard]] std::int64_t cure_elements(double diagonal,
-                                           const std::vector<std::uint8_t>& right_angled,
-                                           std::vector<Vec3<Real>>& after) const {
+  [[nodiscard]] std::int64_t repair_elements(double diagonal,
+                                             const std::vector<std::uint8_t>& right_angled,
+                                             std::vector<Vec3<Real>>& after) const {
     if (element_dimension() == 2 && !orientation_.plane()) return 0;
-    CureScope<Real> scope{{topology_.fixed.begin(), topology_.fixed.end()}};
+    RepairScope<Real> scope{{topology_.fixed.begin(), topology_.fixed.end()}};
     scope.held.resize(topology_.node_count);
     if (const auto& limit = options_.movement_limit) {
       scope.limit = {positions_.data(), limit->value * (limit->relative ? diagonal : 1)};
@@ -136,16 +138,16 @@ class Job {
                        std::chrono::steady_clock::now() - begin_ < *options_.compute_budget);
     };
     const std::span<Vec3<Real>> all(after);
-    const auto by = [&](CureGoal goal, const CureScope<Real>& within) {
-      return cure(goal, topology_, within, orientation_, all, goes_on);
+    const auto by = [&](RepairGoal goal, const RepairScope<Real>& within) {
+      return repair_curved(goal, topology_, within, orientation_, all, goes_on);
     };
-    const std::int64_t bytes = by(CureGoal::validity, scope);
+    const std::int64_t bytes = by(RepairGoal::validity, scope);
     if (options_.only_below) return bytes;  // distorted elements are not bad ones
     for (std::size_t n = 0; n < right_angled.size(); ++n) scope.held[n] |= right_angled[n];
     // The corners have been optimized: they move only where that is not enough.
-    CureScope<Real> mids = scope;
+    RepairScope<Real> mids = scope;
     for (const NodeId node : mesh_.nodes()) mids.held[static_cast<std::size_t>(node)] = 1;
-    return std::max({bytes, by(CureGoal::shape, mids), by(CureGoal::worst_shapes, scope)});
+    return std::max({bytes, by(RepairGoal::shape, mids), by(RepairGoal::worst_shapes, scope)});
   }
 
   /// As far as curved elements stay valid: with half the motion until they do.
@@ -170,14 +172,15 @@ class Job {
       motion.rejected_step_count += halvings++;
       if (share < 1) summary.stop_reason = StopReason::stagnated;
       const Stopwatch stopwatch(iterate_seconds_);
-      run_in(arena_, [&] { carry_.place(corners, after); });
+      run_in(arena_, [&] { mid_nodes_.place(corners, after); });
       for (std::size_t n = 0; n < prescribed.mids.size(); ++n) {
         const auto node = static_cast<std::size_t>(prescribed.mids[n]);
         after[node] = motion.reached == 1
                           ? prescribed.mid_positions[n]
                           : towards(positions_[node], prescribed.mid_positions[n], motion.reached);
       }
-      if (share == 0 || run_in(arena_, [&] { return carry_.stays_valid(after); })) return summary;
+      if (share == 0 || run_in(arena_, [&] { return mid_nodes_.stays_valid(after); }))
+        return summary;
     }
   }
 
@@ -264,7 +267,7 @@ class Job {
   const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
   const SmoothCorners<Real>& run_;
   SurfaceOrientation orientation_;
-  Carry<Real> carry_;
+  MidNodes<Real> mid_nodes_;
   std::variant<std::vector<Vec3f>, std::vector<Vec3d>> reference_;
   double iterate_seconds_ = 0;  // beside what the linear mesh's job takes
   double evaluate_seconds_ = 0;

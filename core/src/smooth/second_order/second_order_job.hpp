@@ -29,9 +29,9 @@ struct SecondOrderTask {
   const SmoothCorners<Real>& run;
 };
 
-/// A job on a mesh of second order: its corners by `run`, the other nodes by `Carry`, invalid and
-/// distorted elements by `cure`, these two on the threads of the arena. The arrays are checked;
-/// that of the result changes only when it returns.
+/// A job on a mesh of second order: its corners by `run`, the other nodes by `MidNodes`, invalid
+/// and distorted elements by `repair_curved`, these two on the threads of the arena. The arrays are
+/// checked; that of the result changes only when it returns.
 template <class Real>
 SmoothSummary smooth_second_order(const SecondOrderTask<Real>& task, const JobArrays<Real>& arrays);
 

@@ -10,8 +10,8 @@
 #include "smooth/base/mesh_counts.hpp"
 #include "smooth/base/refusals.hpp"
 #include "smooth/move/prescribed.hpp"
-#include "smooth/second_order/cure.hpp"
 #include "smooth/second_order/keep_curved_quality.hpp"
+#include "smooth/second_order/repair_curved.hpp"
 #include "smooth/second_order/second_order_job.hpp"
 
 namespace meshsmooth::detail {
@@ -45,7 +45,7 @@ class SecondOrderSmoother final : public ForwardingSmoother {
     MemoryEstimate sum = inner().estimate(CornerMesh::size_of(size), options);
     const JobPlan plan = plan_job(options);
     if (plan.improves()) {
-      sum.host_bytes = std::max(sum.host_bytes, cure_bytes(size));  // one after the other
+      sum.host_bytes = std::max(sum.host_bytes, repair_bytes(size));  // one after the other
     }
     if (plan.keeps_quality && is_second_order(size)) {
       sum.host_bytes = std::max(sum.host_bytes, keep_curved_quality_bytes(size.node_count));

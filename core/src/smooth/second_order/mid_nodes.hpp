@@ -9,7 +9,7 @@ namespace meshsmooth::detail {
 
 /// Takes the nodes in the middle of edges, faces and elements along with their corners.
 template <class Real>
-class Carry {
+class MidNodes {
  public:
   using Positions = std::span<const Vec3<Real>>;
 
@@ -17,8 +17,8 @@ class Carry {
   ///
   /// @param before       the caller's positions
   /// @param orientation  of `before`
-  Carry(const TopologyView& topology, const CornerMesh& corners, Positions before,
-        const SurfaceOrientation& orientation);
+  MidNodes(const TopologyView& topology, const CornerMesh& corners, Positions before,
+           const SurfaceOrientation& orientation);
 
   /// @returns whether a node does not lie exactly in the middle of its corners, to the rounding of
   /// the coordinates

@@ -12,16 +12,16 @@
 
 namespace meshsmooth::detail {
 
-/// What a cure is for.
-enum class CureGoal : std::uint8_t {
+/// What a repair is for.
+enum class RepairGoal : std::uint8_t {
   validity,      // invalid elements: their nodes and those of rings around them
   shape,         // distorted ones: their nodes; the worst coefficient at a node never gets worse
   worst_shapes,  // the same of those that are far more distorted
 };
 
-/// What a cure may move.
+/// What a repair may move.
 template <class Real>
-struct CureScope {
+struct RepairScope {
   std::vector<std::uint8_t> held;      // [nodes], not 0: stays
   DisplacementLimit<Real> limit = {};  // of the other ones
   int rings = 2;                       // around invalid elements
@@ -44,12 +44,12 @@ struct CureScope {
 /// gives  `positions`
 /// @returns the bytes that it held at most
 template <class Real>
-std::int64_t cure(CureGoal goal, const TopologyView& topology, const CureScope<Real>& scope,
-                  const SurfaceOrientation& orientation, std::span<Vec3<Real>> positions,
-                  const std::function<bool()>& goes_on);
+std::int64_t repair_curved(RepairGoal goal, const TopologyView& topology,
+                           const RepairScope<Real>& scope, const SurfaceOrientation& orientation,
+                           std::span<Vec3<Real>> positions, const std::function<bool()>& goes_on);
 
-/// @returns an upper bound of what `cure` holds on a mesh of this size, reached where all of it is
-/// cured; 0 for a linear one
-[[nodiscard]] std::int64_t cure_bytes(const MeshSize& size);
+/// @returns an upper bound of what `repair_curved` holds on a mesh of this size, reached where all
+/// of it is repaired; 0 for a linear one
+[[nodiscard]] std::int64_t repair_bytes(const MeshSize& size);
 
 }  // namespace meshsmooth::detail

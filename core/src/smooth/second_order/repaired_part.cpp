@@ -1,4 +1,4 @@
-#include "smooth/second_order/cured_part.hpp"
+#include "smooth/second_order/repaired_part.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -35,23 +35,24 @@ void mark_nodes(std::span<const NodeId> nodes, std::vector<std::uint8_t>& marks)
   }
 }
 
-void CuredPart::Size::add(ElementType type, std::int64_t count) {
-  patients += count;
+void RepairedPart::Size::add(ElementType type, std::int64_t count) {
+  part_elements += count;
   entries += count * static_cast<std::int64_t>(element_width(type));
   facets += count * element_shape(type).facet_count;
 }
 
 // The boundary is found first, then the part is kept; lists that grow have up to twice their size.
-std::int64_t CuredPart::Size::bytes() const {
-  const std::int64_t boundary = boundary_nodes_bytes(nodes, facets) + 4 * entries + 4 * patients;
+std::int64_t RepairedPart::Size::bytes() const {
+  const std::int64_t boundary =
+      boundary_nodes_bytes(nodes, facets) + 4 * entries + 4 * part_elements;
   const std::int64_t part = nodes * (4 + 4 + 8 + 2 * 8 + 2 * 8) + elements + 8 * entries +
-                            patients * (static_cast<std::int64_t>(sizeof(Patient)) + 8);
+                            part_elements * (static_cast<std::int64_t>(sizeof(PartElement)) + 8);
   return 3 * nodes + elements + std::max(boundary, part);
 }
 
-CuredPart::CuredPart(const TopologyView& topology, const SurfaceOrientation& orientation,
-                     std::vector<std::uint8_t> chosen, int rings,
-                     std::span<const std::uint8_t> held)
+RepairedPart::RepairedPart(const TopologyView& topology, const SurfaceOrientation& orientation,
+                           std::vector<std::uint8_t> chosen, int rings,
+                           std::span<const std::uint8_t> held)
     : size_{.nodes = static_cast<std::int64_t>(topology.node_count),
             .elements = static_cast<std::int64_t>(topology.element_count())} {
   for (int ring = 0; ring < rings; ++ring) add_ring(topology, chosen);
@@ -67,13 +68,13 @@ CuredPart::CuredPart(const TopologyView& topology, const SurfaceOrientation& ori
     if (chosen[n] != 0) nodes_.push_back(static_cast<NodeId>(n));
   }
   const std::vector<std::uint8_t> moves = elements_touching(topology, chosen);
-  patients_.reserve(static_cast<std::size_t>(std::ranges::count(moves, 1)));
+  part_elements_.reserve(static_cast<std::size_t>(std::ranges::count(moves, 1)));
   std::size_t element = 0;
   for (const ElementBlockView& block : topology.blocks) {
     const std::size_t width = element_width(block.type);
     for (std::size_t at = 0; at < block.nodes.size(); at += width, ++element) {
       if (moves[element] == 0) continue;
-      patients_.push_back(
+      part_elements_.push_back(
           {block.type, block.nodes.subspan(at, width), orientation.reference(element)});
     }
   }
@@ -82,8 +83,8 @@ CuredPart::CuredPart(const TopologyView& topology, const SurfaceOrientation& ori
 }
 
 /// Of some elements: a facet that others share too has no node that they do not all touch.
-std::vector<NodeId> CuredPart::boundary_of(const TopologyView& topology,
-                                           const std::vector<std::uint8_t>& elements) {
+std::vector<NodeId> RepairedPart::boundary_of(const TopologyView& topology,
+                                              const std::vector<std::uint8_t>& elements) {
   std::vector<ElementBlock> blocks;
   std::vector<std::int32_t> regions;
   std::size_t element = 0;
@@ -106,14 +107,14 @@ std::vector<NodeId> CuredPart::boundary_of(const TopologyView& topology,
   return find_boundary_nodes({topology.node_count, views, {}, regions}, true);
 }
 
-void CuredPart::list_elements(std::size_t node_count) {
+void RepairedPart::list_elements(std::size_t node_count) {
   std::vector<std::int32_t> index(node_count, -1);
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
     index[static_cast<std::size_t>(nodes_[n])] = static_cast<std::int32_t>(n);
   }
   const auto visit_entries = [&](const auto& visit) {
-    for (std::size_t p = 0; p < patients_.size(); ++p) {
-      for (const NodeId node : patients_[p].nodes) {
+    for (std::size_t p = 0; p < part_elements_.size(); ++p) {
+      for (const NodeId node : part_elements_[p].nodes) {
         const std::int32_t n = index[static_cast<std::size_t>(node)];
         if (n >= 0) visit(static_cast<std::size_t>(n), p);
       }
@@ -129,8 +130,9 @@ void CuredPart::list_elements(std::size_t node_count) {
 }
 
 /// First fit, in ascending order: nodes of one colour share no element.
-void CuredPart::colour() {
-  std::vector<std::uint64_t> used(patients_.size());  // colours at an element, at most 27 nodes
+void RepairedPart::colour() {
+  std::vector<std::uint64_t> used(
+      part_elements_.size());  // colours at an element, at most 27 nodes
   std::vector<std::size_t> others;
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
     std::uint64_t taken = 0;

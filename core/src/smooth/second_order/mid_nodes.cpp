@@ -1,4 +1,4 @@
-#include "smooth/second_order/carry.hpp"
+#include "smooth/second_order/mid_nodes.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -24,8 +24,8 @@ Vec3<Real> mean_of(std::span<const NodeId> corners, const At& at) {
 }  // namespace
 
 template <class Real>
-Carry<Real>::Carry(const TopologyView& topology, const CornerMesh& corners, Positions before,
-                   const SurfaceOrientation& orientation)
+MidNodes<Real>::MidNodes(const TopologyView& topology, const CornerMesh& corners, Positions before,
+                         const SurfaceOrientation& orientation)
     : topology_(topology), corners_(corners), before_(before), orientation_(orientation) {
   curved_.resize(corners.mid_count());
   const auto at = [&](NodeId corner) {
@@ -50,7 +50,7 @@ Carry<Real>::Carry(const TopologyView& topology, const CornerMesh& corners, Posi
 }
 
 template <class Real>
-std::vector<NodeId> Carry<Real>::corners_of_curved() const {
+std::vector<NodeId> MidNodes<Real>::corners_of_curved() const {
   std::vector<NodeId> result;
   for (std::size_t m = 0; m < curved_.size(); ++m) {
     if (curved_[m] == 0) continue;
@@ -63,7 +63,7 @@ std::vector<NodeId> Carry<Real>::corners_of_curved() const {
 }
 
 template <class Real>
-void Carry<Real>::place(Positions corners, std::vector<Vec3<Real>>& after) const {
+void MidNodes<Real>::place(Positions corners, std::vector<Vec3<Real>>& after) const {
   after.assign(before_.begin(), before_.end());
   const std::span<const NodeId> nodes = corners_.nodes();
   parallel_for_ranges(nodes.size(), [&](std::size_t begin, std::size_t end) {
@@ -93,7 +93,7 @@ void Carry<Real>::place(Positions corners, std::vector<Vec3<Real>>& after) const
 
 template <class Real>
 template <class Visit>
-void Carry<Real>::visit_spoilt(Positions after, const Visit& visit) const {
+void MidNodes<Real>::visit_spoilt(Positions after, const Visit& visit) const {
   for_each_element(topology_,
                    [&](ElementType type, std::span<const NodeId> nodes, std::size_t element) {
                      const bool moves = std::ranges::any_of(nodes, [&](NodeId node) {
@@ -110,8 +110,8 @@ void Carry<Real>::visit_spoilt(Positions after, const Visit& visit) const {
 }
 
 template <class Real>
-std::int64_t Carry<Real>::place_validly(std::vector<Vec3<Real>>& corners,
-                                        std::vector<Vec3<Real>>& after) const {
+std::int64_t MidNodes<Real>::place_validly(std::vector<Vec3<Real>>& corners,
+                                           std::vector<Vec3<Real>>& after) const {
   std::vector<std::uint8_t> back(corners.size());
   while (true) {
     place(corners, after);
@@ -132,13 +132,13 @@ std::int64_t Carry<Real>::place_validly(std::vector<Vec3<Real>>& corners,
 }
 
 template <class Real>
-bool Carry<Real>::stays_valid(Positions after) const {
+bool MidNodes<Real>::stays_valid(Positions after) const {
   std::atomic<bool> valid = true;
   visit_spoilt(after, [&](std::span<const NodeId>) { valid.store(false); });
   return valid;
 }
 
-template class Carry<float>;
-template class Carry<double>;
+template class MidNodes<float>;
+template class MidNodes<double>;
 
 }  // namespace meshsmooth::detail

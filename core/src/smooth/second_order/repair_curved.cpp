@@ -1,4 +1,4 @@
-#include "smooth/second_order/cure.hpp"
+#include "smooth/second_order/repair_curved.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,7 +9,7 @@
 
 #include "mesh/curved_jacobian.hpp"
 #include "smooth/second_order/coefficient_energy.hpp"
-#include "smooth/second_order/cured_part.hpp"
+#include "smooth/second_order/repaired_part.hpp"
 #include "smooth/second_order/shares.hpp"
 
 namespace meshsmooth::detail {
@@ -28,8 +28,8 @@ constexpr std::size_t kShare = 4;  // visits that a thread takes at a time
 
 using Coefficients = std::array<double, kMostJacobianCoefficients>;
 
-/// How many visits to make before it is asked whether the cure goes on: among tetrahedra one takes
-/// 15 us, among hexahedra up to 2 ms.
+/// How many visits to make before it is asked whether the repair goes on: among tetrahedra one
+/// takes 15 us, among hexahedra up to 2 ms.
 class Batch {
  public:
   [[nodiscard]] std::size_t size() const { return size_; }
@@ -49,10 +49,10 @@ class Batch {
 };
 
 template <class Real>
-class Cure {
+class CurvedRepair {
  public:
-  Cure(CureGoal goal, const TopologyView& topology, const CureScope<Real>& scope,
-       const SurfaceOrientation& orientation, std::span<Vec3<Real>> positions)
+  CurvedRepair(RepairGoal goal, const TopologyView& topology, const RepairScope<Real>& scope,
+               const SurfaceOrientation& orientation, std::span<Vec3<Real>> positions)
       : goal_(goal),
         plan_(kPlans[static_cast<int>(goal)]),
         topology_(topology),
@@ -62,10 +62,10 @@ class Cure {
 
   /// @returns the bytes that it holds
   std::int64_t run(const std::function<bool()>& goes_on) {
-    part_.emplace(topology_, orientation_, nodes_to_cure(),
-                  goal_ == CureGoal::validity ? scope_.rings : 0, scope_.held);
-    for_each_share(patients().size(), kElementShare,
-                   [&](std::size_t p) { examine(patients()[p]); });
+    part_.emplace(topology_, orientation_, nodes_to_repair(),
+                  goal_ == RepairGoal::validity ? scope_.rings : 0, scope_.held);
+    for_each_share(part_elements().size(), kElementShare,
+                   [&](std::size_t p) { examine(part_elements()[p]); });
     double best = find_worst();
     int idle = 0;
     for (int sweep = 0; sweep < plan_.most_sweeps && best < plan_.wanted; ++sweep) {
@@ -79,51 +79,53 @@ class Cure {
 
  private:
   [[nodiscard]] std::span<const Vec3<Real>> positions() const { return positions_; }
-  [[nodiscard]] std::vector<Patient>& patients() { return part_->patients(); }
-  [[nodiscard]] const std::vector<Patient>& patients() const { return part_->patients(); }
-  [[nodiscard]] bool is_valid(const Patient& patient) const {
-    const auto nodes = positions_of(patient.nodes, positions());
-    return detail::is_valid(patient.type, nodes.data(), patient.reference);
+  [[nodiscard]] std::vector<PartElement>& part_elements() { return part_->part_elements(); }
+  [[nodiscard]] const std::vector<PartElement>& part_elements() const {
+    return part_->part_elements();
+  }
+  [[nodiscard]] bool is_valid(const PartElement& element) const {
+    const auto nodes = positions_of(element.nodes, positions());
+    return detail::is_valid(element.type, nodes.data(), element.reference);
   }
 
   /// Finds the scale, the worst coefficient and whether the element is valid.
-  void examine(Patient& patient) const {
-    patient.valid = is_valid(patient);
+  void examine(PartElement& element) const {
+    element.valid = is_valid(element);
     Coefficients found;
-    const auto all = coefficients_of(patient, found);
+    const auto all = coefficients_of(element, found);
     double sum = 0;
     for (const double c : all) sum += std::abs(c);
-    patient.scale = sum > 0 ? sum / static_cast<double>(all.size()) : 1;
-    patient.worst = worst_of(patient);
+    element.scale = sum > 0 ? sum / static_cast<double>(all.size()) : 1;
+    element.worst = worst_of(element);
   }
 
-  std::span<const double> coefficients_of(const Patient& patient, Coefficients& found) const {
-    const auto nodes = positions_of(patient.nodes, positions());
+  std::span<const double> coefficients_of(const PartElement& element, Coefficients& found) const {
+    const auto nodes = positions_of(element.nodes, positions());
     return std::span(found).first(
-        jacobian_coefficients(patient.type, nodes.data(), patient.reference, found.data()));
+        jacobian_coefficients(element.type, nodes.data(), element.reference, found.data()));
   }
 
-  [[nodiscard]] double worst_of(const Patient& patient) const {
+  [[nodiscard]] double worst_of(const PartElement& element) const {
     Coefficients found;
     double worst = 1;
-    for (const double c : coefficients_of(patient, found)) {
-      worst = std::min(worst, nearness(c / patient.scale));
+    for (const double c : coefficients_of(element, found)) {
+      worst = std::min(worst, nearness(c / element.scale));
     }
     return worst;
   }
 
-  [[nodiscard]] bool needs_cure(Patient patient) const {
-    if (goal_ == CureGoal::validity) return !is_valid(patient);
-    if (is_straight(patient.type, positions_of(patient.nodes, positions()).data())) return false;
-    examine(patient);
-    return patient.worst < plan_.wanted;
+  [[nodiscard]] bool needs_repair(PartElement element) const {
+    if (goal_ == RepairGoal::validity) return !is_valid(element);
+    if (is_straight(element.type, positions_of(element.nodes, positions()).data())) return false;
+    examine(element);
+    return element.worst < plan_.wanted;
   }
 
-  [[nodiscard]] std::vector<std::uint8_t> nodes_to_cure() const {
+  [[nodiscard]] std::vector<std::uint8_t> nodes_to_repair() const {
     std::vector<std::uint8_t> chosen(positions_.size());
     for_each_element(topology_,
                      [&](ElementType type, std::span<const NodeId> nodes, std::size_t element) {
-                       if (needs_cure({type, nodes, orientation_.reference(element)}))
+                       if (needs_repair({type, nodes, orientation_.reference(element)}))
                          mark_nodes(nodes, chosen);
                      });
     return chosen;
@@ -131,23 +133,23 @@ class Cure {
 
   /// Of all elements.
   double find_worst() {
-    for_each_share(patients().size(), kElementShare,
-                   [&](std::size_t p) { patients()[p].worst = worst_of(patients()[p]); });
+    for_each_share(part_elements().size(), kElementShare,
+                   [&](std::size_t p) { part_elements()[p].worst = worst_of(part_elements()[p]); });
     double worst = 1;
-    for (const Patient& patient : patients()) worst = std::min(worst, patient.worst);
+    for (const PartElement& element : part_elements()) worst = std::min(worst, element.worst);
     return worst;
   }
 
-  /// @returns whether the cure goes on
+  /// @returns whether the repair goes on
   bool sweep(const std::function<bool()>& goes_on) {
     // Escobar's choice: no smaller than what makes the worst coefficient tell.
-    const double low = std::ranges::min_element(patients(), {}, &Patient::worst)->worst;
+    const double low = std::ranges::min_element(part_elements(), {}, &PartElement::worst)->worst;
     delta_ = std::sqrt(0.25 * plan_.wanted * (plan_.wanted - low));
     for (const std::vector<std::size_t>& nodes : part_->colours()) {
       std::vector<std::size_t> poor;
       for (const std::size_t n : nodes) {
         const bool visited = std::ranges::any_of(part_->elements_at(n), [&](std::size_t p) {
-          return patients()[p].worst < plan_.wanted;
+          return part_elements()[p].worst < plan_.wanted;
         });
         if (visited) poor.push_back(n);
       }
@@ -169,14 +171,14 @@ class Cure {
     Coefficients values;
     std::array<Vec3d, kMostJacobianCoefficients> gradients;
     for (const std::size_t p : part_->elements_at(index)) {
-      const Patient& patient = patients()[p];
-      const auto nodes = positions_of(patient.nodes, positions());
+      const PartElement& element = part_elements()[p];
+      const auto nodes = positions_of(element.nodes, positions());
       const auto own =
-          std::ranges::find(patient.nodes, part_->nodes()[index]) - patient.nodes.begin();
+          std::ranges::find(element.nodes, part_->nodes()[index]) - element.nodes.begin();
       const std::size_t count =
-          jacobian_coefficients_at(static_cast<std::size_t>(own), patient.type, nodes.data(),
-                                   patient.reference, values.data(), gradients.data());
-      const double share = 1 / patient.scale;
+          jacobian_coefficients_at(static_cast<std::size_t>(own), element.type, nodes.data(),
+                                   element.reference, values.data(), gradients.data());
+      const double share = 1 / element.scale;
       for (std::size_t k = 0; k < count; ++k) {
         terms.push_back({share * values[k], share * gradients[k]});
       }
@@ -202,27 +204,28 @@ class Cure {
     const auto elements = part_->elements_at(index);
     for (int k = 0; k < 6; ++k, move = 0.5 * move) {
       const Vec3<Real> to = scope_.limit.clamp(node, vec3_cast<Real>(from + move));
-      if (goal_ != CureGoal::validity &&
+      if (goal_ != RepairGoal::validity &&
           !(worst_after(terms, vec3_cast<double>(to) - from) > worst)) {
         continue;
       }
       position = to;
-      const bool spoils = std::ranges::any_of(
-          elements, [&](std::size_t p) { return patients()[p].valid && !is_valid(patients()[p]); });
+      const bool spoils = std::ranges::any_of(elements, [&](std::size_t p) {
+        return part_elements()[p].valid && !is_valid(part_elements()[p]);
+      });
       if (spoils) continue;
-      for (const std::size_t p : elements) patients()[p].valid |= is_valid(patients()[p]);
+      for (const std::size_t p : elements) part_elements()[p].valid |= is_valid(part_elements()[p]);
       return;
     }
     position = before;
   }
 
-  CureGoal goal_;
+  RepairGoal goal_;
   Plan plan_;
   const TopologyView& topology_;
-  const CureScope<Real>& scope_;
+  const RepairScope<Real>& scope_;
   const SurfaceOrientation& orientation_;
   std::span<Vec3<Real>> positions_;
-  std::optional<CuredPart> part_;
+  std::optional<RepairedPart> part_;
   double delta_ = 0;
   Batch batch_;
 };
@@ -230,21 +233,21 @@ class Cure {
 }  // namespace
 
 template <class Real>
-std::int64_t cure(CureGoal goal, const TopologyView& topology, const CureScope<Real>& scope,
-                  const SurfaceOrientation& orientation, std::span<Vec3<Real>> positions,
-                  const std::function<bool()>& goes_on) {
-  return Cure<Real>(goal, topology, scope, orientation, positions).run(goes_on);
+std::int64_t repair_curved(RepairGoal goal, const TopologyView& topology,
+                           const RepairScope<Real>& scope, const SurfaceOrientation& orientation,
+                           std::span<Vec3<Real>> positions, const std::function<bool()>& goes_on) {
+  return CurvedRepair<Real>(goal, topology, scope, orientation, positions).run(goes_on);
 }
 
-template std::int64_t cure(CureGoal, const TopologyView&, const CureScope<float>&,
-                           const SurfaceOrientation&, std::span<Vec3f>,
-                           const std::function<bool()>&);
-template std::int64_t cure(CureGoal, const TopologyView&, const CureScope<double>&,
-                           const SurfaceOrientation&, std::span<Vec3d>,
-                           const std::function<bool()>&);
+template std::int64_t repair_curved(RepairGoal, const TopologyView&, const RepairScope<float>&,
+                                    const SurfaceOrientation&, std::span<Vec3f>,
+                                    const std::function<bool()>&);
+template std::int64_t repair_curved(RepairGoal, const TopologyView&, const RepairScope<double>&,
+                                    const SurfaceOrientation&, std::span<Vec3d>,
+                                    const std::function<bool()>&);
 
-std::int64_t cure_bytes(const MeshSize& size) {
-  CuredPart::Size whole{.nodes = size.node_count};
+std::int64_t repair_bytes(const MeshSize& size) {
+  RepairedPart::Size whole{.nodes = size.node_count};
   for (const ElementType type : kElementTypes) {
     const std::int64_t count = size.element_counts[static_cast<std::size_t>(type)];
     if (count == 0 || !is_second_order(type)) continue;
