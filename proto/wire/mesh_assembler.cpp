@@ -33,6 +33,8 @@ std::string describe(const ChunkView& chunk) {
          std::to_string(chunk.offset_bytes);
 }
 
+}  // namespace
+
 PositionsView positions_in(std::span<const std::byte> bytes, bool float64) {
   const std::byte* const data = bytes.data();
   if (float64) {
@@ -40,8 +42,6 @@ PositionsView positions_in(std::span<const std::byte> bytes, bool float64) {
   }
   return std::span(reinterpret_cast<const Vec3f*>(data), bytes.size() / sizeof(Vec3f));
 }
-
-}  // namespace
 
 TopologyArrays::TopologyArrays(const MeshLayout& layout, std::pmr::memory_resource* memory)
     : node_count_(size_of(layout.node_count)),
@@ -76,34 +76,23 @@ PositionsView TopologyArrays::reference() const {
   return positions_in(reference_.bytes(), reference_float64_);
 }
 
-MeshAssembler::MeshAssembler(MeshLayout layout, std::pmr::memory_resource* memory,
-                             const std::optional<SharedCoordinates>& shared)
-    : MeshAssembler(layout, nullptr, memory, shared) {
-  const auto topology = std::make_shared<TopologyArrays>(layout_, memory);
-  topology_ = topology;
-  arrays_ = list_arrays(topology.get());
-  current_ = 0;
-  skip_complete_arrays();
-}
-
 MeshAssembler::MeshAssembler(MeshLayout layout, std::shared_ptr<const TopologyArrays> topology,
                              std::pmr::memory_resource* memory,
-                             const std::optional<SharedCoordinates>& shared)
+                             std::optional<ByteArray> coordinates)
     : layout_(std::move(layout)),
       topology_(std::move(topology)),
-      coordinates_(shared ? ByteArray(shared->result, shared->owner)
-                          : ByteArray(size_of(layout_.coordinates_bytes), memory)),
-      shares_coordinates_(shared.has_value()),
-      shared_(shared ? shared->given : std::span<const std::byte>()),
+      coordinates_(coordinates ? std::move(*coordinates)
+                               : ByteArray(size_of(layout_.coordinates_bytes), memory)),
       reference_(size_of(layout_.reference_bytes), memory),
       prescribed_nodes_(size_of(layout_.prescribed_nodes_bytes()), memory),
       prescribed_coordinates_(size_of(layout_.prescribed_coordinates_bytes()), memory),
       node_pairs_(size_of(layout_.node_pairs_bytes()), memory),
       surface_points_(size_of(layout_.surface_points_bytes()), memory),
       surface_triangles_(size_of(layout_.surface_triangles_bytes()), memory),
-      surface_patches_(size_of(layout_.surface_patches_bytes()), memory),
-      arrays_(list_arrays(nullptr)),
-      received_bytes_(static_cast<std::int64_t>(shared_.size())) {
+      surface_patches_(size_of(layout_.surface_patches_bytes()), memory) {
+  std::shared_ptr<TopologyArrays> own;
+  if (!topology_) topology_ = own = std::make_shared<TopologyArrays>(layout_, memory);
+  arrays_ = list_arrays(own.get());
   skip_complete_arrays();
 }
 
@@ -119,9 +108,8 @@ std::array<MeshAssembler::Array, 12> MeshAssembler::list_arrays(TopologyArrays* 
           own(v1::ARRAY_ID_FIXED_MASK, &TopologyArrays::fixed_mask_),
           own(v1::ARRAY_ID_ELEMENT_REGIONS, &TopologyArrays::element_regions_),
           own(v1::ARRAY_ID_REFERENCE_COORDINATES, &TopologyArrays::reference_),
-          layout_.coordinates_follow && !shares_coordinates_
-              ? array(v1::ARRAY_ID_COORDINATES, coordinates_)
-              : Array{v1::ARRAY_ID_COORDINATES, nullptr, 0},
+          layout_.coordinates_follow ? array(v1::ARRAY_ID_COORDINATES, coordinates_)
+                                     : Array{v1::ARRAY_ID_COORDINATES, nullptr, 0},
           array(v1::ARRAY_ID_REFERENCE_COORDINATES, reference_),
           array(v1::ARRAY_ID_PRESCRIBED_NODES, prescribed_nodes_),
           array(v1::ARRAY_ID_PRESCRIBED_COORDINATES, prescribed_coordinates_),
@@ -222,10 +210,6 @@ std::optional<SurfaceMesh> MeshAssembler::surface() const {
   copy(surface_triangles_, surface.triangles);
   copy(surface_patches_, surface.patches);
   return surface;
-}
-
-PositionsView MeshAssembler::given_positions() const {
-  return positions_in(shares_coordinates_ ? shared_ : coordinates_.bytes(), layout_.float64);
 }
 
 PositionsSpan MeshAssembler::positions() {

@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "meshsmooth/mesh.hpp"
@@ -39,13 +40,8 @@ class TopologyArrays {
   std::vector<ElementBlockView> blocks_;
 };
 
-/// Coordinates that nobody copies: they lie in memory of `owner`, where others may write at any
-/// time, and the result goes there too.
-struct SharedCoordinates {
-  std::shared_ptr<void> owner;
-  std::span<const std::byte> given;  // empty: there are none
-  std::span<std::byte> result;
-};
+/// Coordinates as they lie in memory.
+[[nodiscard]] PositionsView positions_in(std::span<const std::byte> bytes, bool float64);
 
 /// Turns the chunks of one mesh into arrays at their final place: one copy, no
 /// zero fill. Not thread-safe.
@@ -61,13 +57,14 @@ class MeshAssembler {
   /// Allocates all arrays, each aligned to 64 bytes, from `memory`, which must
   /// outlive the assembler. Throws std::bad_alloc.
   explicit MeshAssembler(MeshLayout layout,
-                         std::pmr::memory_resource* memory = std::pmr::new_delete_resource(),
-                         const std::optional<SharedCoordinates>& shared = std::nullopt);
-  /// Only coordinates come, and those of a reference, for a topology that is there; the layout
-  /// announces bytes of them alone.
+                         std::pmr::memory_resource* memory = std::pmr::new_delete_resource())
+      : MeshAssembler(std::move(layout), nullptr, memory) {}
+  /// @param topology  of a mesh whose topology is there: the layout announces no bytes of it; null:
+  ///   it comes too.
+  /// @param coordinates  their place, where it is there already.
   MeshAssembler(MeshLayout layout, std::shared_ptr<const TopologyArrays> topology,
                 std::pmr::memory_resource* memory,
-                const std::optional<SharedCoordinates>& shared = std::nullopt);
+                std::optional<ByteArray> coordinates = std::nullopt);
   MeshAssembler(const MeshAssembler&) = delete;
   MeshAssembler& operator=(const MeshAssembler&) = delete;
 
@@ -92,9 +89,6 @@ class MeshAssembler {
   /// Views of the arrays; need a complete mesh and live as long as this.
   [[nodiscard]] TopologyView topology() const { return topology_->view(); }
   [[nodiscard]] PositionsSpan positions();
-  /// Where they are read: there too, unless they are shared.
-  [[nodiscard]] PositionsView given_positions() const;
-  [[nodiscard]] bool shares_coordinates() const { return shares_coordinates_; }
   /// That of the job, or else the one that is kept with the topology; may be empty.
   [[nodiscard]] PositionsView reference() const;
   /// Empty unless the layout announces prescribed nodes.
@@ -112,9 +106,9 @@ class MeshAssembler {
 
  private:
   struct Array {
-    v1::ArrayId id;
-    std::byte* data;
-    std::size_t size_bytes;
+    v1::ArrayId id = v1::ARRAY_ID_UNSPECIFIED;
+    std::byte* data = nullptr;
+    std::size_t size_bytes = 0;
     std::size_t received_bytes = 0;
   };
 
@@ -125,8 +119,6 @@ class MeshAssembler {
   MeshLayout layout_;
   std::shared_ptr<const TopologyArrays> topology_;
   ByteArray coordinates_;
-  bool shares_coordinates_ = false;
-  std::span<const std::byte> shared_;  // that are given
   ByteArray reference_;
   ByteArray prescribed_nodes_, prescribed_coordinates_, node_pairs_;
   ByteArray surface_points_, surface_triangles_, surface_patches_;

@@ -39,7 +39,7 @@ Engine::Engine(Resources resources, std::function<void()> on_lanes_lost)
       staging_(std::move(resources.staging)),
       resident_at_start_bytes_(resources.resident_bytes),
       budget_(std::move(resources.limits)),
-      regions_(RegionService::make(config_, budget_, page_lock(resources.devices.front().backend))),
+      transport_(config_, budget_, page_lock(resources.devices.front().backend)),
       topologies_(budget_, config_.max_topology_bytes),
       queue_(config_.max_queued_jobs, config_.max_queued_bytes, config_.priority_ageing),
       store_(static_cast<std::size_t>(config_.max_kept_jobs),
@@ -118,8 +118,8 @@ Subscription Engine::admit_or_make_room(const JobRequest& request, const Job::Ob
 }
 
 void Engine::make_room(Clock::time_point now) {
-  // For the next attempt: regions come back when their callers have heard of it.
-  if (regions_) regions_->want_back_idle();
+  // For the next attempt: memory comes back when its callers have heard of it.
+  transport_.recall_idle();
   // Many may be refused.
   constexpr auto kInterval = std::chrono::milliseconds(20);
   const Clock::time_point last = memory_short_at_.exchange(now);
@@ -220,7 +220,7 @@ void Engine::close_device(int device) {
 
 void Engine::refuse_new() {
   draining_ = true;
-  if (regions_) regions_->want_back();
+  transport_.recall();
 }
 
 void Engine::reject_waiting() {
@@ -237,7 +237,7 @@ void Engine::stop_all() {
 void Engine::close() {
   queue_.close();
   lanes_->join();
-  if (regions_) regions_->close();
+  transport_.close();
 }
 
 void Engine::run_maintenance(const std::stop_token& stop) {

@@ -23,9 +23,9 @@
 #include "meshsmooth/server_config.hpp"
 #include "meshsmooth/staging_memory.hpp"
 #include "metrics.hpp"
-#include "region/region_service.hpp"
 #include "result_store.hpp"
 #include "topology_cache.hpp"
+#include "transport/transport.hpp"
 
 namespace meshsmooth::server {
 
@@ -116,9 +116,8 @@ class Engine {
   /// Why backends that "auto" prefers are not used; empty when the best one is.
   [[nodiscard]] const std::string& passed_over() const { return passed_over_; }
 
-  /// Memory shared with callers on this host; null where there is none.
-  [[nodiscard]] RegionService* regions() { return regions_.get(); }
-  [[nodiscard]] const RegionService* regions() const { return regions_.get(); }
+  [[nodiscard]] Transport& transport() { return transport_; }
+  [[nodiscard]] const Transport& transport() const { return transport_; }
 
   // --- drain -------------------------------------------------------------------------
 
@@ -127,7 +126,7 @@ class Engine {
   /// Ends all jobs that do not run yet, as DRAINING: their callers send them to another server.
   void reject_waiting();
   void stop_all();
-  /// Waits for the lanes in service; they take no more jobs, and no region is leased any more.
+  /// Waits for the lanes in service; they take no more jobs, and nothing is leased any more.
   void close();
   /// Waits until `until`, or until `give_up` is set; `wait_idle` at most until all jobs and their
   /// calls have ended.
@@ -153,7 +152,7 @@ class Engine {
   const std::unique_ptr<StagingMemory> staging_;  // the arrays of meshes
   const std::int64_t resident_at_start_bytes_;
   MemoryBudget budget_;
-  const std::unique_ptr<RegionService> regions_;
+  Transport transport_;
   TopologyCache topologies_;
   JobQueue queue_;
   JobStore store_;

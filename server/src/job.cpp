@@ -23,8 +23,21 @@ bool is_cancelled(const std::exception_ptr& error) {
 JobRequest without_memory(const JobRequest& request) {
   JobRequest copy = request;
   copy.topology = nullptr;
-  copy.shared_coordinates.reset();
+  copy.coordinates_in_place.reset();
   return copy;
+}
+
+std::unique_ptr<wire::MeshAssembler> make_mesh(wire::MeshLayout layout,
+                                               const std::shared_ptr<CachedTopology>& topology,
+                                               const std::optional<CoordinatesInPlace>& in_place,
+                                               std::pmr::memory_resource* memory) {
+  auto arrays = topology ? topology->arrays() : nullptr;
+  if (!in_place) {
+    return std::make_unique<wire::MeshAssembler>(std::move(layout), std::move(arrays), memory);
+  }
+  layout.coordinates_follow = false;
+  return std::make_unique<wire::MeshAssembler>(std::move(layout), std::move(arrays), memory,
+                                               wire::ByteArray(in_place->result, in_place->owner));
 }
 
 }  // namespace
@@ -53,10 +66,10 @@ Job::Job(std::string name, std::int64_t sequence, JobRequest request, Reservatio
       reservation_(std::move(reservation)),
       topology_(std::move(request.topology)),
       upload_(std::move(upload)),
-      mesh_(topology_ ? std::make_unique<wire::MeshAssembler>(request_.layout, topology_->arrays(),
-                                                              memory, request.shared_coordinates)
-                      : std::make_unique<wire::MeshAssembler>(request_.layout, memory,
-                                                              request.shared_coordinates)) {
+      mesh_(make_mesh(request_.layout, topology_, request.coordinates_in_place, memory)),
+      given_in_place_(request.coordinates_in_place
+                          ? std::optional(request.coordinates_in_place->given)
+                          : std::nullopt) {
   if (topology_) now_.topology_name = topology_->name();
   if (request_.topology_kept) mesh_->name_topology();
   now_.times.created = std::chrono::system_clock::now();
@@ -104,6 +117,11 @@ void Job::notify(bool of_progress) const {
                          [&](const Registration& r) { return !of_progress || r.of_progress; });
   }
   for (const Registration& registration : observers) registration.observer();
+}
+
+PositionsView Job::given_positions() {
+  if (given_in_place_) return wire::positions_in(*given_in_place_, request_.layout.float64);
+  return as_view(mesh_->positions());
 }
 
 std::shared_ptr<CachedTopology> Job::topology() const {

@@ -32,6 +32,14 @@ namespace meshsmooth::server {
 
 using Clock = std::chrono::steady_clock;
 
+/// Coordinates that are not uploaded: the smoother reads them, and writes those of the result, by
+/// itself in memory of `owner`, where others may write at any time.
+struct CoordinatesInPlace {
+  std::shared_ptr<void> owner;
+  std::span<const std::byte> given;  // empty: there are none
+  std::span<std::byte> result;
+};
+
 /// A validated request.
 struct JobRequest {
   std::string caller = kAnonymous;  // only this caller can access the job
@@ -46,8 +54,7 @@ struct JobRequest {
   wire::MeshLayout layout;
   std::shared_ptr<CachedTopology> topology;  // set: only coordinates are uploaded
   bool topology_kept = false;                // add the uploaded topology to the cache
-  /// Set: the smoother reads and writes them by itself.
-  std::optional<wire::SharedCoordinates> shared_coordinates;
+  std::optional<CoordinatesInPlace> coordinates_in_place;
   bool progress_wanted = true;                // by the call
   std::optional<Clock::time_point> deadline;  // of the call
   std::optional<Clock::duration> queue_timeout;
@@ -137,7 +144,7 @@ struct JobSnapshot {
 /// leaves a job that is not kept, it is asked to stop. Its positions stay in `JobSnapshot::result`
 /// until then, kept ones until `expire`.
 ///
-/// Thread-safe except `mesh()`, which belongs to the actor whose turn it is.
+/// Thread-safe except `mesh()` and `given_positions()`, which belong to the actor whose turn it is.
 class Job {
  public:
   /// Called after changes of state, progress and stop requests, without locks
@@ -174,6 +181,8 @@ class Job {
 
   /// Needs a job that has not ended.
   [[nodiscard]] wire::MeshAssembler& mesh() { return *mesh_; }
+  /// Where the smoother reads the coordinates: in the mesh, unless they are there in place.
+  [[nodiscard]] PositionsView given_positions();
 
   /// The cached topology that it runs on; nothing before and after, and for a job with a
   /// topology of its own.
@@ -258,6 +267,7 @@ class Job {
   UploadShare upload_, caller_share_;
   QueuePlace place_;
   std::unique_ptr<wire::MeshAssembler> mesh_;
+  const std::optional<std::span<const std::byte>> given_in_place_;  // of the mesh's owner
 
   mutable std::mutex mutex_;
   JobSnapshot now_;

@@ -86,7 +86,7 @@ SmoothSummary Lane::smooth(Job& job, const JobControl& control) {
   wire::MeshAssembler& mesh = job.mesh();
   const SmoothOptions& options = job.request().options;
   const std::optional<SurfaceMesh> surface = mesh.surface();
-  JobPositions positions(mesh.given_positions(), mesh.positions());
+  JobPositions positions(job.given_positions(), mesh.positions());
   positions.kept_on_error = false;  // a job that fails has no result
   positions.input.node_pairs = mesh.node_pairs();
   if (surface) positions.input.surface = &*surface;

@@ -76,7 +76,7 @@ int max_connection_descriptor() {
   rlimit limit{};
   if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur > (1 << 20)) return 1 << 20;
   const int all = static_cast<int>(limit.rlim_cur);
-  // Shared memory alone may take two for each of 128 regions and 256 connections.
+  // The transport alone may take two for each of 128 leases and 256 connections.
   return all - std::min(all / 4, 1024);
 }
 

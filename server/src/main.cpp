@@ -86,7 +86,9 @@ class Exit {
   void create_socket_folder(server::ServerConfig& config) {
     folder_.emplace("listen");
     config.listen = folder_->address();
-    if (config.region_socket == "unix:") config.region_socket = folder_->region_address();
+    if (config.shared_memory_socket == "unix:") {
+      config.shared_memory_socket = folder_->second_address();
+    }
   }
   [[noreturn]] void leave(int code) {
     if (folder_) folder_->remove();

@@ -158,9 +158,10 @@ void read_topologies(const TopologyCache& cache, std::vector<MetricFamily>& fami
   add("entries", "Number of cached topologies", cache.size(), MetricType::Gauge);
 }
 
-void read_regions(const RegionService& regions, std::vector<MetricFamily>& families) {
-  const RegionLeases::Bytes bytes = regions.bytes();
-  families.push_back(Reading("meshsmooth_region_bytes",
+void read_transport(const Transport& transport, std::vector<MetricFamily>& families) {
+  if (transport.max_bytes() == 0) return;
+  const Transport::Bytes bytes = transport.bytes();
+  families.push_back(Reading("meshsmooth_shared_memory_bytes",
                              "Memory shared with callers in bytes: leased, or ended but still "
                              "mapped by its caller")
                          .add(static_cast<double>(bytes.leased), {{"state", "leased"}})
@@ -177,7 +178,7 @@ std::string metrics_page(const Engine* engine) {
     read_jobs(*engine, families);
     read_resources(*engine, families);
     read_topologies(engine->topologies(), families);
-    if (engine->regions() != nullptr) read_regions(*engine->regions(), families);
+    read_transport(engine->transport(), families);
     std::ranges::move(engine->metrics().collect(), std::back_inserter(families));
   }
   std::ostringstream text;

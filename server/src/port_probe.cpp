@@ -12,7 +12,7 @@
 #include <string_view>
 
 #include "wire/descriptor.hpp"
-#include "wire/region_socket.hpp"
+#include "wire/local_address.hpp"
 
 namespace meshsmooth::server {
 namespace {

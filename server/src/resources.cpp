@@ -116,7 +116,8 @@ void fill_in_host_bytes(ServerConfig& config) {
   if (config.max_topology_bytes == 0) {
     config.max_topology_bytes = config.host_memory_limit_bytes / 4;
   }
-  if (config.max_region_bytes == 0) config.max_region_bytes = config.host_memory_limit_bytes / 4;
+  if (config.max_shared_memory_bytes == 0)
+    config.max_shared_memory_bytes = config.host_memory_limit_bytes / 4;
   if (config.idle_pinned_bytes == 0) {
     config.idle_pinned_bytes = std::min(std::int64_t{1} << 30, config.host_memory_limit_bytes / 16);
   }

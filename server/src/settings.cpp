@@ -94,17 +94,17 @@ void add_limit_settings(Table& table) {
            "Memory for cached topologies, of host and devices together, in bytes; 0: a quarter of "
            "the host memory limit",
            bytes)
-      .add("region-socket", &C::region_socket,
+      .add("shared-memory-socket", &C::shared_memory_socket,
            "Unix socket by which callers on this host and of this user get shared memory, "
            "unix:PATH; unix: alone creates a socket in a private folder, removed at exit; empty: "
            "no shared memory",
            text_that("unix:PATH", is_socket))
-      .add("max-region-bytes", &C::max_region_bytes,
+      .add("max-shared-memory-bytes", &C::max_shared_memory_bytes,
            "Memory shared with callers on this host, in bytes; 0: a quarter of the host memory "
            "limit",
            bytes)
-      .add("region-idle-timeout-seconds", &C::region_idle_timeout,
-           "Time after which shared memory that no job used is asked back, in seconds", seconds);
+      .add("shared-memory-idle-timeout-seconds", &C::shared_memory_idle_timeout,
+           "Time after which shared memory that no job used is recalled, in seconds", seconds);
 }
 
 void add_time_settings(Table& table) {

@@ -19,8 +19,8 @@ namespace {
 
 constexpr char kFolder[] = "/meshsmooth-XXXXXX";
 constexpr char kSocket[] = "/socket";
-constexpr char kRegionSocket[] = "/region";
-static_assert(sizeof(kRegionSocket) <= sizeof(kSocket), "the length of the first is checked");
+constexpr char kSecondSocket[] = "/leases";
+static_assert(sizeof(kSecondSocket) <= sizeof(kSocket), "the length of the first is checked");
 constexpr std::size_t kMaxParentLength =
     sizeof(sockaddr_un::sun_path) - sizeof(kFolder) - sizeof(kSocket);
 
@@ -43,7 +43,7 @@ void remove_dead_folders(const std::string& parent) {
       continue;
     }
     unlink((path + kSocket).c_str());
-    unlink((path + kRegionSocket).c_str());
+    unlink((path + kSecondSocket).c_str());
     rmdir(path.c_str());
   }
 }
@@ -57,13 +57,13 @@ SocketFolder::SocketFolder(const std::string& setting) : folder_(parent_folder()
                         "cannot create the folder " + folder_ + ": " + std::strerror(errno));
   }
   socket_ = folder_ + kSocket;
-  region_socket_ = folder_ + kRegionSocket;
+  second_socket_ = folder_ + kSecondSocket;
 }
 
 void SocketFolder::remove() noexcept {
   if (removed_.exchange(true)) return;
   unlink(socket_.c_str());
-  unlink(region_socket_.c_str());
+  unlink(second_socket_.c_str());
   rmdir(folder_.c_str());
 }
 

@@ -18,8 +18,8 @@ class SocketFolder {
 
   /// What to serve on: unix:PATH.
   [[nodiscard]] std::string address() const { return "unix:" + socket_; }
-  /// A second one in the same folder, for shared memory: whoever removes the first finds both.
-  [[nodiscard]] std::string region_address() const { return "unix:" + region_socket_; }
+  /// A second one in the same folder: whoever removes the first finds both.
+  [[nodiscard]] std::string second_address() const { return "unix:" + second_socket_; }
 
   /// Removes sockets and folder, once. Thread-safe.
   void remove() noexcept;
@@ -27,7 +27,7 @@ class SocketFolder {
  private:
   std::string folder_;
   std::string socket_;
-  std::string region_socket_;
+  std::string second_socket_;
   std::atomic<bool> removed_ = false;
 };
 

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "meshsmooth/v1/smoothing.grpc.pb.h"
-#include "region/leased_region.hpp"
+#include "transport/leased_segment.hpp"
 #include "wire/codec.hpp"
 #include "wire/mesh_layout.hpp"
 
@@ -33,7 +33,7 @@ client::RequestOptions sharing(bool shared) {
 
 }  // namespace
 
-/// A mesh whose arrays were built in a region: a call moves no byte of them.
+/// A mesh whose arrays were built in a segment: a call moves no byte of them.
 class SharedMemory::Inside {
  public:
   Inside(const std::string& address, const Mesh& mesh, const SmoothOptions& options)
@@ -48,10 +48,10 @@ class SharedMemory::Inside {
     const auto positions = std::as_bytes(std::span(std::get<std::vector<Vec3d>>(mesh.positions)));
     const std::size_t offset = (elements.size() + 63) / 64 * 64;
     lease(offset + positions.size());
-    std::memcpy(region_->bytes().data(), elements.data(), elements.size());
-    std::memcpy(region_->bytes().data() + offset, positions.data(), positions.size());
-    v1::RegionUse& use = *spec.mutable_region();
-    use.set_region_name(region_->name());
+    std::memcpy(segment_->bytes().data(), elements.data(), elements.size());
+    std::memcpy(segment_->bytes().data() + offset, positions.data(), positions.size());
+    v1::SharedMemoryUse& use = *spec.mutable_shared_memory();
+    use.set_segment_name(segment_->name());
     use.add_inputs()->set_array_id(v1::ARRAY_ID_ELEMENTS);
     use.add_inputs()->set_array_id(v1::ARRAY_ID_COORDINATES);
     use.mutable_inputs(1)->set_offset_bytes(static_cast<std::int64_t>(offset));
@@ -62,28 +62,28 @@ class SharedMemory::Inside {
     grpc::ClientContext context;
     const auto stream = stub_->Smooth(&context);
     stream->WriteLast(request_, {});
-    bool in_region = false;
+    bool in_segment = false;
     for (v1::SmoothResponse response; stream->Read(&response);) {
-      in_region |= response.has_result() && response.result().in_region();
+      in_segment |= response.has_result() && response.result().in_place();
     }
-    if (!stream->Finish().ok() || !in_region) throw std::runtime_error("the call failed");
+    if (!stream->Finish().ok() || !in_segment) throw std::runtime_error("the call failed");
   }
 
  private:
   void lease(std::size_t bytes) {
     grpc::ClientContext context;
-    v1::LeaseRegionRequest request;
+    v1::LeaseSharedMemoryRequest request;
     request.set_size_bytes(static_cast<std::int64_t>(bytes));
-    v1::LeaseRegionResponse lease;
+    v1::LeaseSharedMemoryResponse lease;
     const wire::Descriptor never(eventfd(0, EFD_CLOEXEC));
-    if (stub_->LeaseRegion(&context, request, &lease).ok()) {
-      region_ = client::LeasedRegion::fetch(lease, never.number());
+    if (stub_->LeaseSharedMemory(&context, request, &lease).ok()) {
+      segment_ = client::LeasedSegment::fetch(lease, never.number());
     }
-    if (region_ == nullptr) throw std::runtime_error("the server shares no memory");
+    if (segment_ == nullptr) throw std::runtime_error("the server shares no memory");
   }
 
   std::unique_ptr<v1::SmoothingService::Stub> stub_;
-  std::unique_ptr<client::LeasedRegion> region_;
+  std::unique_ptr<client::LeasedSegment> segment_;
   v1::SmoothRequest request_;
 };
 
@@ -105,7 +105,7 @@ SharedMemory::Seconds SharedMemory::measure(Mesh& mesh, const SmoothOptions& opt
   bool shared = false;
   seconds.copied =
       seconds_of([&] { shared = client_.smooth(mesh, options, sharing(true)).shared_memory; });
-  if (!shared) throw std::runtime_error("the region was lost");
+  if (!shared) throw std::runtime_error("the segment was lost");
   seconds.inside = seconds_of([&] { inside_.at(&mesh)->call(); });
   return seconds;
 }

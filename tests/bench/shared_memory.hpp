@@ -21,8 +21,8 @@ class SharedMemory {
 
   struct Seconds {
     double chunks;  // over the Unix socket
-    double copied;  // into a region and out of it
-    double inside;  // arrays that lie in a region, where the result stays
+    double copied;  // into a segment and out of it
+    double inside;  // arrays that lie in a segment, where the result stays
   };
   /// Of a call each way; needs a mesh that was warmed up.
   [[nodiscard]] Seconds measure(Mesh& mesh, const SmoothOptions& options);

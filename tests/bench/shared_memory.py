@@ -3,7 +3,7 @@
     PYTHONPATH=client/python/src python3 tests/bench/shared_memory.py build/ci/tests/bench/server_bench
 
 The ways take turns; medians. The server's smoother does nothing. "inside": the arrays were built in a
-region, where the result stays; no client offers that yet, so the call is made by hand.
+segment, where the result stays; no client offers that yet, so the call is made by hand.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ import numpy as np
 import meshsmooth as ms
 from meshsmooth import _call, _rpc
 from meshsmooth._adapters import read_mesh
-from meshsmooth._region import Region
+from meshsmooth._shared_memory import Segment
 from meshsmooth._request import Request
 from meshsmooth._topology import TopologyUse
 from meshsmooth.v1 import smoothing_pb2 as pb
@@ -67,15 +67,15 @@ def server(program: str, listen: str) -> Iterator[str]:
         process.wait()
 
 
-def inside(client: ms.Client, mesh: Any) -> tuple[Callable[[], None], Region]:
-    """A call of a mesh whose arrays lie in a region; and that region, which it needs."""
+def inside(client: ms.Client, mesh: Any) -> tuple[Callable[[], None], Segment]:
+    """A call of a mesh whose arrays lie in a segment; and that segment, which it needs."""
     connection = client._connection
     call = _call.SmoothCall(
         Request(read_mesh(mesh), OPTIONS), TopologyUse(), 0, None, with_progress=False
     )
-    size = call.placement.size
-    region = Region(client._ask(_rpc.LEASE_REGION, size_bytes=size))
-    call.use(region)
+    size = call.transfer_bytes
+    segment = Segment(client._ask(_rpc.LEASE_SHARED_MEMORY, size_bytes=size))
+    call.use(segment)
     message = pb.SmoothRequest.FromString(call.first())
     message.spec.request_id = ""  # another job each time
 
@@ -83,9 +83,9 @@ def inside(client: ms.Client, mesh: Any) -> tuple[Callable[[], None], Region]:
         first = message.SerializeToString()
         stream = connection.open_channel()[0].unary_stream(_call.SMOOTH)(first, timeout=60)
         answers = [pb.SmoothResponse.FromString(answer) for answer in stream]
-        assert any(answer.result.in_region for answer in answers)
+        assert any(answer.result.in_place for answer in answers)
 
-    return run, region
+    return run, segment
 
 
 def main() -> None:
@@ -102,17 +102,17 @@ def main() -> None:
         tcp = ms.Client(stack.enter_context(server(arguments.program, "127.0.0.1:0")))
         local = stack.enter_context(server(arguments.program, f"unix:{folder}/socket"))
         chunks, shared = ms.Client(local), ms.Client(local)
-        chunks._connection.calls._regions = None
+        chunks._connection.calls._transport = None
         for megabytes in arguments.megabytes:
             mesh = cube(megabytes)
-            own, region = inside(shared, mesh)
+            own, segment = inside(shared, mesh)
             ways: dict[str, Callable[[], Any]] = {
                 "tcp": functools.partial(tcp.smooth, mesh, **OPTIONS),
                 "unix": functools.partial(chunks.smooth, mesh, **OPTIONS),
                 "copied": functools.partial(shared.smooth, mesh, **OPTIONS),
                 "inside": own,
             }
-            for _ in range(3):  # while the region of `shared` is made
+            for _ in range(3):  # while the segment of `shared` is made
                 for way in ways.values():
                     way()
                 time.sleep(0.5)
@@ -122,8 +122,8 @@ def main() -> None:
                     begin = time.perf_counter()
                     way()
                     times[name].append(1e3 * (time.perf_counter() - begin))
-            assert shared._connection._regions._idle, "it went in chunks"
-            region.close()
+            assert shared._connection._transport._idle, "it went in chunks"
+            segment.close()
             medians = {name: statistics.median(of) for name, of in times.items()}
             figures.append({"megabytes": megabytes} | {f"{n}_ms": t for n, t in medians.items()})
             shares = [f"{n} {t:.2f} ms ({t / medians['tcp']:.2f})" for n, t in medians.items()]

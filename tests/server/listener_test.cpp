@@ -20,7 +20,7 @@
 #include "socket_folder.hpp"
 #include "socket_path.hpp"
 #include "support/scratch_folder.hpp"
-#include "wire/region_socket.hpp"
+#include "wire/local_address.hpp"
 
 namespace meshsmooth::server {
 namespace {
@@ -262,7 +262,7 @@ TEST(SocketFolder, SweepsThoseOfServersThatWereKilled) {
   const std::string other = parent.path("meshsmooth-other0").string();
   ASSERT_EQ(mkdir(dead.c_str(), 0700), 0);
   ASSERT_EQ(mkdir(other.c_str(), 0700), 0);  // its server is just making the socket
-  for (const char* name : {"/socket", "/region"}) {
+  for (const char* name : {"/socket", "/leases"}) {
     const Descriptor socket(::socket(AF_UNIX, SOCK_STREAM, 0));
     const auto address = wire::socket_address(dead + name);
     ASSERT_EQ(bind(socket.number(), reinterpret_cast<const sockaddr*>(&*address), sizeof *address),

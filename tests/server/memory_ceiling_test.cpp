@@ -103,10 +103,10 @@ void send_large_messages(Stub& stub) {
 
 void lease(Stub& stub) {
   grpc::ClientContext context;
-  v1::LeaseRegionRequest request;
+  v1::LeaseSharedMemoryRequest request;
   request.set_size_bytes(1 << 20);
-  v1::LeaseRegionResponse response;
-  stub.LeaseRegion(&context, request, &response);
+  v1::LeaseSharedMemoryResponse response;
+  stub.LeaseSharedMemory(&context, request, &response);
 }
 
 // Streams of many jobs, running and ended, all open before one is read. Returns how many had a

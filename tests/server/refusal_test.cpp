@@ -143,8 +143,9 @@ TEST_F(Refusal, OfArraysThatTheJobHasNoUseForComesBeforeThem) {
 }
 
 TEST_F(Refusal, OfBytesThatAreNoMessageSaysSo) {
-  for (const std::string method : {"GetTopology", "DeleteTopology", "GetJob", "ListJobs",
-                                   "CancelJob", "DeleteJob", "LeaseRegion", "GetServerInfo"}) {
+  for (const std::string method :
+       {"GetTopology", "DeleteTopology", "GetJob", "ListJobs", "CancelJob", "DeleteJob",
+        "LeaseSharedMemory", "GetServerInfo"}) {
     const std::string path = "/meshsmooth.v1.SmoothingService/" + method;
     const grpc::internal::RpcMethod rpc(path.c_str(), grpc::internal::RpcMethod::NORMAL_RPC);
     const grpc::Slice slice(std::string("\xff\xff\xff"));

@@ -83,15 +83,15 @@ TEST_F(ResultStreamTest, SendsHeaderChunksAndSummaryInThisOrder) {
   EXPECT_EQ(error_, "");
 }
 
-TEST_F(ResultStreamTest, AnnouncesAResultInARegionAsSoonAsTheJobIsQueued) {
+TEST_F(ResultStreamTest, AnnouncesAResultInPlaceAsSoonAsTheJobIsQueued) {
   ResultStream::Options shared = options();
-  shared.in_region = true;
+  shared.in_place = true;
   ResultStream stream(shared);
   EXPECT_EQ(next_action(stream), Action::wait);
   become(JobState::queued);
   const ResultStream::Step header = next(stream);
   EXPECT_EQ(header.action, Action::send_header);
-  EXPECT_TRUE(header.in_region);
+  EXPECT_TRUE(header.in_place);
   EXPECT_EQ(next_action(stream), Action::send_progress);
   EXPECT_EQ(next_action(stream), Action::wait);
   become(JobState::sending);

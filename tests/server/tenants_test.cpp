@@ -98,10 +98,10 @@ class BusyCaller {
   static void lease(Stub& stub) {
     grpc::ClientContext context;
     authorize(context, kA);
-    v1::LeaseRegionRequest request;
+    v1::LeaseSharedMemoryRequest request;
     request.set_size_bytes(1 << 20);
-    v1::LeaseRegionResponse response;
-    stub.LeaseRegion(&context, request, &response);
+    v1::LeaseSharedMemoryResponse response;
+    stub.LeaseSharedMemory(&context, request, &response);
   }
   // As much as it may announce, without sending it.
   static void stall_uploads(Stub& stub) {

@@ -2,12 +2,10 @@
 
 #include <grpcpp/channel.h>
 
-#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstddef>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -18,43 +16,45 @@
 #include "meshsmooth/client.hpp"
 #include "meshsmooth/input_use.hpp"
 #include "meshsmooth/v1/smoothing.grpc.pb.h"
-#include "region/region_pool.hpp"
 #include "retry.hpp"
 #include "service_error.hpp"
 #include "smooth_call.hpp"
+#include "transport/transfer.hpp"
 
 namespace meshsmooth::client {
 
 /// Timeout of calls that carry no mesh.
 inline constexpr std::chrono::seconds kShortTimeout{30};
 
-/// Where the positions of a job are put that its caller gets.
+/// How the positions of a job get to its caller.
 struct Delivery {
-  Positions memory = {};             // before the job, room for them or nothing
-  RegionPool::Borrowed region = {};  // they lie in it if `in_region` says so
-  std::span<std::byte> in_region = {};
-  std::size_t more_bytes = 0;  // that a new region has beyond what the job needs
-
-  /// Copies them from the region to memory, in the precision of `like`.
-  void copy_to_memory(const PositionsView& like) {
-    make_room(memory, like);
-    std::visit(
-        [&]<class Real>(std::vector<Vec3<Real>>& positions) {
-          const auto* first = reinterpret_cast<const Vec3<Real>*>(in_region.data());
-          positions.assign(first, first + in_region.size() / sizeof(*first));
-        },
-        memory);
-    in_region = {};
-  }
+  Positions memory = {};  // before the job, room for them or nothing
+  /// Before the job, one that the session has; after it, that of the result.
+  std::unique_ptr<Transfer> transfer = {};
+  bool in_place = false;       // whether they lie in the transfer's
+  std::size_t more_bytes = 0;  // that a new transfer has beyond what the job needs
 };
+
+/// The same positions in memory, in the precision of `like`. `memory` is filled instead of new
+/// where it is large enough.
+[[nodiscard]] inline Positions copied(std::span<const std::byte> bytes, const PositionsView& like,
+                                      Positions memory) {
+  make_room(memory, like);
+  std::visit(
+      [&]<class Real>(std::vector<Vec3<Real>>& positions) {
+        const auto* first = reinterpret_cast<const Vec3<Real>*>(bytes.data());
+        positions.assign(first, first + bytes.size() / sizeof(*first));
+      },
+      memory);
+  return memory;
+}
 
 struct Client::Impl {
   Impl(std::shared_ptr<grpc::Channel> its_channel, std::string its_name)
       : channel(std::move(its_channel)),
         stub(v1::SmoothingService::NewStub(channel)),
-        name(std::move(its_name)) {
-    if (name.starts_with("unix:")) regions.emplace(*stub);
-  }
+        name(std::move(its_name)),
+        transport(make_transport(name, *stub)) {}
 
   /// Runs one of the stub's unary calls.
   template <class Response, class Request>
@@ -82,14 +82,17 @@ struct Client::Impl {
     BorrowedBuffer buffer(buffers, job.positions);
     Delivery delivery{.memory = std::move(buffer.positions)};
     SmoothReport report = smooth(job, options, request, {}, delivery);
-    if (!delivery.in_region.empty()) delivery.copy_to_memory(job.positions);
-    delivery.region.keep();
+    if (delivery.in_place) {
+      delivery.memory =
+          copied(delivery.transfer->positions(), job.positions, std::move(delivery.memory));
+    }
+    if (delivery.transfer) delivery.transfer->keep();
     buffer.positions = std::exchange(mesh.positions, std::move(delivery.memory));
     return report;
   }
 
-  /// A job, in as many attempts as the request allows, the first one in a region where there is
-  /// one. With the region of `delivery`, its positions there are kept until it succeeds.
+  /// A job, in as many attempts as the request allows, only the first one by a transfer, where
+  /// there is one. The positions of that of `delivery` are kept until the job succeeds.
   SmoothReport smooth(const JobMesh& job, const SmoothOptions& given, const RequestOptions& request,
                       TopologyUse topology, Delivery& delivery) {
     validate_input_use(given, job.input);
@@ -97,23 +100,25 @@ struct Client::Impl {
     const RequestOptions complete = completed(request, job.mesh, options);
     Retry retry(complete);
     std::size_t early_bytes = last_was_accepted ? kManyEarlyBytes : kFewEarlyBytes;
-    bool in_region = complete.shared_memory && regions;
+    bool may_transfer = complete.shared_memory && transport != nullptr;
     for (;;) {
       SmoothCall call({channel, name}, job, options, complete,
                       {retry.left(), early_bytes, topology}, delivery.memory);
-      RegionPool::Borrowed borrowed;
-      const bool used = in_region && use_region(call, delivery, borrowed);
+      std::unique_ptr<Transfer> opened;
+      Transfer* const transfer = may_transfer ? find_transfer(call, delivery, opened) : nullptr;
       try {
         SmoothReport report = call.run();
         last_was_accepted = true;
-        if (borrowed.get() != nullptr) delivery.region = std::move(borrowed);
-        delivery.in_region = call.positions_in_region();
+        report.shared_memory = transfer != nullptr;
+        delivery.in_place = call.in_place();
+        if (delivery.in_place) transfer->hold_positions(bytes_of(job.positions).size());
+        if (opened) delivery.transfer = std::move(opened);
         return report;
       } catch (const ServiceError& error) {
         last_was_accepted = false;
-        if (used) {
-          in_region = false;  // retry with chunks, whatever failed
-          if (is_about_region(error)) continue;
+        if (transfer != nullptr) {
+          may_transfer = false;  // retry with chunks, whatever failed
+          if (transport->refused(error)) continue;
         }
         // Sent along with the same job, not as another one.
         if (error.reason() == "TOPOLOGY_NOT_FOUND" && !topology.name.empty()) {
@@ -132,23 +137,18 @@ struct Client::Impl {
     }
   }
 
-  /// @returns whether the call has a region: none where its data go at once, or while there is
-  /// none.
-  bool use_region(SmoothCall& call, const Delivery& delivery, RegionPool::Borrowed& borrowed) {
-    const std::size_t bytes = call.region_bytes();
-    if (bytes < kFewEarlyBytes) return false;
-    if (delivery.region.get() != nullptr)
-      return call.use(*delivery.region.get(), delivery.in_region);
-    borrowed = regions->borrow(bytes + delivery.more_bytes);
-    return borrowed.get() != nullptr && call.use(*borrowed.get());
-  }
-
-  /// Whether the server refused the region, not the job.
-  [[nodiscard]] static bool is_about_region(const ServiceError& error) {
-    if (error.reason().starts_with("REGION_")) return true;
-    return std::ranges::any_of(error.details(), [](const auto& detail) {
-      return detail.first == "field" && detail.second.starts_with("region");
-    });
+  /// That of the delivery, or one that is opened. Null where the data of the call go at once in
+  /// chunks, or while there is none.
+  Transfer* find_transfer(SmoothCall& call, const Delivery& delivery,
+                          std::unique_ptr<Transfer>& opened) const {
+    const std::size_t bytes = call.transfer_bytes();
+    if (bytes < kFewEarlyBytes) return nullptr;
+    Transfer* transfer = delivery.transfer.get();
+    if (transfer == nullptr) {
+      opened = transport->open(bytes + delivery.more_bytes);
+      transfer = opened.get();
+    }
+    return transfer != nullptr && call.use(*transfer) ? transfer : nullptr;
   }
 
   std::shared_ptr<grpc::Channel> channel;
@@ -157,7 +157,7 @@ struct Client::Impl {
   /// Whether the last job succeeded: a server is behind the channel, and takes jobs.
   std::atomic<bool> last_was_accepted = false;
   BufferCache buffers;
-  std::optional<RegionPool> regions;  // where the server is on this host
+  std::unique_ptr<Transport> transport;  // null: all arrays travel in chunks
 };
 
 }  // namespace meshsmooth::client

@@ -33,7 +33,7 @@ void ResultAssembler::begin(const v1::ResultHeader& header, Positions memory) {
                         " bytes, it must have " + std::to_string(size_bytes_));
   }
   quality_.values.reserve(value_count);
-  if (header.in_region()) return;
+  if (header.in_place()) return;
   positions_ = std::move(memory);
   make_room(positions_, like_);
 }

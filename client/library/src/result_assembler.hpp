@@ -21,7 +21,7 @@ class ResultAssembler {
       : like_(like), element_count_(element_count) {}
 
   /// `memory` is filled instead of new where it is large enough, and nothing is where the result
-  /// lies in a region.
+  /// stays in place.
   void begin(const v1::ResultHeader& header, Positions memory = {});
   void add(const wire::ChunkView& chunk);
   /// Takes all arrays but the positions from where they lie one after the other; those stay there.

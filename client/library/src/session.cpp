@@ -1,45 +1,57 @@
 #include <algorithm>
+#include <memory>
+#include <span>
 #include <string>
 #include <utility>
-#include <vector>
+#include <variant>
 
 #include "client_impl.hpp"
 #include "wire/topology_name.hpp"
 
 namespace meshsmooth::client {
-
-/// The current positions are in one of three places: in the mesh until the first job, then in
-/// memory, or in a region once there is one, where results alternate between two places so that
-/// they need not be copied.
 struct Session::Impl {
+  /// Where the current positions lie. In the mesh, until the first job.
+  struct InMesh {};
+  struct InMemory {
+    Positions positions;
+  };
+  /// Where the server writes them: results alternate between two parts of it, so that they need not
+  /// be copied.
+  struct InPlace {
+    std::unique_ptr<Transfer> transfer;
+    bool float64;
+
+    [[nodiscard]] PositionsSpan positions() const {
+      const std::span<std::byte> bytes = transfer->positions();
+      const auto typed = [&]<class Real>() -> PositionsSpan {
+        return std::span(reinterpret_cast<Vec3<Real>*>(bytes.data()),
+                         bytes.size() / sizeof(Vec3<Real>));
+      };
+      return float64 ? typed.operator()<double>() : typed.operator()<float>();
+    }
+  };
+
   Impl(Client::Impl& its_client, const Mesh& its_mesh)
       : client(its_client),
         mesh(its_mesh),
         topology_name(wire::topology_name(MeshTopology(mesh).view())),
         route(topology_name.substr(topology_name.rfind('-') + 1)) {}
-  ~Impl() { now.region.keep(); }
+  ~Impl() {
+    if (const auto* const place = std::get_if<InPlace>(&current)) place->transfer->keep();
+  }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
   [[nodiscard]] PositionsSpan positions() {
-    if (!begun) {
-      own = mesh.positions;
-      begun = true;
-    }
-    if (now.in_region.empty()) {
-      return std::visit([](auto& array) -> PositionsSpan { return std::span(array); }, own);
-    }
-    const auto typed = [&]<class Real>() {
-      auto* first = reinterpret_cast<Vec3<Real>*>(now.in_region.data());
-      return std::span(first, mesh.node_count());
-    };
-    if (float64_in_region) return typed.operator()<double>();
-    return typed.operator()<float>();
+    if (std::holds_alternative<InMesh>(current)) current = InMemory{mesh.positions};
+    if (const auto* const place = std::get_if<InPlace>(&current)) return place->positions();
+    return std::visit([](auto& array) -> PositionsSpan { return std::span(array); },
+                      std::get<InMemory>(current).positions);
   }
 
   SmoothReport smooth(const SmoothOptions& options, const RequestOptions& request,
                       const JobInput& input) {
-    leave_lost_region();
+    leave_lost_place();
     return run({mesh, as_view(positions()), input}, options, request, topology_name);
   }
 
@@ -52,7 +64,7 @@ struct Session::Impl {
                              std::to_string(mesh.node_count()) + " nodes",
                          {}, {});
     }
-    leave_lost_region();
+    leave_lost_place();
     SmoothReport report =
         run({mesh, std::span<const Vec3<Real>>(positions), input}, options, request, topology_name);
     std::ranges::copy(std::get<std::span<Vec3<Real>>>(this->positions()), positions.begin());
@@ -65,47 +77,55 @@ struct Session::Impl {
     if (moving_name.empty()) {
       moving_name = wire::topology_name(MeshTopology(mesh).view(), mesh.positions_view());
     }
-    leave_lost_region();
+    leave_lost_place();
     return run({mesh, mesh.positions_view(), input}, options, request, moving_name);
   }
 
   SmoothReport run(const JobMesh& job, const SmoothOptions& options, const RequestOptions& request,
                    const std::string& topology) {
+    auto* const place = std::get_if<InPlace>(&current);
+    Delivery delivery{.memory = std::move(spare),
+                      .transfer = place != nullptr ? std::move(place->transfer) : nullptr,
+                      .more_bytes = bytes_of(job.positions).size()};
     try {
-      now.more_bytes = bytes_of(job.positions).size();
-      SmoothReport report = client.smooth(job, options, request, {topology, false, route}, now);
-      begun = true;
-      float64_in_region = std::holds_alternative<std::span<const Vec3d>>(job.positions);
-      if (now.in_region.empty()) {
-        std::swap(own, now.memory);
-        now.region = {};
-      } else {
-        own = now.memory = Positions();
-      }
+      SmoothReport report =
+          client.smooth(job, options, request, {topology, false, route}, delivery);
+      take(delivery, std::holds_alternative<std::span<const Vec3d>>(job.positions));
       return report;
     } catch (...) {
-      leave_region();  // the server may still write to it
+      spare = std::move(delivery.memory);
+      if (place != nullptr) place->transfer = std::move(delivery.transfer);
+      leave_place();  // the server may still write to it
       throw;
     }
   }
 
-  void leave_lost_region() {
-    if (now.region.get() != nullptr && now.region.get()->ended()) leave_region();
+  void take(Delivery& delivery, bool float64) {
+    if (delivery.in_place) {
+      current = InPlace{std::move(delivery.transfer), float64};
+      return;
+    }
+    auto* const memory = std::get_if<InMemory>(&current);
+    spare = memory != nullptr ? std::move(memory->positions) : Positions();
+    current = InMemory{std::move(delivery.memory)};
   }
 
-  void leave_region() {
-    if (now.in_region.empty()) return;
-    now.copy_to_memory(as_view(positions()));
-    std::swap(own, now.memory);
-    now.region.give_up();
+  void leave_lost_place() {
+    const auto* const place = std::get_if<InPlace>(&current);
+    if (place != nullptr && place->transfer->ended()) leave_place();
+  }
+
+  void leave_place() {
+    const auto* const place = std::get_if<InPlace>(&current);
+    if (place == nullptr) return;
+    current = InMemory{
+        copied(place->transfer->positions(), as_view(place->positions()), std::move(spare))};
   }
 
   Client::Impl& client;
   const Mesh mesh;  // as it was opened: the reference of motions
-  bool begun = false;
-  Positions own;  // of the last job, unless they lie in the region
-  Delivery now;
-  bool float64_in_region = false;
+  std::variant<InMesh, InMemory, InPlace> current;
+  Positions spare = {};  // of the result before that in memory, for the next one
   std::string topology_name;
   std::string moving_name;  // of the topology with its reference; empty: not needed yet
   std::string route;
@@ -142,7 +162,8 @@ SmoothReport Session::smooth(const SmoothOptions& options, const RequestOptions&
 }
 
 PositionsView Session::positions() const {
-  return impl_->begun ? as_view(impl_->positions()) : impl_->mesh.positions_view();
+  if (std::holds_alternative<InMesh>(impl_->current)) return impl_->mesh.positions_view();
+  return as_view(impl_->positions());
 }
 
 PositionsSpan Session::positions_span() { return impl_->positions(); }

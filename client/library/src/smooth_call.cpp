@@ -2,11 +2,8 @@
 
 #include <algorithm>
 #include <bit>
-#include <cstring>
-#include <functional>
 #include <utility>
 
-#include "region/placement.hpp"
 #include "request_id.hpp"
 #include "retry.hpp"
 #include "service_error.hpp"
@@ -107,7 +104,7 @@ SmoothCall::SmoothCall(const CallTarget& target, const JobMesh& job, const Smoot
 SmoothReport SmoothCall::run() {
   v1::SmoothRequest first;
   *first.mutable_spec() = make_spec();
-  if (region_ != nullptr) *first.mutable_spec()->mutable_region() = region_use_;
+  first.mutable_spec()->MergeFrom(of_transfer_);
   context_.set_deadline(time_after<std::chrono::system_clock>(left_));
   if (!topology_.route.empty()) context_.AddMetadata(kRouteKey, topology_.route);
   const std::stop_callback cancel_on_stop(request_.stop, [this] { context_.TryCancel(); });
@@ -120,11 +117,10 @@ SmoothReport SmoothCall::run() {
                                     .answered = !job_name_.empty()});
   }
   if (!summary_) throw broken_answer("the server ended the call without a summary");
-  if (announced_in_region_) find_result_in_region();
+  if (in_place_) result_.add_behind_positions(transfer_->download());
   SmoothReport report = decode_report(std::move(*summary_), job_name_, request_.request_id);
-  if (in_region_.empty()) memory_ = result_.take();
+  if (!in_place_) memory_ = result_.take();
   report.summary.element_quality = result_.take_element_quality();
-  report.shared_memory = region_ != nullptr;
   return report;
 }
 
@@ -171,7 +167,7 @@ grpc::Status SmoothCall::converse(const v1::SmoothRequest& first) {
   stream_ = stub_.PrepareCall(&context_, "/meshsmooth.v1.SmoothingService/Smooth", &events_);
   stream_->StartCall(nullptr);
   writing_ = true;
-  half_closed_ = region_ != nullptr;  // the spec is all
+  half_closed_ = transfer_ != nullptr;  // the spec is all
   if (half_closed_) {
     stream_->WriteLast(wire::encode(first), {}, kWritten);
   } else {
@@ -252,17 +248,10 @@ void SmoothCall::accept(const v1::Accepted& accepted) {
 void SmoothCall::begin_result(const v1::ResultHeader& header) {
   result_.begin(header, std::exchange(memory_, {}));
   check_metrics();
-  announced_in_region_ = header.in_region();
-  if (announced_in_region_ && region_ == nullptr) {
-    throw broken_answer("the server announced a result in a region");
+  in_place_ = header.in_place();
+  if (in_place_ && transfer_ == nullptr) {
+    throw broken_answer("the server announced no chunks of the result of a job sent in chunks");
   }
-}
-
-void SmoothCall::find_result_in_region() {
-  const auto all = region_->bytes().subspan(
-      static_cast<std::size_t>(region_use_.result_offset_bytes()), result_bytes());
-  result_.add_behind_positions(all);
-  in_region_ = all.first(bytes_of(positions_).size());
 }
 
 void SmoothCall::check_metrics() const {
@@ -278,8 +267,8 @@ void SmoothCall::stop_sending() {
   to_send_.clear();
 }
 
-std::vector<SmoothCall::Part> SmoothCall::parts_to_send() const {
-  std::vector<Part> parts;
+std::vector<ArrayPart> SmoothCall::parts_to_send() const {
+  std::vector<ArrayPart> parts;
   const auto add = [&](v1::ArrayId id, std::span<const std::byte> bytes,
                        std::int64_t offset_bytes = 0) {
     if (!bytes.empty()) parts.push_back({id, offset_bytes, bytes});
@@ -326,58 +315,21 @@ std::vector<SmoothCall::Part> SmoothCall::parts_to_send() const {
   return parts;
 }
 
-namespace {
-
-/// How far into memory other memory begins; behind its end: it does not lie there.
-std::size_t offset_in(std::span<const std::byte> memory, const std::byte* other) {
-  const std::less<> before;
-  if (before(other, memory.data()) || !before(other, memory.data() + memory.size())) {
-    return memory.size();
-  }
-  return static_cast<std::size_t>(other - memory.data());
-}
-
-}  // namespace
-
 std::size_t SmoothCall::result_bytes() const {
   return bytes_of(positions_).size() +
          options_.element_quality_metrics.size() * mesh_.element_count() * sizeof(float);
 }
 
-std::size_t SmoothCall::region_bytes() const {
+std::size_t SmoothCall::transfer_bytes() const {
   std::size_t bytes = result_bytes();
-  for (const Part& part : to_send_) bytes += part.rest.size() + Placement::kAlignment;
+  for (const ArrayPart& part : to_send_) bytes += part.rest.size() + Transfer::kAlignment;
   return bytes;
 }
 
-bool SmoothCall::use(LeasedRegion& region, std::span<const std::byte> kept) {
-  const std::span<std::byte> all = region.bytes();
-  const std::size_t kept_at = kept.empty() ? 0 : offset_in(all, kept.data());
-  Placement placement(kept_at, kept_at + kept.size());
-  v1::RegionUse use;
-  use.set_region_name(region.name());
-  std::vector<std::size_t> offsets;  // of the parts
-  for (auto part = to_send_.rbegin(); part != to_send_.rend();) {
-    const auto next =
-        std::find_if(part + 1, to_send_.rend(), [](const Part& p) { return p.offset_bytes == 0; });
-    std::size_t bytes = 0;  // of the blocks of an array, which follow without a gap
-    for (auto block = part; block != next; ++block) bytes += block->rest.size();
-    std::size_t at = offset_in(all, part->rest.data());
-    if (at == all.size()) at = placement.place(bytes);
-    v1::RegionArray* array = use.add_inputs();
-    array->set_array_id(part->id);
-    array->set_offset_bytes(static_cast<std::int64_t>(at));
-    for (; part != next; at += part++->rest.size()) offsets.push_back(at);
-  }
-  use.set_result_offset_bytes(static_cast<std::int64_t>(placement.place(result_bytes())));
-  if (placement.used() > all.size()) return false;
-  for (const std::size_t at : offsets) {
-    const std::span<const std::byte> from = to_send_.back().rest;
-    if (from.data() != all.data() + at) std::memcpy(all.data() + at, from.data(), from.size());
-    to_send_.pop_back();
-  }
-  region_ = &region;
-  region_use_ = std::move(use);
+bool SmoothCall::use(Transfer& transfer) {
+  if (!transfer.upload(to_send_, result_bytes(), of_transfer_)) return false;
+  to_send_.clear();
+  transfer_ = &transfer;
   return true;
 }
 
@@ -389,7 +341,7 @@ void SmoothCall::write_next() {
     half_closed_ = true;
     return stream_->WritesDone(kWritten);
   }
-  Part& part = to_send_.back();
+  ArrayPart& part = to_send_.back();
   const std::size_t most = answered() ? kChunkBytes : std::min(kChunkBytes, early_bytes_);
   const auto data = part.rest.first(std::min(part.rest.size(), most));
   early_bytes_ -= std::min(early_bytes_, data.size());

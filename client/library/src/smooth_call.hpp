@@ -15,9 +15,9 @@
 
 #include "meshsmooth/client.hpp"
 #include "meshsmooth/v1/smoothing.pb.h"
-#include "region/leased_region.hpp"
 #include "report.hpp"
 #include "result_assembler.hpp"
+#include "transport/transfer.hpp"
 
 namespace meshsmooth::client {
 
@@ -72,38 +72,29 @@ class SmoothCall {
   SmoothCall(const CallTarget& target, const JobMesh& job, const SmoothOptions& options,
              const RequestOptions& request, Attempt attempt, Positions& memory);
 
-  /// What the arrays of the job and of its result take in a region.
-  [[nodiscard]] std::size_t region_bytes() const;
-  /// Copies the arrays to a region, unless they lie there, for them to travel in it; before `run`.
-  /// @param kept  bytes of the region that are not written to, or empty.
+  /// What the arrays of the job and of its result take in a transfer.
+  [[nodiscard]] std::size_t transfer_bytes() const;
+  /// Has the arrays travel that way instead of in chunks; before `run`.
   /// @returns whether there was room.
-  bool use(LeasedRegion& region, std::span<const std::byte> kept = {});
+  bool use(Transfer& transfer);
 
-  /// Needs to be called once. Throws `ServiceError`, and what on_progress throws. The positions of
-  /// the result lie in `memory`, or in the region.
+  /// Needs to be called once. Throws `ServiceError`, and what on_progress throws.
   SmoothReport run();
-  /// After `run`: the positions, where they lie in the region.
-  [[nodiscard]] std::span<std::byte> positions_in_region() const { return in_region_; }
+  /// After `run`: whether the positions of the result lie in the transfer's. Else they lie in
+  /// `memory`.
+  [[nodiscard]] bool in_place() const { return in_place_; }
   /// Whether the server has accepted the job, or refused it itself.
   [[nodiscard]] bool answered() const { return accepted_ || sending_stopped_; }
 
  private:
-  /// An array of the mesh, or the part of it that is still to be sent.
-  struct Part {
-    v1::ArrayId id;
-    std::int64_t offset_bytes;
-    std::span<const std::byte> rest;
-  };
-
   [[nodiscard]] v1::JobSpec make_spec() const;
-  [[nodiscard]] std::vector<Part> parts_to_send() const;
+  [[nodiscard]] std::vector<ArrayPart> parts_to_send() const;
   [[nodiscard]] std::size_t result_bytes() const;
   grpc::Status converse(const v1::SmoothRequest& first);
   void handle(grpc::ByteBuffer& response);
   void handle(const v1::SmoothResponse& response);
   void accept(const v1::Accepted& accepted);
   void begin_result(const v1::ResultHeader& header);
-  void find_result_in_region();
   /// Throws `ServiceError` unless the result has the metrics that were asked for: an older server
   /// ignores them.
   void check_metrics() const;
@@ -130,12 +121,11 @@ class SmoothCall {
   bool sending_stopped_ = false;
   // Prescribed positions or the reference, in the mesh's precision where they come in the other.
   const Positions converted_;
-  std::vector<Part> to_send_;  // the next one last
-  std::size_t early_bytes_;    // that may still be sent before the server has answered
-  LeasedRegion* region_ = nullptr;
-  v1::RegionUse region_use_;
-  bool announced_in_region_ = false;
-  std::span<std::byte> in_region_;
+  std::vector<ArrayPart> to_send_;  // the next one last
+  std::size_t early_bytes_;         // that may still be sent before the server has answered
+  Transfer* transfer_ = nullptr;
+  v1::JobSpec of_transfer_;  // fields of the spec
+  bool in_place_ = false;
   std::string job_name_;
   ResultAssembler result_;
   Positions& memory_;

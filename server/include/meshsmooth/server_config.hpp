@@ -48,9 +48,9 @@ struct ServerConfig {
   std::int64_t max_kept_result_bytes = 0;  // 0: a quarter of the host memory limit
   std::int64_t max_topology_bytes = 0;     // 0: a quarter of the host memory limit
 
-  std::string region_socket = "unix:";  // empty: no shared memory
-  std::int64_t max_region_bytes = 0;    // 0: a quarter of the host memory limit
-  Duration region_idle_timeout = std::chrono::minutes(5);
+  std::string shared_memory_socket = "unix:";  // empty: no shared memory
+  std::int64_t max_shared_memory_bytes = 0;    // 0: a quarter of the host memory limit
+  Duration shared_memory_idle_timeout = std::chrono::minutes(5);
 
   Duration priority_ageing = std::chrono::seconds(60);  // 0: never
   Duration max_queue_timeout = std::chrono::hours(1);

@@ -67,14 +67,14 @@ v1::Job encode_job(const Job& job, const Engine& engine) {
   return message;
 }
 
-v1::ResultHeader encode_result_header(const Job& job, const JobSnapshot& now, bool in_region) {
+v1::ResultHeader encode_result_header(const Job& job, const JobSnapshot& now, bool in_place) {
   const wire::MeshLayout& layout = job.request().layout;
   v1::ResultHeader header;
   header.set_node_count(layout.node_count);
   header.set_coordinate_type(layout.float64 ? v1::SCALAR_TYPE_FLOAT64 : v1::SCALAR_TYPE_FLOAT32);
   header.set_size_bytes(job.request().result_bytes());
   header.set_topology_name(now.topology_name);
-  header.set_in_region(in_region);
+  header.set_in_place(in_place);
   for (const QualityMetric metric : job.request().options.element_quality_metrics) {
     header.add_element_quality_metrics(wire::encode_enum(metric));
   }

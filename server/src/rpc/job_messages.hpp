@@ -13,7 +13,7 @@ namespace meshsmooth::server {
 [[nodiscard]] v1::Job encode_job(const Job& job, const Engine& engine);
 
 [[nodiscard]] v1::ResultHeader encode_result_header(const Job& job, const JobSnapshot& now,
-                                                    bool in_region);
+                                                    bool in_place);
 
 /// The smoother's summary with the server's additions: waiting times, options, version.
 [[nodiscard]] v1::Summary encode_job_summary(const Job& job, const JobSnapshot& now);

@@ -76,7 +76,7 @@ bool may_be_interactive(const std::string& caller, const std::string& callers) {
 std::map<std::string, std::string> fields_of(v1::JobSpec spec) {
   spec.clear_progress_interval();
   spec.clear_max_result_chunk_bytes();
-  spec.clear_region();
+  clear_transfer(spec);
   const google::protobuf::Reflection* const reflection = spec.GetReflection();
   std::vector<const google::protobuf::FieldDescriptor*> set;
   reflection->ListFields(spec, &set);
@@ -224,15 +224,7 @@ DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& caller, Engi
           ? config.result_chunk_bytes
           : std::min(spec.max_result_chunk_bytes(), config.max_chunk_bytes);
   decoded.call.validate_only = spec.validate_only();
-  if (spec.has_region()) {
-    decoded.call.region =
-        std::make_shared<const RegionUse>(spec.region(), engine.regions(), decoded.job);
-    // A kept result would hold the region as long.
-    if (!decoded.job.kept() && engine.reads_positions_once(layout.size())) {
-      decoded.job.shared_coordinates = decoded.call.region->shared_coordinates();
-      decoded.call.coordinates_are_shared = decoded.job.shared_coordinates.has_value();
-    }
-  }
+  decoded.call.transfer = decode_transfer(spec, engine, decoded.job);
   return decoded;
 }
 

@@ -8,7 +8,7 @@
 #include "engine.hpp"
 #include "job.hpp"
 #include "meshsmooth/v1/smoothing.pb.h"
-#include "rpc/region_use.hpp"
+#include "rpc/transfer.hpp"
 
 namespace meshsmooth::server {
 
@@ -17,8 +17,7 @@ struct CallOptions {
   std::optional<std::chrono::nanoseconds> progress_interval;  // unset: no progress
   int result_chunk_bytes = 0;
   bool validate_only = false;
-  std::shared_ptr<const RegionUse> region;  // null: the arrays travel in chunks
-  bool coordinates_are_shared = false;      // the job reads them there itself
+  std::shared_ptr<const Transfer> transfer;
 };
 
 struct DecodedSpec {

@@ -45,13 +45,13 @@ ResultStream::Step ResultStream::next(const JobSnapshot& job, int queue_position
   switch (part_) {
     case Part::progress:
       // Once the job is queued the header's topology has its name.
-      if (options_.in_region && !header_sent_ && job.times.queued) return header();
+      if (options_.in_place && !header_sent_ && job.times.queued) return header();
       if (!result_) return next_progress(job, queue_position, now);
       part_ = Part::chunks;
       if (!header_sent_) return header();
       [[fallthrough]];
     case Part::chunks:
-      if (!options_.in_region && sent_bytes_ < options_.result_bytes) return next_chunk();
+      if (!options_.in_place && sent_bytes_ < options_.result_bytes) return next_chunk();
       if (job.state == JobState::sending) return {.action = Action::complete_job};
       part_ = Part::done;
       return {.action = Action::send_summary};

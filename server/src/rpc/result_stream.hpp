@@ -13,7 +13,7 @@
 namespace meshsmooth::server {
 
 /// What a call is sent of its job: progress, then the result's header, its chunks and the
-/// summary; in a region the header first of all, so that nothing but the summary is left to send at
+/// summary; in place the header first of all, so that nothing but the summary is left to send at
 /// the end. A pure state machine: `notice` and then `next` get a snapshot of the job and the time,
 /// and `next` returns what to send, or when to ask again. Knows neither gRPC nor the engine. Not
 /// thread-safe.
@@ -26,7 +26,7 @@ class ResultStream {
     int chunk_bytes = 0;
     std::int64_t result_bytes = 0;
     std::int64_t offset = 0;  // of the first byte to send
-    bool in_region = false;   // the arrays lie in a region when the summary is sent: no chunks
+    bool in_place = false;    // the arrays are in place when the summary is sent: no chunks
     /// The call has joined the job of another call, which uploads the mesh.
     bool upload_by_another_call = false;
     /// The call may end a job that is asked to stop while it receives its mesh.
@@ -48,7 +48,7 @@ class ResultStream {
     v1::ArrayId array_id = v1::ARRAY_ID_UNSPECIFIED;  // of a chunk, as the next two
     std::int64_t offset = 0;                          // in the array
     std::span<const std::byte> data = {};             // valid until `release`
-    bool in_region = false;                           // of a header
+    bool in_place = false;                            // of a header
   };
 
   explicit ResultStream(const Options& options)
@@ -74,7 +74,7 @@ class ResultStream {
 
   [[nodiscard]] Step header() {
     header_sent_ = true;
-    return {.action = Action::send_header, .in_region = options_.in_region};
+    return {.action = Action::send_header, .in_place = options_.in_place};
   }
 
   [[nodiscard]] Step next_progress(const JobSnapshot& job, int queue_position,

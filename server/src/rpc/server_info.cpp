@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <string>
 
+#include "rpc/transfer.hpp"
 #include "wire/codec.hpp"
 
 namespace meshsmooth::server {
@@ -43,7 +44,6 @@ v1::GetServerInfoResponse encode_server_info(const Engine& engine) {
         "kept_reference", "node_pairs", "target_surface"}) {
     info.add_features(feature);
   }
-  if (engine.regions() != nullptr) info.add_features("shared_memory");
   info.set_draining(engine.draining());
 
   v1::Limits* limits = info.mutable_limits();
@@ -59,7 +59,7 @@ v1::GetServerInfoResponse encode_server_info(const Engine& engine) {
   *limits->mutable_max_queue_timeout() = encode_duration(config.max_queue_timeout);
   *limits->mutable_stream_idle_timeout() = encode_duration(config.stream_idle_timeout);
   limits->set_early_data_bytes(config.early_data_bytes);
-  if (engine.regions() != nullptr) limits->set_max_region_bytes(engine.regions()->max_bytes());
+  encode_transport(engine.transport(), info);
 
   const MemoryBytes limit = engine.memory_budget().limit();
   const MemoryBytes reserved = engine.memory_budget().reserved();

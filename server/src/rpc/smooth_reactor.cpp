@@ -74,12 +74,14 @@ void SmoothReactor::OnReadDone(bool ok) {
       lock.lock();
       if (error) fail(error);
     }
-    if (!error_ && inputs_due()) {
+    if (!error_ && upload_ == Upload::receiving && call_.transfer->in_place()) {
       lock.unlock();
-      const std::int64_t bytes = call_.region->input_bytes(job_->mesh());
-      if (bytes > CopyThreads::kAtOnceBytes) pump();  // the job's admission need not wait for them
-      return engine_.regions()->copies().run(bytes,
-                                             [self = shared_from_this()] { self->take_inputs(); });
+      const bool goes_on = call_.transfer->upload(
+          *job_, [self = shared_from_this()](std::int64_t bytes, const std::exception_ptr& error) {
+            self->upload_done(bytes, error);
+          });
+      if (goes_on) pump();  // the job's admission need not wait for it
+      return;
     }
     input_ = Input::idle;
   }
@@ -87,14 +89,8 @@ void SmoothReactor::OnReadDone(bool ok) {
   pump();
 }
 
-void SmoothReactor::take_inputs() {
-  std::exception_ptr error;
-  try {
-    call_.region->take_inputs(job_->mesh(), job_->stop_token());
-  } catch (...) {
-    error = std::current_exception();
-  }
-  if (!error) engine_.metrics().received(job_->mesh().received_bytes());
+void SmoothReactor::upload_done(std::int64_t bytes, const std::exception_ptr& error) {
+  if (!error) engine_.metrics().received(bytes);
   {
     const std::lock_guard lock(mutex_);
     if (error) fail(error);
@@ -104,12 +100,11 @@ void SmoothReactor::take_inputs() {
   pump();
 }
 
-void SmoothReactor::write_result(const JobResult& result) {
-  call_.region->write_result(result);
-  engine_.metrics().sent(call_.region->result_bytes());
+void SmoothReactor::download_done() {
+  engine_.metrics().sent(job_->request().result_bytes());
   {
     const std::lock_guard lock(mutex_);
-    output_ = Output::written;
+    download_ = Download::done;
   }
   pump();
 }
@@ -192,7 +187,7 @@ void SmoothReactor::ingest_spec(const v1::JobSpec& spec) {
       .progress_interval = call_.progress_interval,
       .chunk_bytes = call_.result_chunk_bytes,
       .result_bytes = job_->request().result_bytes(),
-      .in_region = call_.region != nullptr,
+      .in_place = call_.transfer->in_place(),
       .upload_by_another_call = subscription_.joined,
   });
   const double limit = std::chrono::duration<double>(engine_.config().max_upload_time).count();
@@ -261,7 +256,7 @@ SmoothReactor::Action SmoothReactor::next_action(Clock::time_point now) {
 SmoothReactor::Action SmoothReactor::next_of_failure(Clock::time_point now) {
   const bool ingesting = input_ == Input::ingesting;
   if (Action cleanup = next_cleanup(ingesting)) return cleanup;
-  const bool can_finish = !writing() && !ingesting && output_ != Output::copying;
+  const bool can_finish = !writing() && !ingesting && download_ != Download::begun;
   if (client_ == Client::gone) return can_finish ? finish() : Action();
   if (!writing()) {
     if (input_ != Input::half_closed && ending_ == Ending::none) {
@@ -293,9 +288,9 @@ SmoothReactor::Action SmoothReactor::next_answer(const JobSnapshot& job, Clock::
     case Answer::none:
       return {};
     case Answer::accepted:
-      answer_ = subscription_.joined                            ? Answer::stop_sending
-                : call_.region && !call_.coordinates_are_shared ? Answer::input_taken
-                                                                : Answer::result;
+      answer_ = subscription_.joined              ? Answer::stop_sending
+                : call_.transfer->copies_inputs() ? Answer::input_taken
+                                                  : Answer::result;
       return write(wire::encode(accepted_message()), now);
     case Answer::input_taken:
       if (uploading()) return {};
@@ -315,13 +310,13 @@ SmoothReactor::Action SmoothReactor::next_answer(const JobSnapshot& job, Clock::
 }
 
 SmoothReactor::Action SmoothReactor::next_of_result(const JobSnapshot& job, Clock::time_point now) {
-  if (output_ == Output::copying) return {};
-  if (!call_.region || !job.result || output_ == Output::written) return next_of_stream(job, now);
-  output_ = Output::copying;
+  if (download_ == Download::begun) return {};
+  if (!call_.transfer->in_place() || !job.result || download_ == Download::done) {
+    return next_of_stream(job, now);
+  }
+  download_ = Download::begun;
   return [this, result = job.result] {
-    engine_.regions()->copies().run(
-        call_.region->result_bytes_to_copy(*result),
-        [self = shared_from_this(), result] { self->write_result(*result); });
+    call_.transfer->download(result, [self = shared_from_this()] { self->download_done(); });
   };
 }
 

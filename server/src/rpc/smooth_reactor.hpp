@@ -4,6 +4,7 @@
 #include <grpcpp/support/byte_buffer.h>
 #include <grpcpp/support/server_callback.h>
 
+#include <cstdint>
 #include <exception>
 #include <memory>
 #include <optional>
@@ -38,8 +39,8 @@ class SmoothReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grp
   enum class Answer { none, accepted, input_taken, stop_sending, result, status };
   /// `ingesting`: a thread works on the mesh without the lock.
   enum class Input { idle, reading, ingesting, half_closed };
-  /// Of the result in a region.
-  enum class Output { none, copying, written };
+  /// Of a result that does not travel in chunks.
+  enum class Download { none, begun, done };
 
   SmoothReactor(Engine& engine, grpc::CallbackServerContext* context, AuthResult auth);
 
@@ -52,9 +53,9 @@ class SmoothReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grp
   void ingest();
   void ingest_chunk(const wire::ChunkView& chunk);
   void ingest_spec(const v1::JobSpec& spec);
-  /// Copies the inputs in the region, instead of chunks.
-  void take_inputs();
-  void write_result(const JobResult& result);
+  // Without the lock: of arrays that do not travel in chunks.
+  void upload_done(std::int64_t bytes, const std::exception_ptr& error);
+  void download_done();
 
   // With the lock.
   Action next_action(Clock::time_point now);
@@ -72,7 +73,6 @@ class SmoothReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grp
   [[nodiscard]] bool uploading() const {
     return upload_ == Upload::awaiting_spec || upload_ == Upload::receiving;
   }
-  [[nodiscard]] bool inputs_due() const { return call_.region && upload_ == Upload::receiving; }
   [[nodiscard]] v1::SmoothResponse accepted_message();
 
   void report_failure();
@@ -86,7 +86,7 @@ class SmoothReactor final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grp
   Upload upload_ = Upload::awaiting_spec;
   Answer answer_ = Answer::none;
   Input input_ = Input::idle;
-  Output output_ = Output::none;
+  Download download_ = Download::none;
   Clock::time_point last_read_;
   UploadRate upload_rate_;
   std::optional<Clock::time_point> drop_until_;  // for the client to half-close

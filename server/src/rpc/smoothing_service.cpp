@@ -46,7 +46,7 @@ std::size_t decode_page_size(int page_size) {
   return page_size == 0 ? 50 : static_cast<std::size_t>(std::min(page_size, kLargestPage));
 }
 
-// Nobody else could open the socket: its region would only wait for the ticket to expire.
+// Nobody else could open the socket: its segment would only wait for the ticket to expire.
 bool is_on_this_host(const Caller& caller) {
   const std::string& connection = caller.connection;  // "ipv4:127.0.0.1:1234"
   return connection.empty() || wire::is_local_address(connection.substr(connection.find(':') + 1));
@@ -126,7 +126,7 @@ using SmoothingServiceBase = v1::SmoothingService::WithRawCallbackMethod_Smooth<
                     v1::SmoothingService::WithRawCallbackMethod_CancelJob<
                         v1::SmoothingService::WithRawCallbackMethod_AttachJob<
                             v1::SmoothingService::WithRawCallbackMethod_DeleteJob<
-                                v1::SmoothingService::WithRawCallbackMethod_LeaseRegion<
+                                v1::SmoothingService::WithRawCallbackMethod_LeaseSharedMemory<
                                     v1::SmoothingService::WithRawCallbackMethod_GetServerInfo<
                                         v1::SmoothingService::Service>>>>>>>>>>;
 
@@ -238,24 +238,24 @@ class SmoothingService final : public SmoothingServiceBase {
         });
   }
 
-  grpc::ServerUnaryReactor* LeaseRegion(grpc::CallbackServerContext* context,
-                                        const grpc::ByteBuffer* bytes,
-                                        grpc::ByteBuffer* answer_bytes) override {
-    return answer<v1::LeaseRegionRequest, v1::LeaseRegionResponse>(
+  grpc::ServerUnaryReactor* LeaseSharedMemory(grpc::CallbackServerContext* context,
+                                              const grpc::ByteBuffer* bytes,
+                                              grpc::ByteBuffer* answer_bytes) override {
+    return answer<v1::LeaseSharedMemoryRequest, v1::LeaseSharedMemoryResponse>(
         context, *bytes, *answer_bytes,
-        [&](const Caller& caller, const v1::LeaseRegionRequest& request,
-            v1::LeaseRegionResponse& response) {
-          if (engine_.regions() == nullptr || !is_on_this_host(caller)) {
+        [&](const Caller& caller, const v1::LeaseSharedMemoryRequest& request,
+            v1::LeaseSharedMemoryResponse& response) {
+          Transport& transport = engine_.transport();
+          if (transport.max_bytes() == 0 || !is_on_this_host(caller)) {
             throw NotSupported("OPTION_NOT_SUPPORTED",
                                "this server does not share memory with this caller");
           }
           if (engine_.draining()) std::rethrow_exception(draining_error());
-          RegionLeases::Lease lease =
-              engine_.regions()->lease(caller.name, caller.share, request.size_bytes());
-          response.set_region_name(lease.region->name());
-          response.set_socket_path(engine_.regions()->socket_path());
+          Transport::Lease lease = transport.lease(caller.name, caller.share, request.size_bytes());
+          response.set_segment_name(std::move(lease.name));
+          response.set_socket_path(std::move(lease.socket_path));
           response.set_ticket(std::move(lease.ticket));
-          response.set_size_bytes(lease.region->size_bytes());
+          response.set_size_bytes(lease.size_bytes);
         });
   }
 

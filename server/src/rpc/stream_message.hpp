@@ -19,7 +19,7 @@ template <class Response>
   }
   Response message;
   if (step.action == ResultStream::Action::send_header) {
-    *message.mutable_result() = encode_result_header(job, now, step.in_region);
+    *message.mutable_result() = encode_result_header(job, now, step.in_place);
   } else if (step.action == ResultStream::Action::send_summary) {
     *message.mutable_summary() = encode_job_summary(job, now);
   } else {

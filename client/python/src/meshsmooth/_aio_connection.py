@@ -17,9 +17,8 @@ from ._calls import Calls
 from ._control import Control
 from ._fork_guard import fork_guard
 from ._machine import RECEIVE, Action, Ask, Begin, Failed, Machine, Steps, Wait
-from ._region_pool import LEASE_SECONDS, Lease, RegionPool
+from ._transport import Run, make_transport
 from ._wire import Upload
-from .v1 import smoothing_pb2 as pb
 
 R = TypeVar("R")
 
@@ -27,26 +26,25 @@ R = TypeVar("R")
 _UNSENT = "Internal error from Core"
 
 
-def _leasing(connection: weakref.ref[AsyncConnection]) -> Lease:
-    """The call LeaseRegion from another thread, which does not keep its connection alive."""
+def _running(connection: weakref.ref[AsyncConnection]) -> Run:
+    """Makes calls from another thread, and does not keep its connection alive."""
 
-    def lease(size_bytes: int) -> pb.LeaseRegionResponse:
+    def run(method: _rpc.Unary[R], timeout: float, **fields: Any) -> R:
         alive = connection()
         if alive is None or alive.loop is None:
             raise OSError("the connection is gone")
-        steps = alive.calls.ask(_rpc.LEASE_REGION, LEASE_SECONDS, size_bytes=size_bytes)
-        call = alive.run(steps)
+        call = alive.run(alive.calls.ask(method, timeout, **fields))
         try:
             answer = asyncio.run_coroutine_threadsafe(call, alive.loop)
         except RuntimeError:
             call.close()
             raise OSError("the event loop has ended") from None
         try:
-            return answer.result(2 * LEASE_SECONDS)
+            return answer.result(2 * timeout)
         except (concurrent.futures.TimeoutError, concurrent.futures.CancelledError):
             raise OSError("the event loop did not answer") from None
 
-    return lease
+    return run
 
 
 class AsyncConnection:
@@ -64,13 +62,13 @@ class AsyncConnection:
         self._channel: Any = None
         self._channel_of: tuple[asyncio.AbstractEventLoop, str] | None = None
         self._closed = False
-        self._regions = RegionPool.at(endpoint.address, _leasing(weakref.ref(self)), self)
-        self.calls = Calls(endpoint, self._regions)
+        self._transport = make_transport(endpoint.address, _running(weakref.ref(self)), self)
+        self.calls = Calls(endpoint, self._transport)
 
     async def close(self) -> None:
         """Closes the channel."""
-        if self._regions is not None:
-            self._regions.close()
+        if self._transport is not None:
+            self._transport.close()
         self._closed = True
         channel, self._channel = self._channel, None
         if channel is not None:

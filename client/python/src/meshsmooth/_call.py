@@ -16,12 +16,11 @@ from ._errors import SERVER_ENDED, DeadlineExceeded, Error
 from ._options import name_option
 from ._progress import Progress, decode_job_state, decode_progress
 from ._received import Result
-from ._region import Held, Region, place
-from ._region_pool import RegionPool
 from ._request import Request
 from ._retry import Retry
 from ._service_error import broken_answer, place_in_input
 from ._topology import TopologyUse
+from ._transfer import ALIGNMENT, Held, Transfer, Transport
 from .v1 import smoothing_pb2
 
 _log = logging.getLogger("meshsmooth")  # attempts that failed, and how
@@ -53,28 +52,24 @@ class SmoothCall:
         self._parts = request.parts(use)
         self.upload = _wire.Upload(self._parts, early_bytes)
         self._result_bytes = request.result_bytes
-        self.placement = place(self._parts, self._result_bytes)
-        self.region: Region | None = None  # in which the arrays travel
+        self.transfer: Transfer | None = None  # by which the arrays travel; None: in chunks
         self.result = Result(request, memory)
         self.job_name = ""
 
-    def use(self, region: Region, kept: tuple[int, int] = (0, 0)) -> bool:
-        """Has the arrays travel in a region, if there is room beside what is kept there."""
-        placement = place(self._parts, self._result_bytes, region.memory, kept)
-        if placement.size > region.memory.nbytes:
+    @property
+    def transfer_bytes(self) -> int:
+        """What the arrays of the job and of its result take in a transfer."""
+        return self._result_bytes + sum(part.data.nbytes + ALIGNMENT for part in self._parts)
+
+    def use(self, transfer: Transfer) -> bool:
+        """Has the arrays travel that way, if there is room."""
+        if not transfer.upload(self._parts, self._result_bytes, self._message.spec):
             return False
-        self.placement = placement
-        region.fill(self._parts, placement)
-        use = self._message.spec.region
-        use.region_name = region.name
-        for array_id, offset in self.placement.inputs:
-            use.inputs.add(array_id=array_id, offset_bytes=offset)
-        use.result_offset_bytes = self.placement.result_offset
-        self.region = region
+        self.transfer = transfer
         return True
 
     def first(self) -> bytes:
-        """Returns the first message, or the only one if the arrays travel in a region."""
+        """Returns the first message, or the only one if no chunks follow."""
         return bytes(self._message.SerializeToString())
 
     @property
@@ -105,11 +100,13 @@ class SmoothCall:
             return decode_progress(response.progress)
         elif kind == "result":
             self.result.begin(response.result)
-            if self.result.in_region and self.region is None:
-                raise broken_answer("the server announced a result in a region")
+            if self.result.in_place and self.transfer is None:
+                raise broken_answer(
+                    "the server announced no chunks of the result of a job sent in chunks"
+                )
         elif kind == "summary":
-            if self.result.in_region and self.region is not None:
-                self.result.find(self.region.memory[self.placement.result_offset :])
+            if self.result.in_place and self.transfer is not None:
+                self.result.find(self.transfer.download())
             self.result.summary = response.summary
         return None  # also of what a newer server adds
 
@@ -158,13 +155,6 @@ def _parse(kind: Any, message: bytes) -> Any:
         raise broken_answer(f"cannot parse the server's {kind.DESCRIPTOR.name}") from None
 
 
-def _is_about_region(error: Error) -> bool:
-    """Whether the server refused the region, not the job."""
-    return error.reason.startswith("REGION_") or str(error.details.get("field", "")).startswith(
-        "region"
-    )
-
-
 class Attempts:
     """The attempts at one job, with the rules of the C++ client for what is sent again and how.
 
@@ -181,6 +171,7 @@ class Attempts:
         patient: bool,
         with_progress: bool,
         last_was_accepted: bool,
+        transport: Transport | None,
         held: Held | None = None,
     ) -> None:
         self.retry = Retry(request.timeout, request.max_attempts, patient=patient)
@@ -188,7 +179,8 @@ class Attempts:
         self._memory = memory
         self._use = use or TopologyUse()  # how the next attempt names or sends the topology
         self._with_progress = with_progress
-        self._in_region = True
+        self._transport = transport
+        self._may_transfer = True
         self._server_ended = False
         self._held = held
         self._early_bytes = MANY_EARLY_BYTES if last_was_accepted else FEW_EARLY_BYTES
@@ -204,13 +196,13 @@ class Attempts:
         )
 
     @contextlib.contextmanager
-    def sharing(self, call: SmoothCall, regions: RegionPool | None) -> Iterator[None]:
-        """Has the call use a region if there is one, and keeps that if the call ends well."""
-        region = None
-        if regions is not None and self._in_region:
-            region = self._find_region(call, regions)
+    def transferring(self, call: SmoothCall) -> Iterator[None]:
+        """Has the call use a transfer if there is one, and keeps that if the call ends well."""
+        transport, transfer = self._transport, None
+        if transport is not None and self._may_transfer:
+            transfer = self._find_transfer(call, transport)
         held = self._held
-        if regions is None or region is None:
+        if transport is None or transfer is None:
             yield
             if held is not None:
                 held.close()  # the positions lie elsewhere now
@@ -218,28 +210,28 @@ class Attempts:
         try:
             yield
         except BaseException:
-            region.close()  # the server may still write to it
+            transfer.close()  # the server may still write to it
             raise
         if held is None:
-            regions.give_back(region)
+            transport.give_back(transfer)
         else:
-            held.take(region, call.placement.result_offset, self._request.points.nbytes)
+            transfer.hold(self._request.points.nbytes)
+            held.transfer = transfer
 
-    def _find_region(self, call: SmoothCall, regions: RegionPool) -> Region | None:
+    def _find_transfer(self, call: SmoothCall, transport: Transport) -> Transfer | None:
         held = self._held
-        if held is not None and held.region is not None:
-            region, kept = held.region, held.kept
-            if not region.ended() and call.use(region, kept):
-                return region
+        if held is not None and held.transfer is not None:
+            if not held.transfer.ended() and call.use(held.transfer):
+                return held.transfer
             held.close()
-        borrowed = regions.borrow(call.placement.size)
-        if borrowed is not None:
+        opened = transport.open(call.transfer_bytes)
+        if opened is not None:
             try:
-                call.use(borrowed)
+                call.use(opened)
             except BaseException:
-                borrowed.close()
+                opened.close()
                 raise
-        return borrowed
+        return opened
 
     def after(self, error: Error, call: SmoothCall) -> float:
         """Returns the seconds to wait before the next attempt.
@@ -258,9 +250,9 @@ class Attempts:
                 raise error
             self._server_ended = True
             return 0.0
-        if call.region is not None:
-            self._in_region = False  # retry with chunks, whatever failed
-            if _is_about_region(error):
+        if call.transfer is not None and self._transport is not None:
+            self._may_transfer = False  # retry with chunks, whatever failed
+            if self._transport.refused(error):
                 return 0.0
         if error.reason == "TOPOLOGY_NOT_FOUND" and self._use.named:
             self._use = TopologyUse(kept=True, routed=self._use.routed)

@@ -14,12 +14,12 @@ from ._errors import SERVER_ENDED, Error
 from ._foreign_status import CallFacts
 from ._machine import RECEIVE, Ask, Begin, Failed, Steps, Wait
 from ._progress import Display, closing
-from ._region_pool import RegionPool
 from ._request import Request
 from ._result import Finish
 from ._retry import Retry
 from ._service_error import to_error
 from ._topology import TopologyUse
+from ._transfer import Transport
 
 R = TypeVar("R")
 
@@ -27,15 +27,15 @@ R = TypeVar("R")
 class Calls:
     """The calls to one server, or to several equal ones."""
 
-    def __init__(self, endpoint: Endpoint, regions: RegionPool | None) -> None:
+    def __init__(self, endpoint: Endpoint, transport: Transport | None) -> None:
         """Makes no call yet.
 
         Args:
             endpoint: the server and what it needs to know of its caller.
-            regions: memory shared with it; None: all arrays go in messages.
+            transport: to it; None: all arrays go in messages.
         """
         self._endpoint = endpoint
-        self._regions = regions
+        self._transport = transport
         self._last_was_accepted = False
 
     def ask(
@@ -81,6 +81,7 @@ class Calls:
             patient=patient,
             with_progress=display is not None,
             last_was_accepted=self._last_was_accepted,
+            transport=self._transport,
             held=finish.held,
         )
         with closing(display):
@@ -88,8 +89,8 @@ class Calls:
                 control.check()
                 call = attempts.begin()
                 try:
-                    with attempts.sharing(call, self._regions):
-                        upload = call.upload if call.region is None else None
+                    with attempts.transferring(call):
+                        upload = call.upload if call.transfer is None else None
                         left = attempts.retry.left()
                         yield Begin(SMOOTH, call.first(), upload, left, call.metadata)
                         yield from self._receive(call, request, control, display)

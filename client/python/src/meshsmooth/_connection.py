@@ -15,23 +15,22 @@ from ._calls import Calls
 from ._control import Control
 from ._fork_guard import fork_guard
 from ._machine import RECEIVE, Action, Ask, Begin, Failed, Machine, Steps, Wait
-from ._region_pool import LEASE_SECONDS, Lease, RegionPool
+from ._transport import Run, make_transport
 from ._wire import Upload
-from .v1 import smoothing_pb2 as pb
 
 R = TypeVar("R")
 
 
-def _leasing(connection: weakref.ref[Connection]) -> Lease:
-    """The call LeaseRegion, which does not keep its connection alive."""
+def _running(connection: weakref.ref[Connection]) -> Run:
+    """Makes calls of one message each way, and does not keep its connection alive."""
 
-    def lease(size_bytes: int) -> pb.LeaseRegionResponse:
+    def run(method: _rpc.Unary[R], timeout: float, **fields: Any) -> R:
         alive = connection()
         if alive is None:
             raise OSError("the connection is gone")
-        return alive.run(alive.calls.ask(_rpc.LEASE_REGION, LEASE_SECONDS, size_bytes=size_bytes))
+        return alive.run(alive.calls.ask(method, timeout, **fields))
 
-    return lease
+    return run
 
 
 class Connection:
@@ -49,13 +48,13 @@ class Connection:
         self._channel_address = ""
         self._pid = 0  # of the process that the channel belongs to
         self._closed = False
-        self._regions = RegionPool.at(endpoint.address, _leasing(weakref.ref(self)), self)
-        self.calls = Calls(endpoint, self._regions)
+        self._transport = make_transport(endpoint.address, _running(weakref.ref(self)), self)
+        self.calls = Calls(endpoint, self._transport)
 
     def close(self) -> None:
         """Closes the channel; calls under way end with `Cancelled`."""
-        if self._regions is not None:
-            self._regions.close()
+        if self._transport is not None:
+            self._transport.close()
         with self._lock:
             self._closed = True
             channel, self._channel = self._channel, None

@@ -245,7 +245,7 @@ def _remove_socket(listen: str | None) -> None:
     if listen is None:
         return
     folder = os.path.dirname(listen.removeprefix("unix:"))
-    for name in ("socket", "region"):
+    for name in ("socket", "leases"):
         with contextlib.suppress(OSError):
             os.unlink(os.path.join(folder, name))
     with contextlib.suppress(OSError):

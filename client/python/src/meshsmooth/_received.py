@@ -30,7 +30,7 @@ class Result:
         self._attached = attached
         self._request = request
         self._positions = memory
-        self.in_region = False  # the positions lie in a region, or will when the summary comes
+        self.in_place = False  # no chunks come: the arrays are in place when the summary comes
         self._quality = np.empty((0, 0), np.float32)
         self._metrics: list[int] = []
         self._arrays: list[tuple[int, memoryview]] = []  # of the result, in order
@@ -65,8 +65,8 @@ class Result:
                 reason="OPTION_NOT_SUPPORTED",
                 details={"field": "element_quality_metrics"},
             )
-        self.in_region = header.in_region
-        if self._positions is None and not self.in_region:
+        self.in_place = header.in_place
+        if self._positions is None and not self.in_place:
             self._positions = np.empty(points.shape, points.dtype)
         shape = (len(self._metrics), self._request.topology.element_count)
         self._quality = np.empty(shape, np.dtype("<f4"))

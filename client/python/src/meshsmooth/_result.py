@@ -21,10 +21,10 @@ from ._methods import Metric
 from ._prescribed import prescribe_motion
 from ._progress import enum_name
 from ._received import Result
-from ._region import Held
 from ._request import Request
 from ._summary import Summary
 from ._topology import Topology
+from ._transfer import Held
 from ._warn import warn_caller
 from .v1 import smoothing_pb2 as pb
 
@@ -100,7 +100,7 @@ class Finish:
 
     Attributes:
         memory: where the positions may be received; None: in new memory.
-        held: the region in which the positions stay if they arrive in one; None: they are copied.
+        held: where the positions stay if they do not arrive in chunks; None: they are copied.
         warning: what is wrong with the result, for who does not read the summary; "" if nothing is.
     """
 
@@ -156,7 +156,7 @@ class Finish:
         """Returns what `smooth` returns."""
         positions, quality, message = result.take()
         request, mesh = self._request, self._request.mesh
-        if result.in_region and self.held is None:
+        if result.in_place and self.held is None:
             positions = self._copied(positions)
         if request.topology.representatives is not None:
             positions[...] = positions[request.topology.representatives]

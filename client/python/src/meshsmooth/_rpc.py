@@ -125,7 +125,7 @@ def _unary(name: str, decode: Callable[[Any], R]) -> Unary[R]:
     return Unary(f"/meshsmooth.v1.SmoothingService/{name}", request, response, decode)
 
 
-def _as_it_is(answer: pb.LeaseRegionResponse) -> pb.LeaseRegionResponse:
+def _as_it_is(answer: pb.LeaseSharedMemoryResponse) -> pb.LeaseSharedMemoryResponse:
     return answer
 
 
@@ -142,7 +142,7 @@ CANCEL_JOB = _unary("CancelJob", lambda answer: decode_job(answer.job))
 DELETE_JOB = _unary("DeleteJob", _nothing)
 GET_TOPOLOGY = _unary("GetTopology", lambda answer: decode_topology(answer.topology))
 DELETE_TOPOLOGY = _unary("DeleteTopology", _nothing)
-LEASE_REGION = _unary("LeaseRegion", _as_it_is)
+LEASE_SHARED_MEMORY = _unary("LeaseSharedMemory", _as_it_is)
 # The messages of grpc.health.v1, which gRPC's packages do not ship, look on the wire like these: a
 # request for the whole server is empty, the answer's only field is number 1, an enum.
 HEALTH = Unary(

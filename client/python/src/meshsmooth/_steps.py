@@ -15,10 +15,10 @@ from ._errors import misplaced
 from ._job_options import TOPOLOGY_OPTIONS, JobOptions
 from ._periodic import node_pairs
 from ._prescribed import prescribe
-from ._region import Held
 from ._request import Request
 from ._result import Finish
 from ._topology import Topology
+from ._transfer import Held
 
 
 class Steps:

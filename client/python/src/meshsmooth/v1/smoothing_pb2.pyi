@@ -393,7 +393,7 @@ class JobError(_message.Message):
     def __init__(self, code: _Optional[int] = ..., reason: _Optional[str] = ..., message: _Optional[str] = ..., metadata: _Optional[_Mapping[str, str]] = ...) -> None: ...
 
 class JobSpec(_message.Message):
-    __slots__ = ["backend_kind", "coordinate_type", "element_quality_metrics", "inline_topology", "iteration_history_included", "max_result_chunk_bytes", "node_pair_count", "options", "prescribed_node_count", "priority", "progress_interval", "quality_detail", "queue_timeout", "region", "request_id", "result_ttl", "surface", "topology_kept", "topology_name", "validate_only"]
+    __slots__ = ["backend_kind", "coordinate_type", "element_quality_metrics", "inline_topology", "iteration_history_included", "max_result_chunk_bytes", "node_pair_count", "options", "prescribed_node_count", "priority", "progress_interval", "quality_detail", "queue_timeout", "request_id", "result_ttl", "shared_memory", "surface", "topology_kept", "topology_name", "validate_only"]
     BACKEND_KIND_FIELD_NUMBER: _ClassVar[int]
     COORDINATE_TYPE_FIELD_NUMBER: _ClassVar[int]
     ELEMENT_QUALITY_METRICS_FIELD_NUMBER: _ClassVar[int]
@@ -407,9 +407,9 @@ class JobSpec(_message.Message):
     PROGRESS_INTERVAL_FIELD_NUMBER: _ClassVar[int]
     QUALITY_DETAIL_FIELD_NUMBER: _ClassVar[int]
     QUEUE_TIMEOUT_FIELD_NUMBER: _ClassVar[int]
-    REGION_FIELD_NUMBER: _ClassVar[int]
     REQUEST_ID_FIELD_NUMBER: _ClassVar[int]
     RESULT_TTL_FIELD_NUMBER: _ClassVar[int]
+    SHARED_MEMORY_FIELD_NUMBER: _ClassVar[int]
     SURFACE_FIELD_NUMBER: _ClassVar[int]
     TOPOLOGY_KEPT_FIELD_NUMBER: _ClassVar[int]
     TOPOLOGY_NAME_FIELD_NUMBER: _ClassVar[int]
@@ -427,14 +427,14 @@ class JobSpec(_message.Message):
     progress_interval: _duration_pb2.Duration
     quality_detail: QualityDetail
     queue_timeout: _duration_pb2.Duration
-    region: RegionUse
     request_id: str
     result_ttl: _duration_pb2.Duration
+    shared_memory: SharedMemoryUse
     surface: SurfaceSpec
     topology_kept: bool
     topology_name: str
     validate_only: bool
-    def __init__(self, request_id: _Optional[str] = ..., inline_topology: _Optional[_Union[_mesh_pb2.TopologySpec, _Mapping]] = ..., topology_name: _Optional[str] = ..., coordinate_type: _Optional[_Union[_mesh_pb2.ScalarType, str]] = ..., options: _Optional[_Union[SmoothingOptions, _Mapping]] = ..., backend_kind: _Optional[_Union[BackendKind, str]] = ..., priority: _Optional[_Union[Priority, str]] = ..., queue_timeout: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., progress_interval: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., result_ttl: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., validate_only: bool = ..., max_result_chunk_bytes: _Optional[int] = ..., iteration_history_included: bool = ..., topology_kept: bool = ..., quality_detail: _Optional[_Union[QualityDetail, str]] = ..., element_quality_metrics: _Optional[_Iterable[_Union[QualityMetric, str]]] = ..., prescribed_node_count: _Optional[int] = ..., region: _Optional[_Union[RegionUse, _Mapping]] = ..., node_pair_count: _Optional[int] = ..., surface: _Optional[_Union[SurfaceSpec, _Mapping]] = ...) -> None: ...
+    def __init__(self, request_id: _Optional[str] = ..., inline_topology: _Optional[_Union[_mesh_pb2.TopologySpec, _Mapping]] = ..., topology_name: _Optional[str] = ..., coordinate_type: _Optional[_Union[_mesh_pb2.ScalarType, str]] = ..., options: _Optional[_Union[SmoothingOptions, _Mapping]] = ..., backend_kind: _Optional[_Union[BackendKind, str]] = ..., priority: _Optional[_Union[Priority, str]] = ..., queue_timeout: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., progress_interval: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., result_ttl: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., validate_only: bool = ..., max_result_chunk_bytes: _Optional[int] = ..., iteration_history_included: bool = ..., topology_kept: bool = ..., quality_detail: _Optional[_Union[QualityDetail, str]] = ..., element_quality_metrics: _Optional[_Iterable[_Union[QualityMetric, str]]] = ..., prescribed_node_count: _Optional[int] = ..., shared_memory: _Optional[_Union[SharedMemoryUse, _Mapping]] = ..., node_pair_count: _Optional[int] = ..., surface: _Optional[_Union[SurfaceSpec, _Mapping]] = ...) -> None: ...
 
 class KeptQuality(_message.Message):
     __slots__ = ["for_mean", "for_mean_ratio", "for_scaled_jacobian", "metric"]
@@ -456,26 +456,26 @@ class Laplacian(_message.Message):
     weighting: Weighting
     def __init__(self, weighting: _Optional[_Union[Weighting, str]] = ..., relaxation_factor: _Optional[float] = ...) -> None: ...
 
-class LeaseRegionRequest(_message.Message):
+class LeaseSharedMemoryRequest(_message.Message):
     __slots__ = ["size_bytes"]
     SIZE_BYTES_FIELD_NUMBER: _ClassVar[int]
     size_bytes: int
     def __init__(self, size_bytes: _Optional[int] = ...) -> None: ...
 
-class LeaseRegionResponse(_message.Message):
-    __slots__ = ["region_name", "size_bytes", "socket_path", "ticket"]
-    REGION_NAME_FIELD_NUMBER: _ClassVar[int]
+class LeaseSharedMemoryResponse(_message.Message):
+    __slots__ = ["segment_name", "size_bytes", "socket_path", "ticket"]
+    SEGMENT_NAME_FIELD_NUMBER: _ClassVar[int]
     SIZE_BYTES_FIELD_NUMBER: _ClassVar[int]
     SOCKET_PATH_FIELD_NUMBER: _ClassVar[int]
     TICKET_FIELD_NUMBER: _ClassVar[int]
-    region_name: str
+    segment_name: str
     size_bytes: int
     socket_path: str
     ticket: bytes
-    def __init__(self, region_name: _Optional[str] = ..., socket_path: _Optional[str] = ..., ticket: _Optional[bytes] = ..., size_bytes: _Optional[int] = ...) -> None: ...
+    def __init__(self, segment_name: _Optional[str] = ..., socket_path: _Optional[str] = ..., ticket: _Optional[bytes] = ..., size_bytes: _Optional[int] = ...) -> None: ...
 
 class Limits(_message.Message):
-    __slots__ = ["early_data_bytes", "max_chunk_bytes", "max_concurrent_streams", "max_element_count", "max_job_bytes", "max_node_count", "max_queue_timeout", "max_queued_job_count", "max_region_bytes", "max_result_ttl", "stream_idle_timeout"]
+    __slots__ = ["early_data_bytes", "max_chunk_bytes", "max_concurrent_streams", "max_element_count", "max_job_bytes", "max_node_count", "max_queue_timeout", "max_queued_job_count", "max_result_ttl", "max_shared_memory_bytes", "stream_idle_timeout"]
     EARLY_DATA_BYTES_FIELD_NUMBER: _ClassVar[int]
     MAX_CHUNK_BYTES_FIELD_NUMBER: _ClassVar[int]
     MAX_CONCURRENT_STREAMS_FIELD_NUMBER: _ClassVar[int]
@@ -484,8 +484,8 @@ class Limits(_message.Message):
     MAX_NODE_COUNT_FIELD_NUMBER: _ClassVar[int]
     MAX_QUEUED_JOB_COUNT_FIELD_NUMBER: _ClassVar[int]
     MAX_QUEUE_TIMEOUT_FIELD_NUMBER: _ClassVar[int]
-    MAX_REGION_BYTES_FIELD_NUMBER: _ClassVar[int]
     MAX_RESULT_TTL_FIELD_NUMBER: _ClassVar[int]
+    MAX_SHARED_MEMORY_BYTES_FIELD_NUMBER: _ClassVar[int]
     STREAM_IDLE_TIMEOUT_FIELD_NUMBER: _ClassVar[int]
     early_data_bytes: int
     max_chunk_bytes: int
@@ -495,10 +495,10 @@ class Limits(_message.Message):
     max_node_count: int
     max_queue_timeout: _duration_pb2.Duration
     max_queued_job_count: int
-    max_region_bytes: int
     max_result_ttl: _duration_pb2.Duration
+    max_shared_memory_bytes: int
     stream_idle_timeout: _duration_pb2.Duration
-    def __init__(self, max_chunk_bytes: _Optional[int] = ..., max_job_bytes: _Optional[int] = ..., max_node_count: _Optional[int] = ..., max_element_count: _Optional[int] = ..., max_queued_job_count: _Optional[int] = ..., max_concurrent_streams: _Optional[int] = ..., max_result_ttl: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., max_queue_timeout: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., stream_idle_timeout: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., early_data_bytes: _Optional[int] = ..., max_region_bytes: _Optional[int] = ...) -> None: ...
+    def __init__(self, max_chunk_bytes: _Optional[int] = ..., max_job_bytes: _Optional[int] = ..., max_node_count: _Optional[int] = ..., max_element_count: _Optional[int] = ..., max_queued_job_count: _Optional[int] = ..., max_concurrent_streams: _Optional[int] = ..., max_result_ttl: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., max_queue_timeout: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., stream_idle_timeout: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., early_data_bytes: _Optional[int] = ..., max_shared_memory_bytes: _Optional[int] = ...) -> None: ...
 
 class ListJobsRequest(_message.Message):
     __slots__ = ["page_size", "page_token", "states"]
@@ -678,7 +678,23 @@ class QualityStats(_message.Message):
     worst_elements: _containers.RepeatedCompositeFieldContainer[ElementQuality]
     def __init__(self, element_count: _Optional[int] = ..., inverted_element_count: _Optional[int] = ..., degenerate_element_count: _Optional[int] = ..., metrics: _Optional[_Iterable[_Union[MetricStats, _Mapping]]] = ..., worst_elements: _Optional[_Iterable[_Union[ElementQuality, _Mapping]]] = ..., sum_absolute_volume: _Optional[float] = ..., enclosed_volume: _Optional[float] = ..., mirrored_element_count: _Optional[int] = ..., mirrored_elements: _Optional[_Iterable[int]] = ..., collapsed_element_count: _Optional[int] = ..., interface_element_count: _Optional[int] = ...) -> None: ...
 
-class RegionArray(_message.Message):
+class ResultHeader(_message.Message):
+    __slots__ = ["coordinate_type", "element_quality_metrics", "in_place", "node_count", "size_bytes", "topology_name"]
+    COORDINATE_TYPE_FIELD_NUMBER: _ClassVar[int]
+    ELEMENT_QUALITY_METRICS_FIELD_NUMBER: _ClassVar[int]
+    IN_PLACE_FIELD_NUMBER: _ClassVar[int]
+    NODE_COUNT_FIELD_NUMBER: _ClassVar[int]
+    SIZE_BYTES_FIELD_NUMBER: _ClassVar[int]
+    TOPOLOGY_NAME_FIELD_NUMBER: _ClassVar[int]
+    coordinate_type: _mesh_pb2.ScalarType
+    element_quality_metrics: _containers.RepeatedScalarFieldContainer[QualityMetric]
+    in_place: bool
+    node_count: int
+    size_bytes: int
+    topology_name: str
+    def __init__(self, node_count: _Optional[int] = ..., coordinate_type: _Optional[_Union[_mesh_pb2.ScalarType, str]] = ..., size_bytes: _Optional[int] = ..., topology_name: _Optional[str] = ..., element_quality_metrics: _Optional[_Iterable[_Union[QualityMetric, str]]] = ..., in_place: bool = ...) -> None: ...
+
+class SharedMemoryArray(_message.Message):
     __slots__ = ["array_id", "offset_bytes"]
     ARRAY_ID_FIELD_NUMBER: _ClassVar[int]
     OFFSET_BYTES_FIELD_NUMBER: _ClassVar[int]
@@ -686,31 +702,15 @@ class RegionArray(_message.Message):
     offset_bytes: int
     def __init__(self, array_id: _Optional[_Union[_mesh_pb2.ArrayId, str]] = ..., offset_bytes: _Optional[int] = ...) -> None: ...
 
-class RegionUse(_message.Message):
-    __slots__ = ["inputs", "region_name", "result_offset_bytes"]
+class SharedMemoryUse(_message.Message):
+    __slots__ = ["inputs", "result_offset_bytes", "segment_name"]
     INPUTS_FIELD_NUMBER: _ClassVar[int]
-    REGION_NAME_FIELD_NUMBER: _ClassVar[int]
     RESULT_OFFSET_BYTES_FIELD_NUMBER: _ClassVar[int]
-    inputs: _containers.RepeatedCompositeFieldContainer[RegionArray]
-    region_name: str
+    SEGMENT_NAME_FIELD_NUMBER: _ClassVar[int]
+    inputs: _containers.RepeatedCompositeFieldContainer[SharedMemoryArray]
     result_offset_bytes: int
-    def __init__(self, region_name: _Optional[str] = ..., inputs: _Optional[_Iterable[_Union[RegionArray, _Mapping]]] = ..., result_offset_bytes: _Optional[int] = ...) -> None: ...
-
-class ResultHeader(_message.Message):
-    __slots__ = ["coordinate_type", "element_quality_metrics", "in_region", "node_count", "size_bytes", "topology_name"]
-    COORDINATE_TYPE_FIELD_NUMBER: _ClassVar[int]
-    ELEMENT_QUALITY_METRICS_FIELD_NUMBER: _ClassVar[int]
-    IN_REGION_FIELD_NUMBER: _ClassVar[int]
-    NODE_COUNT_FIELD_NUMBER: _ClassVar[int]
-    SIZE_BYTES_FIELD_NUMBER: _ClassVar[int]
-    TOPOLOGY_NAME_FIELD_NUMBER: _ClassVar[int]
-    coordinate_type: _mesh_pb2.ScalarType
-    element_quality_metrics: _containers.RepeatedScalarFieldContainer[QualityMetric]
-    in_region: bool
-    node_count: int
-    size_bytes: int
-    topology_name: str
-    def __init__(self, node_count: _Optional[int] = ..., coordinate_type: _Optional[_Union[_mesh_pb2.ScalarType, str]] = ..., size_bytes: _Optional[int] = ..., topology_name: _Optional[str] = ..., element_quality_metrics: _Optional[_Iterable[_Union[QualityMetric, str]]] = ..., in_region: bool = ...) -> None: ...
+    segment_name: str
+    def __init__(self, segment_name: _Optional[str] = ..., inputs: _Optional[_Iterable[_Union[SharedMemoryArray, _Mapping]]] = ..., result_offset_bytes: _Optional[int] = ...) -> None: ...
 
 class SmartLaplacian(_message.Message):
     __slots__ = ["relaxation_factor", "weighting"]
