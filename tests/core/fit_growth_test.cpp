@@ -57,8 +57,8 @@ void expect_linear(const std::string& what, int n, const std::function<Given(int
   EXPECT_LE(four, kMost * one) << what << ": seconds of four times as much";
 }
 
-/// A slab with n x n squares on each of two sides.
-Mesh slab(int n) {
+/// A plate with n x n squares on each of two sides.
+Mesh plate(int n) {
   const test::Cells cells(ElementType::hexahedron, n,
                           [](int, int, int z) { return z == 0 ? 0 : test::Cells::kNone; });
   Mesh mesh = cells.mesh();
@@ -131,13 +131,13 @@ Mesh cone(int n) {
 }
 
 TEST(FitGrowth, IsLinearInCornersAndCurvesWithoutAPlace) {
-  expect_linear("confetti", 2000, [](int n) { return Given{slab(side_of(n)), confetti(n)}; });
-  expect_linear("discs", 1000, [](int n) { return Given{slab(side_of(n)), discs(n)}; });
+  expect_linear("confetti", 2000, [](int n) { return Given{plate(side_of(n)), confetti(n)}; });
+  expect_linear("discs", 1000, [](int n) { return Given{plate(side_of(n)), discs(n)}; });
 }
 
 TEST(FitGrowth, IsLinearAtTheCentreOfASphere) {
   expect_linear("centre", 1600, [](int n) {
-    Mesh mesh = slab(side_of(n));
+    Mesh mesh = plate(side_of(n));
     for (Vec3d& p : test::points(mesh)) p = 1e-6 * (p - Vec3d{0.5, 0.5, 0});
     return Given{std::move(mesh), test::sphere_surface(side_of(n), 1)};
   });

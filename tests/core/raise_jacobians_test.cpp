@@ -18,7 +18,7 @@ SmoothOptions raising(Goal goal, BoundaryPolicy boundary = BoundaryPolicy::fixed
 
 double least(const Job& job) { return test::scaled_jacobian(job.summary.quality_after).min; }
 
-/// A block bent to a horseshoe, whose elements are not regular at best.
+/// A block curved to a horseshoe, whose elements are not regular at best.
 Mesh rough(ElementType type, unsigned seed) {
   const bool surface = element_shape(type).dimension == 2;
   const int n = surface ? 12 : 5;

@@ -35,7 +35,7 @@ class NodeTree {
       const std::function<bool(std::int32_t)>& is_free) const;
 
  private:
-  static constexpr std::size_t kLeaf = 8;         // nodes
+  static constexpr std::size_t kLeaf = 8;          // nodes
   static constexpr std::size_t kMostBoxes = 1000;  // that a search visits
 
   struct Box {
