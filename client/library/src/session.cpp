@@ -162,7 +162,7 @@ SmoothReport Session::smooth(const SmoothOptions& options, const RequestOptions&
 }
 
 PositionsView Session::positions() const {
-  if (std::holds_alternative<InMesh>(impl_->current)) return impl_->mesh.positions_view();
+  if (std::holds_alternative<Impl::InMesh>(impl_->current)) return impl_->mesh.positions_view();
   return as_view(impl_->positions());
 }
 
