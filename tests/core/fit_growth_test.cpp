@@ -6,28 +6,23 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <functional>
 #include <limits>
-#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/fit_cases.hpp"
+#include "core/growth.hpp"
 #include "core/smoothing.hpp"
 #include "surface/assign.hpp"
 
 namespace meshsmooth {
 namespace {
 
-constexpr double kTurn = 2 * std::numbers::pi;
-
-double cpu_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
+using test::cone;
+using test::cpu_seconds;
+using test::kTurn;
 
 struct Given {
   Mesh mesh;
@@ -114,20 +109,6 @@ SurfaceMesh folded_cone(int n) {
     surface.triangles.push_back({1, 2 + (i + 1) % n, 2 + i});
   }
   return surface;
-}
-
-/// n tetrahedra about an axis.
-Mesh cone(int n) {
-  Mesh mesh;
-  auto& positions = mesh.positions.emplace<std::vector<Vec3d>>();
-  positions = {{0, 0, 0}, {0, 0, 1}};
-  std::vector<NodeId> tetrahedra;
-  for (int i = 0; i < n; ++i) {
-    positions.push_back({std::cos(kTurn * i / n), std::sin(kTurn * i / n), 1});
-    tetrahedra.insert(tetrahedra.end(), {0, 1, 2 + (i + 1) % n, 2 + i});
-  }
-  mesh.blocks = {{ElementType::tetrahedron, std::move(tetrahedra)}};
-  return mesh;
 }
 
 TEST(FitGrowth, IsLinearInCornersAndCurvesWithoutAPlace) {

@@ -5,34 +5,21 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <limits>
-#include <numbers>
 #include <string>
 #include <vector>
 
 #include "core/chain.hpp"
+#include "core/growth.hpp"
 #include "core/smoothing.hpp"
 #include "meshsmooth/method_traits.hpp"
 
 namespace meshsmooth {
 namespace {
 
-constexpr double kTurn = 2 * std::numbers::pi;
-
-/// n tetrahedra about an axis; its first end is a hub on the boundary.
-Mesh cone(int n) {
-  Mesh mesh;
-  auto& positions = mesh.positions.emplace<std::vector<Vec3d>>();
-  positions = {{0, 0, 0}, {0, 0, 1}};
-  std::vector<NodeId> tetrahedra;
-  for (int i = 0; i < n; ++i) {
-    positions.push_back({std::cos(kTurn * i / n), std::sin(kTurn * i / n), 1});
-    tetrahedra.insert(tetrahedra.end(), {0, 1, 2 + (i + 1) % n, 2 + i});
-  }
-  mesh.blocks = {{ElementType::tetrahedron, std::move(tetrahedra)}};
-  return mesh;
-}
+using test::cone;
+using test::cpu_seconds;
+using test::kTurn;
 
 /// n triangles about a node; `height` above the others.
 Mesh fan(int n, double height = 0) {
@@ -81,12 +68,6 @@ Mesh wedge_fan(int n) {
   }
   mesh.blocks = {{ElementType::wedge, std::move(wedges)}};
   return mesh;
-}
-
-double cpu_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 /// Of a job of two sweeps.
