@@ -194,6 +194,19 @@ TEST(Canonical, JobsStartAnewOnlyWhereElementsMayBeMirrored) {
   }
 }
 
+TEST(Canonical, BadlyTangledMeshesDoNotStartAnew) {
+  for (const ElementType type : {ElementType::tetrahedron, ElementType::hexahedron,
+                                 ElementType::wedge, ElementType::pyramid}) {
+    Mesh mesh = test::badly_tangled(type, 20);
+    const QualityStats quality = measure_quality(mesh);
+    ASSERT_GT(quality.inverted_count, 0.35 * static_cast<double>(quality.element_count))
+        << element_name(type);
+    EXPECT_EQ(test::count_starts(mesh), 1) << element_name(type);
+    mirror_elements(mesh.blocks, std::vector<std::uint8_t>(mesh.element_count(), 1));
+    EXPECT_EQ(test::count_starts(mesh), 2) << element_name(type);
+  }
+}
+
 class Interfaces : public ::testing::TestWithParam<ElementType> {};
 INSTANTIATE_TEST_SUITE_P(Types, Interfaces, ::testing::ValuesIn(kLinearTypes),
                          [](const auto& of) { return std::string(element_name(of.param)); });

@@ -31,7 +31,7 @@ inline Job smooth(Mesh mesh, const SmoothOptions& options, const JobInput& input
 }
 
 /// How often a job begins: twice where it starts anew on a canonical topology.
-inline int count_starts(Mesh mesh) {
+inline int count_starts(Mesh mesh, const std::string& backend = "cpu") {
   int starts = 0;
   Stage last = Stage::evaluate;
   JobControl control;
@@ -39,7 +39,7 @@ inline int count_starts(Mesh mesh) {
     starts += progress.stage == Stage::find_neighbours && last != Stage::find_neighbours ? 1 : 0;
     last = progress.stage;
   };
-  smooth(std::move(mesh), {.max_iterations = 2}, 1, control);
+  make_smoother(backend, 1)->smooth(mesh, {.max_iterations = 2}, control);
   return starts;
 }
 

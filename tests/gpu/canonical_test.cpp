@@ -58,6 +58,13 @@ TEST_F(CudaCanonical, MirroredMeshesHaveTheBitsOfTheMeshNumberedAlike) {
   EXPECT_GT(mirrored_meshes, 300);
 }
 
+TEST_F(CudaCanonical, BadlyTangledMeshesDoNotStartAnew) {
+  Mesh mesh = test::badly_tangled(ElementType::tetrahedron, 30);
+  EXPECT_EQ(test::count_starts(mesh, "cuda:0"), 1);
+  mirror_elements(mesh.blocks, std::vector<std::uint8_t>(mesh.element_count(), 1));
+  EXPECT_EQ(test::count_starts(mesh, "cuda:0"), 2);
+}
+
 TEST_F(CudaCanonical, CollapsedElementsAreSmoothedAsWhatTheyAre) {
   const Job expected = on_cuda(test::split_cube(false), {});
   const Job found = on_cuda(test::split_cube(true), {});

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "smooth/base/job_mesh.hpp"
+#include "smooth/base/mesh_counts.hpp"
 #include "smooth/energy/box_lengths.hpp"
 
 namespace meshsmooth::detail {

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "smooth/averaging/means.hpp"
 #include "smooth/averaging/windowed_sinc.hpp"
 #include "smooth/base/mesh_counts.hpp"
 #include "smooth/energy/mesh_energy.hpp"

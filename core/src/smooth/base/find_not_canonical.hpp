@@ -16,8 +16,8 @@ template <class Real>
 struct NotCanonicalRule {
   // Balls longer than this are left to the host, which sorts: a search there is quadratic.
   static constexpr std::size_t kLongBall = 512;
-  // Elements around an inverted one that are counted.
-  static constexpr int kMostAround = 128;
+  // Elements around an inverted one whose volumes are summed.
+  static constexpr int kMostAround = 512;
 
   Elements elements;
   Rows<ElementId> balls;
@@ -25,9 +25,12 @@ struct NotCanonicalRule {
   Vec3d reference;  // of plane elements; zero otherwise
   bool curved;      // a curved surface
 
-  [[nodiscard]] MESHSMOOTH_HD bool inverted(const ElementView& element) const {
+  [[nodiscard]] MESHSMOOTH_HD double volume_of(const ElementView& element) const {
     const auto get = [&](int n) { return vec3_cast<double>(positions[element.nodes[n]]); };
-    return element_volume(*element.shape, get, reference) < 0;
+    return element_volume(*element.shape, get, reference);
+  }
+  [[nodiscard]] MESHSMOOTH_HD bool inverted(const ElementView& element) const {
+    return volume_of(element) < 0;
   }
 
   /// What lies beyond a facet of an element.
@@ -63,8 +66,8 @@ struct NotCanonicalRule {
     return beyond;
   }
 
-  /// An inverted element is mirrored if its neighbours tell so, and may be if most of the elements
-  /// around it are inverted like it, as in a component that is mirrored as a whole. On a curved
+  /// An inverted element is mirrored if its neighbours tell so, and may be if the elements around
+  /// it enclose a negative volume, as in a component that is mirrored as a whole. On a curved
   /// surface nothing is inverted, but neighbours tell. A facet of three and more elements tells
   /// nothing, as in `find_numbering`.
   [[nodiscard]] MESHSMOOTH_HD bool operator()(std::size_t e) const {
@@ -82,17 +85,19 @@ struct NotCanonicalRule {
       if (!curved && inverted(elements[beyond.element])) ++inverted_count;
     }
     if (curved || 2 * inverted_count < neighbour_count) return false;
-    return element.shape->dimension == 2 || most_around_are_inverted(e);
+    return element.shape->dimension == 2 || encloses_negative_volume(e);
   }
 
-  /// Of the elements that facets connect to one of volume, from the nearest on. In a component that
-  /// is mirrored as a whole most are, so somewhere in it most around an element are; where a valid
-  /// numbering is tangled, inverted elements are rarely so many together, and a few elements tell.
-  /// Of a plane mesh the side is decided by areas, not by numbers of elements.
-  [[nodiscard]] MESHSMOOTH_HD bool most_around_are_inverted(std::size_t e) const {
+  /// Of the elements that facets connect to one, from the nearest on: the sum of their volumes is
+  /// what their common boundary encloses, to which their inner nodes add nothing. It is negative
+  /// around some element of a component that is mirrored as a whole. Where a valid numbering is
+  /// tangled it soon becomes positive: of 6.6 million tetrahedra, 40 % of them inverted, around
+  /// every one within 256 elements.
+  [[nodiscard]] MESHSMOOTH_HD bool encloses_negative_volume(std::size_t e) const {
     ElementId around[kMostAround];
     around[0] = static_cast<ElementId>(e);
-    int count = 1, inverted_count = 1;
+    int count = 1, next_look = 8;
+    double volume = volume_of(elements[e]);
     for (int next = 0; next < count; ++next) {
       const int facet_count = elements[around[next]].shape->facet_count;
       for (int f = 0; f < facet_count; ++f) {
@@ -104,13 +109,14 @@ struct NotCanonicalRule {
         for (int k = 0; k < count && !known; ++k) known = around[k] == found;
         if (known) continue;
         around[count++] = found;
-        if (inverted(elements[found])) ++inverted_count;
-        if (count == kMostAround) return 2 * inverted_count > count;
-        const bool tells = count == kMostAround / 8 || count == kMostAround / 4;
-        if (tells && 4 * inverted_count <= count) return false;
+        volume += volume_of(elements[found]);
+        if (count < next_look) continue;
+        if (volume >= 0) return false;
+        if (count == kMostAround) return true;
+        next_look *= 2;
       }
     }
-    return 2 * inverted_count > count;
+    return volume < 0;
   }
 };
 

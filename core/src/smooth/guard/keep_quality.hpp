@@ -7,6 +7,7 @@
 #include "smooth/base/job_mesh.hpp"
 #include "smooth/base/mesh_counts.hpp"
 #include "smooth/base/positions.hpp"
+#include "smooth/base/surroundings.hpp"
 #include "smooth/guard/kept_quality.hpp"
 
 namespace meshsmooth::detail {

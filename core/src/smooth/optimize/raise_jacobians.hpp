@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "mesh/accumulator.hpp"
 #include "mesh/measure.hpp"
 #include "smooth/base/convergence.hpp"
 #include "smooth/optimize/optimize_sweeper.hpp"
