@@ -58,7 +58,7 @@ inline std::vector<std::uint8_t> some_elements(const Mesh& mesh, std::mt19937_64
   return chosen;
 }
 
-/// A lattice whose inner nodes are thrown so far that about 40 % of the elements are inverted.
+/// A lattice whose inner nodes are thrown so far that more than 30 % of the elements are inverted.
 inline Mesh badly_tangled(ElementType type, int n) { return noisy(lattice(type, n), 1.2, 3); }
 
 inline std::vector<NodeId> nodes_of(const detail::PlainElement& element) {
