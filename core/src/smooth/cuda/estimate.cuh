@@ -1,6 +1,7 @@
 #pragma once
 
 #include "smooth/averaging/only_below.hpp"
+#include "smooth/base/find_not_canonical.hpp"
 #include "smooth/constraints/constrain.hpp"
 #include "smooth/constraints/find_coincident.hpp"
 #include "smooth/cuda/quality/evaluator.cuh"
@@ -93,7 +94,7 @@ namespace meshsmooth::detail {
   memory[S::find_coincident] = held + finding_coincident_bytes(mesh, plan.options);
   memory[S::find_reference] = held + (plan.has_reference() ? padded_bytes(mesh) : 0);
   memory[S::constrain] = oriented + constraining_bytes(mesh, plan) + regions + mask;
-  memory[S::measure_input] = oriented + evaluating;
+  memory[S::measure_input] = oriented + evaluating + enclosed_volume_bytes(n);
   memory[S::find_boxes] = oriented + finding_boxes_bytes(mesh, plan);
   memory[S::find_anchors] = oriented;
   memory[S::fix_outside] = oriented + only_below_bytes(mesh, plan.options);
