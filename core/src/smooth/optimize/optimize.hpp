@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "smooth/guard/limit_moves.hpp"
 #include "smooth/optimize/anderson.hpp"
@@ -88,6 +89,9 @@ class Optimizer {
 
   /// True when no limit has ended the job.
   bool run_phases(const MeshEnergy& start) {
+    const bool raises = plan_.raises_jacobians && run_.tolerance <= 1;
+    std::optional<Saved> valid;
+    if (raises && start.invalid == 0) valid.emplace(save());
     if (method_.target_quality > 0 && start.worst >= method_.target_quality) {
       return !monitor_.end(StopReason::target_reached);
     }
@@ -100,10 +104,8 @@ class Optimizer {
     if (!descend(converged)) return false;
     if (method_.goal == Goal::worst && !refine(converged)) return false;
     if (run_.raises && last_.tangled == 0 && !raise_worst(converged)) return false;
-    const bool coarse = run_.tolerance > 1;
-    if (plan_.raises_jacobians && !coarse && !raise_jacobians(executor_, sweeper_, monitor_)) {
-      return false;
-    }
+    if (valid) restore_jacobians(executor_, sweeper_, valid->positions.data());
+    if (raises && !raise_jacobians(executor_, sweeper_, monitor_)) return false;
     end();
     return true;
   }

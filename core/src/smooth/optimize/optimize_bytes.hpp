@@ -36,7 +36,7 @@ inline constexpr int kSweepsBeforeSteps = 7;
   if (plan.iteration_limit > kDescentSweeps) {
     most = std::max(most, positions + anderson_bytes(mesh) + sweeping);
   }
-  return optimizer_bytes(mesh) + most;
+  return optimizer_bytes(mesh) + most + (plan.raises_jacobians ? positions : 0);
 }
 
 }  // namespace meshsmooth::detail
