@@ -45,12 +45,13 @@ MESHSMOOTH_HD inline Vec3f quotients(Vec3d a, Vec3d b, bool coupled) {
 }
 
 /// The part of a vector along which a free node may move: all of it unless the node slides.
-MESHSMOOTH_HD inline Vec3f allowed_part(const SlidingConstraints& sliding, std::size_t node,
-                                        Vec3f vector) {
+template <class T>
+MESHSMOOTH_HD Vec3<T> allowed_part(const SlidingConstraints& sliding, std::size_t node,
+                                   Vec3<T> vector) {
   const NodeConstraint* const constraint = sliding.constraint(node);
   if (constraint == nullptr) return vector;
-  const Vec3f direction = vec3_cast<float>(constraint->direction);
-  const Vec3f along = dot(direction, vector) * direction;
+  const Vec3<T> direction = vec3_cast<T>(constraint->direction);
+  const Vec3<T> along = dot(direction, vector) * direction;
   return constraint->along() ? along : vector - along;
 }
 
@@ -118,9 +119,7 @@ class LaplaceSolver {
   template <class Guess>
   LinearStats solve(Vec3f* u, const Guess& guess) {
     constexpr double kResidual = 1e-4;
-    constexpr int kMostIterations = 5000;
-    PairOfSums* now = sums_.data();
-    PairOfSums* next = now + 1;
+    PairOfSums* const now = sums_.data();
     begin(u, now);
     const double first = squares(now);
     LinearStats stats;
@@ -134,6 +133,36 @@ class LaplaceSolver {
         begin(u, now);
       }
     }
+    return iterate(u, first, kResidual);
+  }
+
+  /// Solves for a given residual, from 0.
+  ///
+  /// takes  `scale * right`, 0 at fixed nodes and along the constraints at others
+  /// gives  `u` at all nodes, 0 at the fixed ones, to `tolerance` of that residual
+  LinearStats correct(const Vec3d* right, double scale, double tolerance, Vec3f* u) {
+    const JacobiSums sums = jacobi();
+    Vec3f* const r = residual_.data();
+    executor_.for_each(around_.node_count, [=] MESHSMOOTH_HD(std::size_t node) {
+      u[node] = Vec3f{0, 0, 0};
+      r[node] = vec3_cast<float>(scale * right[node]);
+    });
+    // Apart: GCC 12 sums up squares of what is not yet rounded where it vectorizes both, so that
+    // the bits depended on how the loop was inlined, and with that on the number of threads.
+    executor_.reduce_to(
+        around_.node_count, PairOfSums{},
+        [=] MESHSMOOTH_HD(std::size_t node) { return sums(node, r[node], r); }, Plus{},
+        sums_.data());
+    const double first = squares(sums_.data());
+    return first > 0 ? iterate(u, first, tolerance) : LinearStats{};
+  }
+
+  /// From the residual and its first sums, to `tolerance` of the one whose squares are `first`.
+  LinearStats iterate(Vec3f* u, double first, double tolerance) {
+    constexpr int kMostIterations = 5000;
+    PairOfSums* now = sums_.data();
+    PairOfSums* next = now + 1;
+    LinearStats stats;
     while (stats.iterations < kMostIterations) {
       executor_.check();
       precondition(now);
@@ -142,7 +171,7 @@ class LaplaceSolver {
       advance(now, u, next);
       ++stats.iterations;
       stats.residual = std::sqrt(squares(next) / first);
-      if (!(stats.residual > kResidual)) break;
+      if (!(stats.residual > tolerance)) break;
       std::swap(now, next);
     }
     return stats;
