@@ -131,7 +131,7 @@ void add_method_flags(CLI::App& command, SmoothFlags& flags, bool moves) {
     if (kMoves<M> != moves) return;
     for_each_field<M>([&]<class Field>(const Field& field) {
       const std::string flag(field.flag);
-      if (command.get_option_no_throw(flag) != nullptr) return;
+      if (flag.empty() || command.get_option_no_throw(flag) != nullptr) return;
       const std::string owners = words_where([&](const Method& m) {
         return std::holds_alternative<Move>(m) == moves && has_flag(m, flag);
       });

@@ -54,7 +54,8 @@ void MeshLayout::expect_reference(const MeshLimits& limits) {
                limits.max_mesh_bytes, "bytes");
 }
 
-void MeshLayout::expect_prescribed(std::int64_t count, const MeshLimits& limits) {
+void MeshLayout::expect_prescribed(std::int64_t count, const MeshLimits& limits,
+                                   bool of_cotangents) {
   if (!kept_reference_float64) {
     throw InvalidOption(
         "SPEC_MISSING",
@@ -69,8 +70,15 @@ void MeshLayout::expect_prescribed(std::int64_t count, const MeshLimits& limits)
                             std::to_string(node_count),
                         {{"field", "prescribed_node_count"}});
   }
-  coordinates_follow = false;
+  // The result is written where they lie, and so would be a reference that is converted.
+  if (of_cotangents && float64 != *kept_reference_float64) {
+    throw NotSupported("OPTION_NOT_SUPPORTED",
+                       "coordinate_type: cotangents come in the type of the reference",
+                       {{"field", "coordinate_type"}});
+  }
+  coordinates_follow = of_cotangents;
   const std::int64_t others = total_bytes();
+  cotangents = of_cotangents;
   prescribed_count = count;
   need_at_most(saturating_add(others, prescribed_nodes_bytes() + prescribed_coordinates_bytes()),
                limits.max_mesh_bytes, "bytes");

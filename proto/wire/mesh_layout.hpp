@@ -40,8 +40,9 @@ struct MeshLayout {
   std::optional<bool> kept_reference_float64 = {};
   std::int64_t kept_reference_bytes = 0;  // 0: none follows
   std::int64_t prescribed_count = 0;      // nodes
-  std::int64_t pair_count = 0;            // of nodes
-  std::int64_t surface_points = 0;        // of a target surface
+  bool cotangents = false;          // the coordinates are those of all nodes; none are prescribed
+  std::int64_t pair_count = 0;      // of nodes
+  std::int64_t surface_points = 0;  // of a target surface
   std::int64_t surface_triangles = 0;
   bool surface_patches = false;  // each triangle has a patch
 
@@ -52,7 +53,7 @@ struct MeshLayout {
     return prescribed_count * static_cast<std::int64_t>(sizeof(NodeId));
   }
   [[nodiscard]] std::int64_t prescribed_coordinates_bytes() const {
-    return prescribed_count * position_bytes(float64);
+    return cotangents ? 0 : prescribed_count * position_bytes(float64);
   }
   [[nodiscard]] std::int64_t node_pairs_bytes() const {
     return pair_count * static_cast<std::int64_t>(sizeof(NodePair));
@@ -81,9 +82,11 @@ struct MeshLayout {
   }
   /// The coordinates of a reference follow too. Throws OutOfMemory (MESH_TOO_LARGE).
   void expect_reference(const MeshLimits& limits);
-  /// Prescribed nodes follow, and no coordinates: the kept reference moves. Throws InvalidOption
-  /// (OPTION_OUT_OF_RANGE, SPEC_MISSING without a reference), OutOfMemory (MESH_TOO_LARGE).
-  void expect_prescribed(std::int64_t count, const MeshLimits& limits);
+  /// Prescribed nodes follow, and no coordinates: the kept reference moves. With `of_cotangents`
+  /// cotangents of all nodes as coordinates. Throws InvalidOption (OPTION_OUT_OF_RANGE,
+  /// SPEC_MISSING without a reference), NotSupported (OPTION_NOT_SUPPORTED: cotangents of another
+  /// type than the reference), OutOfMemory (MESH_TOO_LARGE).
+  void expect_prescribed(std::int64_t count, const MeshLimits& limits, bool of_cotangents);
   /// Node pairs follow, or none if `count` is 0. Throws InvalidOption (OPTION_OUT_OF_RANGE),
   /// OutOfMemory (MESH_TOO_LARGE).
   void expect_node_pairs(std::int64_t count, const MeshLimits& limits);

@@ -79,6 +79,17 @@ static_assert(v1::START_UNSPECIFIED == 0 &&
               v1::Start_ARRAYSIZE == 3);
 
 template <>
+struct WireEnum<Derivative> {
+  using Type = v1::Derivative;
+  static constexpr int first = 1;
+};
+static_assert(v1::DERIVATIVE_UNSPECIFIED == 0 &&
+              v1::DERIVATIVE_NONE == 1 &&
+              v1::DERIVATIVE_TANGENT == 2 &&
+              v1::DERIVATIVE_COTANGENT == 3 &&
+              v1::Derivative_ARRAYSIZE == 4);
+
+template <>
 struct WireEnum<BoundaryPolicy> {
   using Type = v1::BoundaryPolicy;
   static constexpr int first = 1;

@@ -16,6 +16,12 @@ using Method =
   return std::holds_alternative<Move>(method);
 }}
 
+/// What a method computes in place of a motion.
+[[nodiscard]] inline Derivative derivative_of(const Method& method) {{
+  const auto* move = std::get_if<Move>(&method);
+  return move != nullptr ? move->derivative : Derivative::none;
+}}
+
 /// Whether the iterations of a method are the terms of a filter, which does not converge.
 [[nodiscard]] inline bool is_filter(const Method& method) {{
   return std::holds_alternative<WindowedSinc>(method);
@@ -70,7 +76,8 @@ def cpp_structs():
 def cpp_traits():
     def field(method, name, of):
         member = f"&{method}::{name}"
-        texts = f"{quoted('--' + name.replace('_', '-'))}, {quoted(help_of(of))}"
+        flag = "" if of.get("by_call") else "--" + name.replace("_", "-")  # callers choose a function instead
+        texts = f"{quoted(flag)}, {quoted(help_of(of))}"
         wire = quoted(of.get("name", name))
         if "type" in of:
             return f"ChoiceField<{method}, {of['type']}>{{{wire}, {member}, kEnumNames<{of['type']}>, {texts}}}"
@@ -117,7 +124,7 @@ def python_name(name):
 
 
 def python_class(name, of):
-    own = {python_name(key): field for key, field in of["fields"].items() if not field.get("in_options")}
+    own = {python_name(key): field for key, field in of["fields"].items() if not (field.get("in_options") or field.get("by_call"))}
 
     def describe(key, field):
         text = help_of(field)

@@ -92,6 +92,7 @@ SmoothSummary Lane::smooth(Job& job, const JobControl& control) {
   if (surface) positions.input.surface = &*surface;
   if (is_motion(options.method)) {
     positions.input.prescribed = mesh.prescribed();
+    if (mesh.layout().cotangents) positions.input.cotangent = positions.given;
     if (position_count(mesh.reference()) > 0) positions.given = mesh.reference();
   } else if (aims_at_reference(options)) {
     positions.input.reference = mesh.reference();

@@ -109,6 +109,26 @@ TEST(Estimate, BoundsTheMemoryOfAMotion) {
   }
 }
 
+TEST(Estimate, BoundsTheMemoryOfDerivatives) {
+  for (const ElementType type :
+       {ElementType::tetrahedron, ElementType::hexahedron, ElementType::triangle}) {
+    const Mesh mesh = large(type);
+    const std::vector<NodeId> nodes = find_boundary_nodes(MeshTopology(mesh).view());
+    const std::vector<Vec3d> tangents(nodes.size(), {1, 2, 3});
+    const std::vector<Vec3d> cotangents(mesh.node_count(), {1, 2, 3});
+    SmoothOptions options{.method = Move{.derivative = Derivative::tangent}};
+    options.quality_detail = QualityDetail::brief;
+    const std::string name(element_name(type));
+    const double slack = test::oracle::is_surface(type) ? 3 : 2;
+    expect_bounded(name + ", tangent", mesh, options, slack,
+                   {.prescribed = {nodes, std::span<const Vec3d>(tangents)}});
+    options.method = Move{.derivative = Derivative::cotangent};
+    options.boundary = BoundaryPolicy::free;
+    expect_bounded(name + ", cotangent", mesh, options, slack,
+                   {.prescribed = {nodes, {}}, .cotangent = std::span<const Vec3d>(cotangents)});
+  }
+}
+
 TEST(Estimate, BoundsTheMemoryOfEveryElementType) {
   for (const ElementType type : kLinearTypes) {
     const Mesh mesh = large(type);

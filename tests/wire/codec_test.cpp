@@ -114,6 +114,7 @@ TEST(DecodeOptions, ReadsWhatEncodeWrote) {
   expect_round_trip({.method = Taubin{0.5, -0.6}});
   expect_round_trip({.method = WindowedSinc{Window::hamming, 0.03}});
   expect_round_trip({.method = Move{Target::ideal, 0.125}});
+  expect_round_trip({.method = Move{.derivative = Derivative::cotangent}});
   expect_round_trip({.method = HcLaplacian{0.1, 0.9}});
   for (const Goal goal : {Goal::average, Goal::balanced, Goal::worst}) {
     expect_round_trip({.method = Optimize{goal, 0.25}});

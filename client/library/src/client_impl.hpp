@@ -80,14 +80,23 @@ struct Client::Impl {
                       const JobInput& input) {
     const JobMesh job{mesh, mesh.positions_view(), input};
     BorrowedBuffer buffer(buffers, job.positions);
-    Delivery delivery{.memory = std::move(buffer.positions)};
-    SmoothReport report = smooth(job, options, request, {}, delivery);
+    Positions memory = std::move(buffer.positions);
+    SmoothReport report = smooth(job, options, request, {}, memory);
+    buffer.positions = std::exchange(mesh.positions, std::move(memory));
+    return report;
+  }
+
+  /// A job whose positions end in `memory`, which may have room for them.
+  SmoothReport smooth(const JobMesh& job, const SmoothOptions& options,
+                      const RequestOptions& request, TopologyUse topology, Positions& memory) {
+    Delivery delivery{.memory = std::move(memory)};
+    SmoothReport report = smooth(job, options, request, std::move(topology), delivery);
     if (delivery.in_place) {
       delivery.memory =
           copied(delivery.transfer->positions(), job.positions, std::move(delivery.memory));
     }
     if (delivery.transfer) delivery.transfer->keep();
-    buffer.positions = std::exchange(mesh.positions, std::move(delivery.memory));
+    memory = std::move(delivery.memory);
     return report;
   }
 

@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "client_impl.hpp"
+#include "meshsmooth/error.hpp"
 #include "wire/topology_name.hpp"
 
 namespace meshsmooth::client {
@@ -73,12 +74,24 @@ struct Session::Impl {
 
   SmoothReport move(const JobInput& input, const SmoothOptions& options,
                     const RequestOptions& request) {
-    // It is another topology: its reference belongs to it.
+    leave_lost_place();
+    return run({mesh, mesh.positions_view(), input}, options, request, name_moving());
+  }
+
+  MotionDerivative differentiate(const JobInput& input, const SmoothOptions& options,
+                                 const RequestOptions& request) {
+    MotionDerivative result;
+    result.report = client.smooth({mesh, mesh.positions_view(), input}, options, request,
+                                  {name_moving(), false, route}, result.vectors);
+    return result;
+  }
+
+  /// It is another topology: its reference belongs to it.
+  const std::string& name_moving() {
     if (moving_name.empty()) {
       moving_name = wire::topology_name(MeshTopology(mesh).view(), mesh.positions_view());
     }
-    leave_lost_place();
-    return run({mesh, mesh.positions_view(), input}, options, request, moving_name);
+    return moving_name;
   }
 
   SmoothReport run(const JobMesh& job, const SmoothOptions& options, const RequestOptions& request,
@@ -131,6 +144,19 @@ struct Session::Impl {
   std::string route;
 };
 
+namespace {
+
+/// The method of a derivative.
+Move& differentiating(SmoothOptions& options) {
+  if (auto* const move = std::get_if<Move>(&options.method)) return *move;
+  throw NotSupported(
+      "OPTION_NOT_SUPPORTED",
+      "only move has derivatives, the method is " + std::string(method_name(options.method)),
+      {{"field", "method"}});
+}
+
+}  // namespace
+
 Session::Session(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Session::~Session() = default;
 Session::Session(Session&&) noexcept = default;
@@ -154,6 +180,34 @@ SmoothReport Session::move(std::span<const NodeId> nodes, PositionsView position
   input.prescribed = {nodes, positions};
   validate(options, input);
   return impl_->move(input, options, request);
+}
+
+MotionDerivative Session::move_tangent(std::span<const NodeId> nodes, PositionsView tangents,
+                                       SmoothOptions options, const RequestOptions& request,
+                                       JobInput input) {
+  differentiating(options).derivative = Derivative::tangent;
+  input.prescribed = {nodes, tangents};
+  validate(options, input);
+  return impl_->differentiate(input, options, request);
+}
+
+MotionDerivative Session::move_transpose(std::span<const NodeId> nodes, PositionsView cotangents,
+                                         SmoothOptions options, const RequestOptions& request,
+                                         JobInput input) {
+  differentiating(options).derivative = Derivative::cotangent;
+  input.prescribed = {nodes, {}};
+  input.cotangent = cotangents;
+  validate(options, input);
+  MotionDerivative result = impl_->differentiate(input, options, request);
+  std::visit(
+      [&]<class Real>(std::vector<Vec3<Real>>& all) {
+        std::vector<Vec3<Real>> prescribed;
+        prescribed.reserve(nodes.size());
+        for (const NodeId node : nodes) prescribed.push_back(all[static_cast<std::size_t>(node)]);
+        all = std::move(prescribed);
+      },
+      result.vectors);
+  return result;
 }
 
 SmoothReport Session::smooth(const SmoothOptions& options, const RequestOptions& request,

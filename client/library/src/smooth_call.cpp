@@ -62,8 +62,14 @@ namespace {
 
 bool moves(const SmoothOptions& options) { return is_motion(options.method); }
 
-/// Further positions of a job: where `Move` shall bring nodes, or the reference.
+bool has_cotangents(const SmoothOptions& options) {
+  return derivative_of(options.method) == Derivative::cotangent;
+}
+
+/// Further vectors of a job: where `Move` shall bring nodes or their tangents, cotangents, or the
+/// reference.
 const PositionsView& further_positions(const JobMesh& job, const SmoothOptions& options) {
+  if (has_cotangents(options)) return job.input.cotangent;
   return moves(options) ? job.input.prescribed.positions : job.input.reference;
 }
 
@@ -293,10 +299,12 @@ std::vector<ArrayPart> SmoothCall::parts_to_send() const {
                           job_.input);  // refuses them before they travel
   }
   if (moves(options_)) {
-    validate_prescribed(MeshTopology(mesh_).view(), job_.input.prescribed);
+    validate_motion(MeshTopology(mesh_).view(), options_, job_.input);
+    const bool cotangents = has_cotangents(options_);
     if (topology_.name.empty()) add(v1::ARRAY_ID_REFERENCE_COORDINATES, bytes_of(positions_));
+    if (cotangents) add_further(v1::ARRAY_ID_COORDINATES);
     add(v1::ARRAY_ID_PRESCRIBED_NODES, std::as_bytes(job_.input.prescribed.nodes));
-    add_further(v1::ARRAY_ID_PRESCRIBED_COORDINATES);
+    if (!cotangents) add_further(v1::ARRAY_ID_PRESCRIBED_COORDINATES);
   } else {
     add(v1::ARRAY_ID_COORDINATES, bytes_of(positions_));
     if (aims_at_reference(options_)) {

@@ -100,6 +100,22 @@ template <>
 inline constexpr std::array<std::string_view, 2> kEnumNames<Start> = {
     "cold", "warm"};
 
+/// What `Move` computes: the motion, or a product with the Jacobian matrix of its linear prediction,
+/// the displacements of all nodes by those of the prescribed ones that Laplace's equation gives.
+enum class Derivative {
+  none,  ///< The motion.
+  /// The tangents of all nodes for those of the prescribed ones (Jacobian-vector product, forward
+  /// mode).
+  tangent,
+  /// The cotangents of the prescribed nodes for those of all nodes (vector-Jacobian product, reverse
+  /// mode).
+  cotangent,
+};
+
+template <>
+inline constexpr std::array<std::string_view, 3> kEnumNames<Derivative> = {
+    "none", "tangent", "cotangent"};
+
 /// What nodes on the boundary and between regions may do.
 enum class BoundaryPolicy {
   fixed,  ///< They stay.

@@ -54,7 +54,7 @@ struct ChoiceField {
   std::string_view name;  // in meshsmooth.v1
   Member member;
   std::span<const std::string_view> choices;  // the names of the enumerators
-  std::string_view flag;
+  std::string_view flag;                      // empty: the function that is called decides
   std::string_view help;
 };
 

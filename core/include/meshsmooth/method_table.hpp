@@ -88,7 +88,8 @@ struct MethodTraits<Move> {
   static constexpr auto fields = std::make_tuple(
       ChoiceField<Move, Target>{"target", &Move::target, kEnumNames<Target>, "--target", "Shape that elements aim at"},
       NumberField<Move>{"least_step", &Move::least_step, {.lower = 0, .upper = 1, .lower_included = false}, "above 0 and at most 1", "--least-step", "Smallest share of the motion that is tried, (0, 1]", nullptr, false},
-      ChoiceField<Move, Start>{"start", &Move::start, kEnumNames<Start>, "--start", "Start of the solver; warm: from earlier motions of a session"});
+      ChoiceField<Move, Start>{"start", &Move::start, kEnumNames<Start>, "--start", "Start of the solver; warm: from earlier motions of a session"},
+      ChoiceField<Move, Derivative>{"derivative", &Move::derivative, kEnumNames<Derivative>, "", "What is computed"});
 };
 
 /// A method with other defaults, by a name of its own.

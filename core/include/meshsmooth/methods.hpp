@@ -108,6 +108,10 @@ struct Move {
   /// The smallest share of the motion that is tried before the job gives up, (0, 1].
   double least_step = 0.015625;
   Start start = Start::cold;  ///< Start of the solver; warm: from earlier motions of a session.
+  /// What is computed: the motion, or a derivative of its linear prediction on the reference, which no
+  /// sweep changes and no limit of them concerns. It is solved in double to a residual of 1e-13, so that
+  /// tangents and cotangents are exact transposes: docs/move.md, Derivatives.
+  Derivative derivative = Derivative::none;
 };
 
 /// A smoothing method with its parameters; `MethodTraits` describes each.
@@ -117,6 +121,12 @@ using Method =
 /// Whether a method moves nodes to prescribed positions.
 [[nodiscard]] inline bool is_motion(const Method& method) {
   return std::holds_alternative<Move>(method);
+}
+
+/// What a method computes in place of a motion.
+[[nodiscard]] inline Derivative derivative_of(const Method& method) {
+  const auto* move = std::get_if<Move>(&method);
+  return move != nullptr ? move->derivative : Derivative::none;
 }
 
 /// Whether the iterations of a method are the terms of a filter, which does not converge.

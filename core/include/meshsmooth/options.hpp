@@ -38,7 +38,9 @@ struct OnlyBelow {
 /// New positions of some nodes, for `Move`; not owned.
 struct PrescribedNodes {
   std::span<const NodeId> nodes = {};  ///< Each once; none of them is fixed by the caller.
-  PositionsView positions = {};        ///< [nodes.size()], in the mesh's unit.
+  /// [nodes.size()], in the mesh's unit. With Derivative::tangent their tangents instead; empty
+  /// with Derivative::cotangent.
+  PositionsView positions = {};
 };
 
 /// Two nodes that belong together, as on periodic sides.
@@ -51,6 +53,10 @@ struct JobInput {
   /// `Target::reference`.
   PositionsView reference = {};
   PrescribedNodes prescribed = {};  ///< Of `Move`, which needs at least one.
+  /// Of `Move` with Derivative::cotangent: [node_count], the derivatives of a scalar by the
+  /// displacements of all nodes; those of fixed nodes do not count. It may lie where the result
+  /// will, unless the types of the reference and the result differ.
+  PositionsView cotangent = {};
   /// Nodes that belong together; a node may be in several pairs. They are held, not moved together,
   /// by every method and boundary policy. Of `Move`, prescribed ones go where they are prescribed:
   /// both of a pair, or none.
@@ -145,6 +151,11 @@ void validate(const SmoothOptions& options, const JobInput& input);
 ///         INDEX_OUT_OF_RANGE, NON_FINITE_COORDINATE, PRESCRIBED_TWICE, PRESCRIBED_AND_FIXED,
 ///         detail "node"
 void validate_prescribed(const TopologyView& topology, const PrescribedNodes& prescribed);
+
+/// The same of what a derivative of `Move` is given, as its options say.
+/// @throws what `validate_prescribed` throws, of the array "prescribed" or "cotangent"
+void validate_motion(const TopologyView& topology, const SmoothOptions& options,
+                     const JobInput& input);
 
 /// The nodes that do not move with `JobInput::node_pairs`.
 struct HeldPairs {

@@ -54,6 +54,8 @@ struct JobPositions {
   /// Both of one size, and of one type but for `Move`; they do not overlap, or are the same array.
   JobPositions(PositionsView from, PositionsSpan to) : result(to), given(from) {}
 
+  /// With a derivative of `Move` no positions, but the tangents of all nodes, or the cotangents of
+  /// the prescribed ones and 0 at the others.
   PositionsSpan result;
   PositionsView given;
   /// Whether `result` stays as it is when the job fails; else anything may be there then, and some

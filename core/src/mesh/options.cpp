@@ -1,12 +1,10 @@
 #include "meshsmooth/options.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <sstream>
 #include <string>
 #include <string_view>
 #include <type_traits>
-#include <vector>
 
 #include "meshsmooth/error.hpp"
 #include "meshsmooth/input_use.hpp"
@@ -89,6 +87,21 @@ void validate_report_below(const SmoothOptions& options) {
       {{"field", "report_below"}});
 }
 
+/// Refuses what would promise something that a derivative does not do.
+void validate_derivative(const SmoothOptions& options) {
+  const auto refuse = [](const char* field, const std::string& why) {
+    throw NotSupported("OPTION_NOT_SUPPORTED", "a derivative of move " + why, {{"field", field}});
+  };
+  if (std::get<Move>(options.method).start == Start::warm) {
+    refuse("move.start", "starts cold: it does not depend on earlier jobs");
+  }
+  if (options.movement_limit) refuse("movement_limit", "has no movement limit");
+  if (options.report_below) refuse("report_below", "makes no sweep that could report elements");
+  if (!options.element_quality_metrics.empty()) {
+    refuse("element_quality_metrics", "has no mesh as its result whose elements it could measure");
+  }
+}
+
 void validate_reference_of(const SmoothOptions& options) {
   const auto* method = std::get_if<Optimize>(&options.method);
   if (method == nullptr) {
@@ -156,6 +169,7 @@ void validate(const SmoothOptions& options) {
   if (options.metric) validate_kept_metric(options);
   if (options.only_below) validate_only_below(options);
   if (options.report_below) validate_report_below(options);
+  if (derivative_of(options.method) != Derivative::none) validate_derivative(options);
   std::visit([&](const auto& method) { validate_form(method, options.form); }, options.method);
 }
 
@@ -184,61 +198,17 @@ void validate_input_use(const SmoothOptions& options, const JobInput& input) {
                            std::string(method_name(options.method)),
                        {{"field", "prescribed"}});
   }
+  if (position_count(input.cotangent) > 0 &&
+      derivative_of(options.method) != Derivative::cotangent) {
+    throw NotSupported("OPTION_NOT_SUPPORTED",
+                       "only move takes cotangents, with its derivative of that kind",
+                       {{"field", "cotangent"}});
+  }
 }
 
 void validate(const SmoothOptions& options, const JobInput& input) {
   validate(options);
   validate_input_use(options, input);
-}
-
-namespace {
-
-[[noreturn]] void refuse_prescribed(const char* reason, std::size_t place, NodeId node,
-                                    const std::string& why) {
-  throw InvalidMesh(
-      reason,
-      "prescribed node " + std::to_string(node) + " at index " + std::to_string(place) + ": " + why,
-      {{"node", std::to_string(node)}});
-}
-
-}  // namespace
-
-void validate_prescribed(const TopologyView& topology, const PrescribedNodes& prescribed) {
-  const auto& nodes = prescribed.nodes;
-  if (nodes.empty()) {
-    throw InvalidOption("OPTION_OUT_OF_RANGE", "move needs at least one prescribed node",
-                        {{"field", "prescribed"}});
-  }
-  if (position_count(prescribed.positions) != nodes.size()) {
-    throw InvalidMesh("ARRAY_SIZE_MISMATCH",
-                      std::to_string(nodes.size()) + " prescribed nodes, but " +
-                          std::to_string(position_count(prescribed.positions)) + " positions",
-                      {{"array", "prescribed"}});
-  }
-  std::vector<bool> seen(topology.node_count);
-  std::visit(
-      [&](const auto& positions) {
-        for (std::size_t n = 0; n < nodes.size(); ++n) {
-          const NodeId node = nodes[n];
-          if (node < 0 || static_cast<std::size_t>(node) >= topology.node_count) {
-            refuse_prescribed("INDEX_OUT_OF_RANGE", n, node,
-                              "it is out of range, the mesh has " +
-                                  std::to_string(topology.node_count) + " nodes");
-          }
-          const auto id = static_cast<std::size_t>(node);
-          if (seen[id]) refuse_prescribed("PRESCRIBED_TWICE", n, node, "it occurs more than once");
-          seen[id] = true;
-          if (!topology.fixed.empty() && topology.fixed[id] != 0) {
-            refuse_prescribed("PRESCRIBED_AND_FIXED", n, node,
-                              "it is fixed too; prescribe it or fix it, not both");
-          }
-          const auto& p = positions[n];
-          if (!(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z))) {
-            refuse_prescribed("NON_FINITE_COORDINATE", n, node, "its position is not finite");
-          }
-        }
-      },
-      prescribed.positions);
 }
 
 }  // namespace meshsmooth

@@ -191,7 +191,8 @@ DecodedSpec decode_spec(const v1::JobSpec& spec, const std::string& caller, Engi
   }
   refuse_unused_reference(decoded.job, spec);
   if (std::holds_alternative<Move>(decoded.job.options.method)) {
-    layout.expect_prescribed(spec.prescribed_node_count(), engine.mesh_limits());
+    layout.expect_prescribed(spec.prescribed_node_count(), engine.mesh_limits(),
+                             derivative_of(decoded.job.options.method) == Derivative::cotangent);
   } else if (spec.prescribed_node_count() != 0) {
     throw_not_supported("prescribed_node_count", "only move takes prescribed nodes");
   }

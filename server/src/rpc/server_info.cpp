@@ -41,7 +41,7 @@ v1::GetServerInfoResponse encode_server_info(const Engine& engine) {
   }
   for (const char* feature :
        {"element_quality", "element_regions", "request_id_joins", "kept_results", "topology_cache",
-        "kept_reference", "node_pairs", "target_surface"}) {
+        "kept_reference", "node_pairs", "target_surface", "move_derivative"}) {
     info.add_features(feature);
   }
   info.set_draining(engine.draining());

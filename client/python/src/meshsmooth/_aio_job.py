@@ -134,6 +134,22 @@ class AsyncSession(SessionBase):
         """Moves nodes of the session's mesh and returns all positions; see `Session.move`."""
         return await self._run(*self._steps.move(nodes, positions, out, full, options))
 
+    @with_options(without=TOPOLOGY_OPTIONS)
+    async def jvp(
+        self, nodes: ArrayLike, tangents: ArrayLike, **options: Unpack[JobOptions]
+    ) -> Array:
+        """Returns the derivative of `move` along a displacement; see `Session.jvp`."""
+        vectors: Array = await self._run(*self._steps.jvp(nodes, tangents, options))
+        return vectors
+
+    @with_options(without=TOPOLOGY_OPTIONS)
+    async def vjp(
+        self, nodes: ArrayLike, cotangents: ArrayLike, **options: Unpack[JobOptions]
+    ) -> Array:
+        """Returns the derivative of a scalar by the prescribed positions; see `Session.vjp`."""
+        vectors: Array = await self._run(*self._steps.vjp(nodes, cotangents, options))
+        return vectors
+
     async def _run(self, request: Request, finish: Finish) -> Any:
         result = await self._run_job(request, finish)
         self._steps.end(finish)

@@ -15,6 +15,7 @@ from ._mesh import Mesh, chosen_nodes, node_vectors, to_wire
 from ._request import Prescribed, other_positions
 from ._service_error import place_in_input
 from ._topology import Topology
+from .v1 import smoothing_pb2
 
 
 def prescribe(mesh: Mesh, topology: Topology, nodes: Any, positions: ArrayLike) -> Prescribed:
@@ -27,11 +28,69 @@ def prescribe(mesh: Mesh, topology: Topology, nodes: Any, positions: ArrayLike) 
         positions: of these nodes in their order, or of all nodes.
     """
     chosen = _checked(mesh, topology, chosen_nodes(mesh, nodes, "nodes"))
-    given = as_coordinates(positions, "the positions")
-    if given.shape[:1] == (mesh.node_count,) != chosen.shape:
-        given = given[chosen]
-    _need_shape(given, (len(chosen), mesh.width), f"the positions of {len(chosen)} nodes need")
+    given = _vectors_of(mesh, chosen, positions, "positions")
     return _prescribed(mesh, topology, chosen, given)
+
+
+def prescribe_tangents(
+    mesh: Mesh, topology: Topology, nodes: Any, tangents: ArrayLike
+) -> Prescribed:
+    """Returns the nodes of a derivative, forward; arguments as of `prescribe`."""
+    chosen = _checked(mesh, topology, chosen_nodes(mesh, nodes, "nodes"))
+    given = _vectors_of(mesh, chosen, tangents, "tangents")
+    prescribed = _prescribed(mesh, topology, chosen, given)
+    return prescribed._replace(derivative=smoothing_pb2.DERIVATIVE_TANGENT)
+
+
+class Cotangents:
+    """The nodes of a derivative, backward.
+
+    Attributes:
+        prescribed: what the job is given.
+    """
+
+    def __init__(self, mesh: Mesh, topology: Topology, nodes: Any, cotangents: ArrayLike) -> None:
+        """Reads them.
+
+        Args:
+            mesh: the mesh.
+            topology: of the mesh.
+            nodes: as `chosen_nodes` takes them.
+            cotangents: of all nodes.
+        """
+        chosen = _checked(mesh, topology, chosen_nodes(mesh, nodes, "nodes"))
+        given = as_coordinates(cotangents, "the cotangents")
+        _need_shape(given, (mesh.node_count, mesh.width), "the cotangents of all nodes need")
+        own = np.array(to_wire(given), mesh.points.dtype, order="C")
+        self._need_finite(mesh, own)
+        self._count = len(chosen)
+        self._first: NDArray[Any] = np.arange(len(chosen))
+        if topology.representatives is not None:  # nodes at one position move together
+            standing, self._first = np.unique(topology.representatives[chosen], return_index=True)
+            chosen, given = standing.astype("<i4"), own
+            own = np.zeros_like(given)
+            np.add.at(own, topology.representatives, given)
+        self.prescribed = Prescribed(chosen, own, smoothing_pb2.DERIVATIVE_COTANGENT)
+
+    def of_prescribed(self, vectors: NDArray[Any]) -> NDArray[Any]:
+        """Returns the vectors of the prescribed nodes in the caller's order, from those of all."""
+        result = np.zeros((self._count, vectors.shape[1]), vectors.dtype)
+        result[self._first] = vectors[self.prescribed.nodes]
+        return result
+
+    @staticmethod
+    def _need_finite(mesh: Mesh, vectors: NDArray[Any]) -> None:
+        finite = np.isfinite(vectors).all(axis=1)
+        if finite.all():
+            return
+        node = int((~finite).nonzero()[0][0])
+        error = InvalidMesh(
+            f"node {node}: its cotangent is not finite",
+            reason="NON_FINITE_COORDINATE",
+            details={"node": str(node)},
+        )
+        error.node = node
+        raise error
 
 
 def prescribe_motion(mesh: Mesh, topology: Topology, options: MoveOptions) -> Prescribed:
@@ -59,6 +118,17 @@ def prescribe_motion(mesh: Mesh, topology: Topology, options: MoveOptions) -> Pr
             nodes = nodes[topology.fixed[nodes] == 0]
     nodes = _checked(mesh, topology, nodes)
     return _prescribed(mesh, topology, nodes, positions[nodes])
+
+
+def _vectors_of(
+    mesh: Mesh, chosen: NDArray[Any], vectors: ArrayLike, what: str
+) -> NDArray[Any]:
+    """Returns vectors of chosen nodes, which are given alone or among those of all."""
+    given = as_coordinates(vectors, f"the {what}")
+    if given.shape[:1] == (mesh.node_count,) != chosen.shape:
+        given = given[chosen]
+    _need_shape(given, (len(chosen), mesh.width), f"the {what} of {len(chosen)} nodes need")
+    return given
 
 
 def _checked(mesh: Mesh, topology: Topology, nodes: NDArray[Any]) -> NDArray[np.int32]:

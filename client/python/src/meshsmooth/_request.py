@@ -28,10 +28,25 @@ _WEEK = 7 * 24 * 3600.0
 
 
 class Prescribed(NamedTuple):
-    """Nodes of a mesh, each once, and where they shall lie."""
+    """Nodes of a mesh, each once, and where they shall lie; or what a derivative is given.
+
+    Attributes:
+        nodes: which nodes.
+        vectors: positions or tangents of these nodes, or cotangents of all, [n, 3], in the type of
+            the mesh's.
+        derivative: `Move.derivative` on the wire.
+    """
 
     nodes: NDArray[np.int32]
-    positions: NDArray[Any]  # [nodes, 3], in the type of the mesh's
+    vectors: NDArray[Any]
+    derivative: smoothing_pb2.Derivative = smoothing_pb2.DERIVATIVE_NONE
+
+    def arrays(self) -> list[tuple[int, NDArray[Any]]]:
+        """Returns the arrays in the order of the wire."""
+        nodes = (_wire.PRESCRIBED_NODES, self.nodes)
+        if self.derivative == smoothing_pb2.DERIVATIVE_COTANGENT:
+            return [(_wire.COORDINATES, self.vectors), nodes]
+        return [nodes, (_wire.PRESCRIBED_COORDINATES, self.vectors)]
 
 
 class Request:
@@ -65,6 +80,8 @@ class Request:
         self.prescribed = prescribed
         if self.message.HasField("move") and prescribed is None:
             raise misplaced("method", 'method="move" is that of move(…), not of smooth(…)')
+        if prescribed is not None and prescribed.derivative != smoothing_pb2.DERIVATIVE_NONE:
+            self.message.move.derivative = prescribed.derivative
         self.metrics: list[Any] = _options.to_metrics(options.get("element_quality"))
         self.topology = topology or Topology.of(mesh, options)
         self.reference = self._read_reference()
@@ -123,10 +140,7 @@ class Request:
         parts = [] if use.named else list(self.topology.parts())
         own: list[tuple[int, NDArray[Any]]]
         if self.prescribed is not None:
-            own = [
-                (_wire.PRESCRIBED_NODES, self.prescribed.nodes),
-                (_wire.PRESCRIBED_COORDINATES, self.prescribed.positions),
-            ]
+            own = self.prescribed.arrays()
         else:
             own = [(_wire.COORDINATES, self.points)]
             if self.reference is not None:

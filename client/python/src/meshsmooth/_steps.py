@@ -14,8 +14,8 @@ from ._checks import check_options
 from ._errors import misplaced
 from ._job_options import TOPOLOGY_OPTIONS, JobOptions
 from ._periodic import node_pairs
-from ._prescribed import prescribe
-from ._request import Request
+from ._prescribed import Cotangents, prescribe, prescribe_tangents
+from ._request import Prescribed, Request
 from ._result import Finish
 from ._topology import Topology
 from ._transfer import Held
@@ -74,11 +74,28 @@ class Steps:
         """Returns the same of a step that moves nodes."""
         joined = _options.to_move_options(self._joined(options))
         prescribed = prescribe(self._mesh, self.topology, nodes, positions)
+        request = self._moving_request(joined, prescribed)
+        return request, self._finish(request, out, full)
+
+    def jvp(self, nodes: Any, tangents: Any, options: JobOptions) -> tuple[Request, Finish]:
+        """Returns the same of a derivative, forward."""
+        joined = _options.to_move_options(self._joined(options))
+        prescribed = prescribe_tangents(self._mesh, self.topology, nodes, tangents)
+        request = self._moving_request(joined, prescribed)
+        return request, Finish(request, None, False, lambda vectors: vectors)
+
+    def vjp(self, nodes: Any, cotangents: Any, options: JobOptions) -> tuple[Request, Finish]:
+        """Returns the same of a derivative, backward."""
+        joined = _options.to_move_options(self._joined(options))
+        given = Cotangents(self._mesh, self.topology, nodes, cotangents)
+        request = self._moving_request(joined, given.prescribed)
+        return request, Finish(request, None, False, given.of_prescribed)
+
+    def _moving_request(self, options: JobOptions, prescribed: Prescribed) -> Request:
         topology = self.topology.moving(self._mesh.points, prescribed.nodes)
         if self._moving is None or not self._moving.holds_those_of(topology):
             self._moving = topology  # else its name is known
-        request = Request(self._mesh, joined, self._moving, prescribed)
-        return request, self._finish(request, out, full)
+        return Request(self._mesh, options, self._moving, prescribed)
 
     def end(self, finish: Finish) -> None:
         """Keeps the memory of a finished step for the next one."""

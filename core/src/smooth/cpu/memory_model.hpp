@@ -66,7 +66,7 @@ namespace meshsmooth::detail {
   memory[S::fix_outside] = oriented + only_below_bytes(mesh, plan.options);
   memory[S::colour] = oriented + (plan.colours ? colouring_nodes_bytes(n) : 0);
   memory[S::iterate] = found + (plan.colours ? colouring_bytes(n) : 0) +
-                       (plan.moves ? motion_bytes(mesh, plan, size.reference, sweeping) : sweeping);
+                       (plan.moves ? moving_bytes(mesh, plan, size.reference, sweeping) : sweeping);
   memory[S::measure_result] = found + element_quality_bytes(mesh, plan.options);
   memory[S::keep_quality] =
       found - (plan.recounts_poor ? 0 : rings) + keep_quality_bytes(mesh, plan);

@@ -100,7 +100,7 @@ namespace meshsmooth::detail {
   memory[S::fix_outside] = oriented + only_below_bytes(mesh, plan.options);
   memory[S::colour] = oriented + (plan.colours ? colour_search_bytes(n) : 0);
   memory[S::iterate] = found + (plan.colours ? n * 4 : 0) +
-                       (plan.moves ? motion_bytes(mesh, plan, size.reference, sweeping) : sweeping);
+                       (plan.moves ? moving_bytes(mesh, plan, size.reference, sweeping) : sweeping);
   memory[S::measure_result] = std::max(found, oriented) + evaluating + result;
   memory[S::keep_quality] =
       found - (plan.recounts_poor ? 0 : rings) + keep_quality_bytes(mesh, plan) + result;

@@ -10,17 +10,19 @@ namespace meshsmooth::detail {
 
 /// A symmetric matrix by rows, in executor memory: Laplace's on a mesh, whose rows are the rings,
 /// or a coarser one. The diagonal is minus the sum of the row's values, plus `excess`.
-struct LaplaceMatrix {
+template <class T>
+struct LaplaceMatrixOf {
   Rows<NodeId> rows;
-  const float* values;            // by entry
-  const float* excess = nullptr;  // by row; null: 0
+  const T* values;            // by entry
+  const T* excess = nullptr;  // by row; null: 0
 
   /// The row of a node times a vector. By differences: in a thin layer the diagonal's rounding
   /// exceeds what couples the node to its neighbours along the layer.
   template <class Team>
-  [[nodiscard]] MESHSMOOTH_HD Vec3f row(std::size_t node, const Vec3f* x, const Team& team) const {
-    const Vec3f own = x[node];
-    Vec3f sum{0, 0, 0};
+  [[nodiscard]] MESHSMOOTH_HD Vec3<T> row(std::size_t node, const Vec3<T>* x,
+                                          const Team& team) const {
+    const Vec3<T> own = x[node];
+    Vec3<T> sum{0, 0, 0};
     const std::int64_t end = rows.offsets[node + 1];
     for (std::int64_t k = rows.offsets[node] + team.rank; k < end; k += team.size) {
       sum += values[k] * (x[rows.entries[k]] - own);
@@ -29,6 +31,7 @@ struct LaplaceMatrix {
     return excess == nullptr ? sum : sum + excess[node] * own;
   }
 };
+using LaplaceMatrix = LaplaceMatrixOf<float>;
 
 /// The edges of corner `k` of an element, as the corner of a target: the rows of its inverse are
 /// the gradients of the shape functions of the corner's neighbours.
@@ -96,20 +99,20 @@ MESHSMOOTH_HD void add_element(const Surroundings& around, const Vec3<Real>* pos
 /// The values of a node's row, summed up over its ball in the order of the ball. A hub's row entry
 /// by entry, each over the smaller ball of the edge, in the same order: a search of the row for
 /// each element would take O(ball * ring).
-template <int kDimension, class Real>
+template <int kDimension, class Real, class Value>
 MESHSMOOTH_HD void assemble_row(const Surroundings& around, const Vec3<Real>* positions,
-                                std::size_t node, float* values) {
+                                std::size_t node, Value* values) {
   constexpr std::size_t kLongRow = 64;
   const NodeId* const ring = around.rings.begin(node);
   const std::size_t ring_size = around.rings.size(node);
-  float* const row = values + around.rings.offsets[node];
+  Value* const row = values + around.rings.offsets[node];
   for (std::size_t n = 0; n < ring_size; ++n) row[n] = 0;
   if (ring_size <= kLongRow) {
     for (const ElementId* e = around.balls.begin(node); e != around.balls.end(node); ++e) {
       add_element<kDimension>(around, positions, node, *e, [&](NodeId other, double value) {
         std::size_t place = 0;
         while (place < ring_size && ring[place] != other) ++place;
-        if (place < ring_size) row[place] += static_cast<float>(value);
+        if (place < ring_size) row[place] += static_cast<Value>(value);
       });
     }
     return;
@@ -119,7 +122,7 @@ MESHSMOOTH_HD void assemble_row(const Surroundings& around, const Vec3<Real>* po
     const std::size_t from = around.balls.size(end) < around.balls.size(node) ? end : node;
     for (const ElementId* e = around.balls.begin(from); e != around.balls.end(from); ++e) {
       add_element<kDimension>(around, positions, node, *e, [&](NodeId other, double value) {
-        if (other == ring[place]) row[place] += static_cast<float>(value);
+        if (other == ring[place]) row[place] += static_cast<Value>(value);
       });
     }
   }
@@ -130,9 +133,9 @@ MESHSMOOTH_HD void assemble_row(const Surroundings& around, const Vec3<Real>* po
 /// gives  `values`, by ring entry
 /// cost   O(ball entries * min(ring, 64)), at hubs O(ring * ball of the neighbours)
 /// order  deterministic
-template <Executor E, class Real>
+template <Executor E, class Real, class Value>
 void assemble_laplace(E& executor, const Surroundings& around, const Vec3<Real>* positions,
-                      float* values) {
+                      Value* values) {
   if (around.surface()) {
     executor.for_each(around.node_count, [=] MESHSMOOTH_HD(std::size_t node) {
       assemble_row<2>(around, positions, node, values);

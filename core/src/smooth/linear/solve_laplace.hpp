@@ -36,16 +36,40 @@ MESHSMOOTH_HD inline float quotient(double a, double b) {
 MESHSMOOTH_HD inline Vec3f quotients(Vec3d a, Vec3d b) {
   return {quotient(a.x, b.x), quotient(a.y, b.y), quotient(a.z, b.z)};
 }
-[[nodiscard]] inline double total(Vec3d a) { return a.x + a.y + a.z; }
+[[nodiscard]] MESHSMOOTH_HD inline double total(Vec3d a) { return a.x + a.y + a.z; }
+/// Of three systems, or of one that all components belong to.
+MESHSMOOTH_HD inline Vec3f quotients(Vec3d a, Vec3d b, bool coupled) {
+  if (!coupled) return quotients(a, b);
+  const float all = quotient(total(a), total(b));
+  return {all, all, all};
+}
 
 /// The part of a vector along which a free node may move: all of it unless the node slides.
-MESHSMOOTH_HD inline Vec3f allowed_part(const SlidingConstraints& sliding, std::size_t node,
-                                        Vec3f vector) {
+template <class T>
+MESHSMOOTH_HD Vec3<T> allowed_part(const SlidingConstraints& sliding, std::size_t node,
+                                   Vec3<T> vector) {
   const NodeConstraint* const constraint = sliding.constraint(node);
   if (constraint == nullptr) return vector;
-  const Vec3f direction = vec3_cast<float>(constraint->direction);
-  const Vec3f along = dot(direction, vector) * direction;
+  const Vec3<T> direction = vec3_cast<T>(constraint->direction);
+  const Vec3<T> along = dot(direction, vector) * direction;
   return constraint->along() ? along : vector - along;
+}
+
+/// Whether a node slides along a plane or a line that is oblique to the axes: the components are
+/// then one system, for which lengths of steps of their own would lead off the planes. O(nodes).
+template <Executor E>
+bool couples_components(E& executor, const Surroundings& around) {
+  if (!around.sliding.any()) return false;
+  const std::int64_t oblique = executor.reduce(
+      around.node_count, std::int64_t{0},
+      [=] MESHSMOOTH_HD(std::size_t node) -> std::int64_t {
+        const NodeConstraint* const constraint = around.sliding.constraint(node);
+        if (constraint == nullptr || around.fixed[node] != 0) return 0;
+        const Vec3d d = constraint->direction;
+        return (d.x != 0) + (d.y != 0) + (d.z != 0) > 1 ? 1 : 0;
+      },
+      Plus{});
+  return oblique > 0;
 }
 
 /// A node's part of the sums over the residual: its squares in `second`. Without a hierarchy it
@@ -65,9 +89,9 @@ struct JacobiSums {
   }
 };
 
-/// Conjugate gradients on Laplace's equation for a displacement: a system for each component,
-/// preconditioned by a V-cycle, or by the diagonal where there is no hierarchy. Sums stay in
-/// executor memory; the host waits once an iteration, for the residual.
+/// Conjugate gradients on Laplace's equation for a displacement: a system for each component, or
+/// one that `couples_components`, preconditioned by a V-cycle, or by the diagonal where there is no
+/// hierarchy. Sums stay in executor memory; the host waits once an iteration, for the residual.
 template <Executor E>
 class LaplaceSolver {
  public:
@@ -75,6 +99,7 @@ class LaplaceSolver {
       : executor_(executor),
         around_(around),
         system_(system),
+        coupled_(couples_components(executor, around)),
         vectors_(executor, around.node_count, system.hierarchy),
         residual_(allocate()),
         preconditioned_(allocate()),
@@ -94,9 +119,7 @@ class LaplaceSolver {
   template <class Guess>
   LinearStats solve(Vec3f* u, const Guess& guess) {
     constexpr double kResidual = 1e-4;
-    constexpr int kMostIterations = 5000;
-    PairOfSums* now = sums_.data();
-    PairOfSums* next = now + 1;
+    PairOfSums* const now = sums_.data();
     begin(u, now);
     const double first = squares(now);
     LinearStats stats;
@@ -110,6 +133,36 @@ class LaplaceSolver {
         begin(u, now);
       }
     }
+    return iterate(u, first, kResidual);
+  }
+
+  /// Solves for a given residual, from 0.
+  ///
+  /// takes  `scale * right`, 0 at fixed nodes and along the constraints at others
+  /// gives  `u` at all nodes, 0 at the fixed ones, to `tolerance` of that residual
+  LinearStats correct(const Vec3d* right, double scale, double tolerance, Vec3f* u) {
+    const JacobiSums sums = jacobi();
+    Vec3f* const r = residual_.data();
+    executor_.for_each(around_.node_count, [=] MESHSMOOTH_HD(std::size_t node) {
+      u[node] = Vec3f{0, 0, 0};
+      r[node] = vec3_cast<float>(scale * right[node]);
+    });
+    // Apart: GCC 12 sums up squares of what is not yet rounded where it vectorizes both, so that
+    // the bits depended on how the loop was inlined, and with that on the number of threads.
+    executor_.reduce_to(
+        around_.node_count, PairOfSums{},
+        [=] MESHSMOOTH_HD(std::size_t node) { return sums(node, r[node], r); }, Plus{},
+        sums_.data());
+    const double first = squares(sums_.data());
+    return first > 0 ? iterate(u, first, tolerance) : LinearStats{};
+  }
+
+  /// From the residual and its first sums, to `tolerance` of the one whose squares are `first`.
+  LinearStats iterate(Vec3f* u, double first, double tolerance) {
+    constexpr int kMostIterations = 5000;
+    PairOfSums* now = sums_.data();
+    PairOfSums* next = now + 1;
+    LinearStats stats;
     while (stats.iterations < kMostIterations) {
       executor_.check();
       precondition(now);
@@ -118,7 +171,7 @@ class LaplaceSolver {
       advance(now, u, next);
       ++stats.iterations;
       stats.residual = std::sqrt(squares(next) / first);
-      if (!(stats.residual > kResidual)) break;
+      if (!(stats.residual > tolerance)) break;
       std::swap(now, next);
     }
     return stats;
@@ -173,9 +226,11 @@ class LaplaceSolver {
   void turn(const PairOfSums* now, const PairOfSums* before) {
     const Vec3f* const z = preconditioned_.data();
     Vec3f* const p = direction_.data();
+    const bool coupled = coupled_;
     executor_.for_each(around_.node_count, [=] MESHSMOOTH_HD(std::size_t node) {
-      p[node] = before == nullptr ? z[node]
-                                  : z[node] + scaled(quotients(now->first, before->first), p[node]);
+      p[node] = before == nullptr
+                    ? z[node]
+                    : z[node] + scaled(quotients(now->first, before->first, coupled), p[node]);
     });
   }
 
@@ -205,10 +260,11 @@ class LaplaceSolver {
     const Vec3f* const p = direction_.data();
     const Vec3f* const ap = product_.data();
     Vec3f* const r = residual_.data();
+    const bool coupled = coupled_;
     executor_.reduce_to(
         around_.node_count, PairOfSums{},
         [=] MESHSMOOTH_HD(std::size_t node) {
-          const Vec3f alpha = quotients(now->first, *curvature);
+          const Vec3f alpha = quotients(now->first, *curvature, coupled);
           u[node] += scaled(alpha, p[node]);
           return sums(node, r[node] - scaled(alpha, ap[node]), r);
         },
@@ -232,6 +288,7 @@ class LaplaceSolver {
   E& executor_;
   const Surroundings& around_;
   const LaplaceSystem<E>& system_;
+  const bool coupled_;
   CycleVectors<E> vectors_;
   Vector residual_, preconditioned_, direction_, product_;
   typename E::template Buffer<PairOfSums> sums_;

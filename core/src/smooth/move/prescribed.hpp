@@ -60,9 +60,7 @@ inline void validate_given(const TopologyView& topology, const JobPositions& pos
 inline void validate_input(const TopologyView& topology, const JobInput& input,
                            const SmoothOptions& options) {
   if (aims_at_reference(options)) validate_reference(topology, input.reference);
-  if (is_motion(options.method)) {
-    validate_prescribed(topology, input.prescribed);
-  }
+  if (is_motion(options.method)) validate_motion(topology, options, input);
 }
 
 /// The topology of a job. The nodes that `Move` prescribes are fixed in it, like those of the
@@ -119,6 +117,18 @@ void number_prescribed(E& executor, std::span<const NodeId> ids,
   });
 }
 
+/// The internal node of each of the caller's. O(nodes).
+template <Executor E, class Real>
+typename E::template Buffer<NodeId> find_internal_ids(E& executor, const JobMesh<E, Real>& job) {
+  auto internal = executor.template allocate<NodeId>(job.node_count);
+  NodeId* const internal_of = internal.data();
+  const NodeId* const caller_ids = job.caller_ids.data();
+  executor.for_each(job.node_count, [=] MESHSMOOTH_HD(std::size_t node) {
+    internal_of[caller_ids[node]] = static_cast<NodeId>(node);
+  });
+  return internal;
+}
+
 /// cost   O(nodes); 4 B a node while it runs
 template <Executor E, class Real>
 Prescribed<E, Real> find_prescribed(E& executor, const JobMesh<E, Real>& job,
@@ -128,15 +138,10 @@ Prescribed<E, Real> find_prescribed(E& executor, const JobMesh<E, Real>& job,
   result.nodes = executor.template allocate<NodeId>(count);
   result.from = executor.template allocate<Vec3<Real>>(count);
   result.to = executor.template allocate<Vec3<Real>>(count);
-  auto internal = executor.template allocate<NodeId>(job.node_count);
-  NodeId* const internal_of = internal.data();
-  const NodeId* const caller_ids = job.caller_ids.data();
-  executor.for_each(job.node_count, [=] MESHSMOOTH_HD(std::size_t node) {
-    internal_of[caller_ids[node]] = static_cast<NodeId>(node);
-  });
+  const auto internal = find_internal_ids(executor, job);
   std::visit(
       [&](const auto& given) {
-        number_prescribed(executor, prescribed.nodes, given, internal_of,
+        number_prescribed(executor, prescribed.nodes, given, internal.data(),
                           static_cast<const Vec3<Real>*>(job.positions.data()), result);
       },
       prescribed.positions);

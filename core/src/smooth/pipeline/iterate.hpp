@@ -5,8 +5,10 @@
 #include <variant>
 
 #include "smooth/averaging/windowed_sinc_sweeps.hpp"
+#include "smooth/base/job_arrays.hpp"
 #include "smooth/base/mesh_counts.hpp"
 #include "smooth/fit/fit.hpp"
+#include "smooth/move/derivative.hpp"
 #include "smooth/move/move.hpp"
 #include "smooth/optimize/optimize.hpp"
 #include "smooth/pipeline/backend.hpp"
@@ -30,6 +32,13 @@ namespace meshsmooth::detail {
   }
   bytes += plan.further_positions * positions;
   return bytes + (plan.optimizer ? optimize_bytes(mesh, plan, optimizing) : 0);
+}
+
+/// The same of `Move`, whose sweeps take `sweeping`; `kept`: its system is to be kept.
+[[nodiscard]] inline std::int64_t moving_bytes(const MeshCounts& mesh, const JobPlan& plan,
+                                               bool kept, std::int64_t sweeping) {
+  return plan.derivative == Derivative::none ? motion_bytes(mesh, plan, kept, sweeping)
+                                             : derivative_bytes(mesh, kept);
 }
 
 /// What some jobs do besides sweeps.
@@ -133,6 +142,23 @@ class Iteration {
   JobMesh<E, Real>& job_;
   const Tasks& tasks_;
 };
+
+/// Step 3 of a job that differentiates: the mesh stays, and the result is no mesh.
+///
+/// gives  tangents or cotangents in the caller's array
+template <Backend B, class Real>
+void differentiate(B& backend, const Surroundings& around, const JobPlan& plan,
+                   const JobMesh<typename B::Executor, Real>& job, const JobArrays<Real>& arrays,
+                   MotionStats& stats) {
+  LinearDerivative<B, Real> derivative(backend, around, job, arrays.input);
+  if (plan.derivative == Derivative::tangent) {
+    derivative.tangent(stats, arrays.result);
+  } else {
+    // With a fixed boundary no part is without fixed nodes.
+    const bool may_float = plan.options.boundary != BoundaryPolicy::fixed;
+    derivative.cotangent(may_float, stats, arrays.result);
+  }
+}
 
 /// Step 3: sweeps until the monitor reports the end.
 ///

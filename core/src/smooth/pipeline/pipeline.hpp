@@ -20,6 +20,18 @@
 
 namespace meshsmooth::detail {
 
+/// Waits for all work of a job, and completes its summary.
+template <Executor E>
+void end_job(E& executor, const SmoothOptions& options, const StageTimes& times,
+             SmoothSummary& summary) {
+  executor.finish();
+  if (options.quality_detail == QualityDetail::brief) {
+    summary.quality_before.metrics.clear();
+    summary.quality_after.metrics.clear();
+  }
+  summary.times = times;
+}
+
 /// neighbours -> boundary -> constraints -> iterate -> evaluate, and what is worse back -> write
 /// back, in this order and timed, as planned: the one text of every backend. The stages that it
 /// enters are those of `MemoryPlan`.
@@ -93,6 +105,17 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology, const JobAr
     around.sliding = constraints.view();
     return around;
   };
+  if (plan.derivative != Derivative::none) {
+    summary.nodes = job.nodes;
+    {
+      const StageTimer timer(executor, times.iterate_seconds, control, Stage::iterate);
+      enter(JobStage::iterate);
+      differentiate(backend, surroundings(), plan, job, arrays, summary.motion.emplace());
+    }
+    summary.quality_after = summary.quality_before;  // the mesh stays
+    end_job(executor, options, times, summary);
+    return summary;
+  }
   {
     const StageTimer timer(executor, times.iterate_seconds, control, Stage::iterate);
     Surroundings around = surroundings();
@@ -170,13 +193,8 @@ SmoothSummary run_pipeline(B& backend, const TopologyView& topology, const JobAr
     const typename E::Timer timer(executor, times.download_seconds);
     moved = backend.write_back(job, arrays.result);
   }
-  executor.finish();
-  if (options.quality_detail == QualityDetail::brief) {
-    summary.quality_before.metrics.clear();
-    summary.quality_after.metrics.clear();
-  }
+  end_job(executor, options, times, summary);
   summary.nodes.moved = *moved;
-  summary.times = times;
   return summary;
 }
 

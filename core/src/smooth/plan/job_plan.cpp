@@ -35,6 +35,7 @@ class AddMethod {
   /// Sweeps as `Optimize` does, and its input is the target.
   void operator()(const Move& method) const {
     plan_.moves = true;
+    plan_.derivative = method.derivative;
     plan_.tangled = TangledPolicy::repair;
     optimize({.target = method.target == Target::ideal ? Target::ideal : Target::input});
   }

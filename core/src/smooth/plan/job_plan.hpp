@@ -34,10 +34,11 @@ struct JobPlan {
   int iteration_limit = 0;
   TangledPolicy tangled = TangledPolicy::repair;
 
-  bool averages = false;      // sweeps move each node towards a mean
-  bool uniform_mean = false;  // all neighbours weigh alike
-  bool filters = false;       // the iterations are the terms of a filter
-  bool moves = false;         // to prescribed positions
+  bool averages = false;                     // sweeps move each node towards a mean
+  bool uniform_mean = false;                 // all neighbours weigh alike
+  bool filters = false;                      // the iterations are the terms of a filter
+  bool moves = false;                        // to prescribed positions
+  Derivative derivative = Derivative::none;  // in place of that
   int further_positions = 0;  // arrays of them that an iteration of several steps needs
   std::optional<Optimize> optimizer = {};  // of sweeps that optimize; of motions, too
   bool raises_jacobians = false;  // `Optimize` ends with sweeps for the least scaled Jacobian

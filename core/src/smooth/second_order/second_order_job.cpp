@@ -13,6 +13,7 @@
 #include "smooth/move/prescribed.hpp"
 #include "smooth/second_order/count_poor.hpp"
 #include "smooth/second_order/keep_curved_quality.hpp"
+#include "smooth/second_order/mid_derivatives.hpp"
 #include "smooth/second_order/mid_nodes.hpp"
 #include "smooth/second_order/prescribed_parts.hpp"
 #include "smooth/second_order/repair_curved.hpp"
@@ -53,10 +54,11 @@ class Job {
       refuse_tangled(before, options_.tangled);
       if (moves) refuse_tangled_reference(before);
     }
-    const bool keeps_shape = options_.boundary == BoundaryPolicy::slide ||
-                             (element_dimension() == 2 && !orientation_.plane());
+    const bool curved_surface = element_dimension() == 2 && !orientation_.plane();
+    const bool keeps_shape = options_.boundary == BoundaryPolicy::slide || curved_surface;
     // A corner that slides along the facets of the input leaves the curve that they approximate.
     const auto held = keeps_shape ? mid_nodes_.corners_of_curved() : std::vector<NodeId>();
+    if (plan_.derivative != Derivative::none) return differentiate(held, std::move(before), result);
 
     std::vector<Vec3<Real>> after;
     SmoothSummary summary = moves ? move(held, after) : sweep(held, after);
@@ -150,6 +152,22 @@ class Job {
     return std::max({bytes, by(RepairGoal::shape, mids), by(RepairGoal::worst_shapes, scope)});
   }
 
+  /// In place of `move`: the mesh stays.
+  SmoothSummary differentiate(const std::vector<NodeId>& held, QualityStats before,
+                              std::span<Vec3<Real>> result) {
+    const MidDerivatives<Real> derivatives(topology_, mesh_, input_);
+    std::vector<Vec3<Real>> corners = gather(positions_, mesh_);
+    SmoothSummary summary = run_(corners, derivatives.of_corners(), options_, held);
+    summary.nodes.curved += static_cast<std::int64_t>(held.size());
+    if (mid_nodes_.any_curved()) {
+      if (options_.quality_detail == QualityDetail::brief) before.metrics.clear();
+      summary.quality_before = summary.quality_after = std::move(before);
+    }
+    report(summary, positions_);
+    derivatives.place(corners, result);
+    return summary;
+  }
+
   /// As far as curved elements stay valid: with half the motion until they do.
   SmoothSummary move(const std::vector<NodeId>& held, std::vector<Vec3<Real>>& after) {
     const PrescribedParts<Real> prescribed(input_.prescribed, mesh_);
@@ -182,11 +200,6 @@ class Job {
       if (share == 0 || run_in(arena_, [&] { return mid_nodes_.stays_valid(after); }))
         return summary;
     }
-  }
-
-  [[nodiscard]] static Vec3<Real> towards(Vec3<Real> from, Vec3<Real> to, double share) {
-    const auto start = vec3_cast<double>(from);
-    return vec3_cast<Real>(start + share * (vec3_cast<double>(to) - start));
   }
 
   /// What the linear mesh's job is given: the reference of its nodes.

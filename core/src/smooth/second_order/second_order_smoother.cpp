@@ -11,6 +11,7 @@
 #include "smooth/base/refusals.hpp"
 #include "smooth/move/prescribed.hpp"
 #include "smooth/second_order/keep_curved_quality.hpp"
+#include "smooth/second_order/mid_derivatives.hpp"
 #include "smooth/second_order/repair_curved.hpp"
 #include "smooth/second_order/second_order_job.hpp"
 
@@ -49,6 +50,9 @@ class SecondOrderSmoother final : public ForwardingSmoother {
     }
     if (plan.keeps_quality && is_second_order(size)) {
       sum.host_bytes = std::max(sum.host_bytes, keep_curved_quality_bytes(size.node_count));
+    }
+    if (plan.derivative != Derivative::none && is_second_order(size)) {
+      sum.host_bytes += MidDerivatives<double>::estimate_bytes(size.node_count);
     }
     sum.host_bytes += job_bytes(size) + CornerMesh::estimate_bytes(size);
     return sum;

@@ -14,6 +14,10 @@ BOUNDARY_POLICY_FIXED: BoundaryPolicy
 BOUNDARY_POLICY_FREE: BoundaryPolicy
 BOUNDARY_POLICY_SLIDE: BoundaryPolicy
 BOUNDARY_POLICY_UNSPECIFIED: BoundaryPolicy
+DERIVATIVE_COTANGENT: Derivative
+DERIVATIVE_NONE: Derivative
+DERIVATIVE_TANGENT: Derivative
+DERIVATIVE_UNSPECIFIED: Derivative
 DESCRIPTOR: _descriptor.FileDescriptor
 END_RULE_ALL_HELD: EndRule
 END_RULE_AT_REST: EndRule
@@ -571,14 +575,16 @@ class MotionStats(_message.Message):
     def __init__(self, reached: _Optional[float] = ..., step_count: _Optional[int] = ..., rejected_step_count: _Optional[int] = ..., linear_iteration_count: _Optional[int] = ..., linear_residual: _Optional[float] = ..., linear_time: _Optional[_Union[_duration_pb2.Duration, _Mapping]] = ..., blocking_element_count: _Optional[int] = ..., blocking_elements: _Optional[_Iterable[int]] = ...) -> None: ...
 
 class Move(_message.Message):
-    __slots__ = ["least_step", "start", "target"]
+    __slots__ = ["derivative", "least_step", "start", "target"]
+    DERIVATIVE_FIELD_NUMBER: _ClassVar[int]
     LEAST_STEP_FIELD_NUMBER: _ClassVar[int]
     START_FIELD_NUMBER: _ClassVar[int]
     TARGET_FIELD_NUMBER: _ClassVar[int]
+    derivative: Derivative
     least_step: float
     start: Start
     target: Target
-    def __init__(self, target: _Optional[_Union[Target, str]] = ..., least_step: _Optional[float] = ..., start: _Optional[_Union[Start, str]] = ...) -> None: ...
+    def __init__(self, target: _Optional[_Union[Target, str]] = ..., least_step: _Optional[float] = ..., start: _Optional[_Union[Start, str]] = ..., derivative: _Optional[_Union[Derivative, str]] = ...) -> None: ...
 
 class NodeCounts(_message.Message):
     __slots__ = ["between_regions", "boundary", "coincident", "curved", "fixed", "isolated", "moved", "on_non_manifold_edges", "outside_only_below", "paired", "sliding_in_plane", "sliding_on_curve", "sliding_on_line", "sliding_on_surface", "total"]
@@ -958,6 +964,9 @@ class Goal(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = []
 
 class Target(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = []
+
+class Derivative(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = []
 
 class Start(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):

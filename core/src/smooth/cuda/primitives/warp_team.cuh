@@ -28,10 +28,11 @@ struct WarpTeam {
     for (int step = size / 2; step > 0; step /= 2) value += __shfl_xor_sync(mask, value, step);
     return value;
   }
-  [[nodiscard]] __device__ Vec3f sum(Vec3f value) const {
+  template <class T>
+  [[nodiscard]] __device__ Vec3<T> sum(Vec3<T> value) const {
     for (int step = size / 2; step > 0; step /= 2) {
-      value += Vec3f{__shfl_xor_sync(mask, value.x, step), __shfl_xor_sync(mask, value.y, step),
-                     __shfl_xor_sync(mask, value.z, step)};
+      value += Vec3<T>{__shfl_xor_sync(mask, value.x, step), __shfl_xor_sync(mask, value.y, step),
+                       __shfl_xor_sync(mask, value.z, step)};
     }
     return value;
   }
