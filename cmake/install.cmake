@@ -27,6 +27,9 @@ endif()
 if(TARGET meshsmooth)
   install(TARGETS meshsmooth COMPONENT client)
 endif()
+if(TARGET meshsmooth-gateway)
+  install(TARGETS meshsmooth-gateway COMPONENT client)
+endif()
 
 install(DIRECTORY core/include/ client/library/include/ TYPE INCLUDE COMPONENT libraries
   FILES_MATCHING PATTERN "*.hpp")
