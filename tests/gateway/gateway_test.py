@@ -2,10 +2,12 @@
 """The gateway: results of HTTP are those of the command line, and what is wrong is refused by name."""
 
 import gzip
+import http.client
 import os
 import shutil
 import signal
 import socket
+import ssl
 import subprocess
 import threading
 import unittest
@@ -222,6 +224,21 @@ class Limits(GatewayTest):
         self.check_problem(answer, 401, "TOKEN_MISSING")
         gateway = self.start_gateway("--insecure", "--allow-anonymous", listen="0.0.0.0:0")
         self.assertEqual(self.smooth("part.vtk", data, gateway=gateway).status, 200)
+
+    @unittest.skipUnless(shutil.which("openssl"), "openssl is not installed")
+    def test_its_own_certificate_makes_it_https(self):
+        subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes",
+                        "-keyout", "key.pem", "-out", "cert.pem", "-days", "2", "-subj", "/CN=localhost",
+                        "-addext", "subjectAltName=IP:127.0.0.1"], cwd=self.folder, check=True, capture_output=True)
+        gateway = self.start_gateway("--listen-tls-cert", self.path("cert.pem"), "--listen-tls-key", self.path("key.pem"))
+        connection = http.client.HTTPSConnection(
+            "127.0.0.1", gateway.port, timeout=60, context=ssl.create_default_context(cafile=self.path("cert.pem")))
+        self.addCleanup(connection.close)
+        connection.request("POST", "/v1/quality", body=form([("mesh", "part.vtk", self.mesh("part.vtk"))]),
+                           headers={"Content-Type": f"multipart/form-data; boundary={BOUNDARY}"})
+        answer = connection.getresponse()
+        self.assertEqual(answer.status, 200)
+        self.assertIn(b"element_count", answer.read())
 
 
 class Tokens(GatewayTest):
