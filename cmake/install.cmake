@@ -27,6 +27,11 @@ endif()
 if(TARGET meshsmooth)
   install(TARGETS meshsmooth COMPONENT client)
 endif()
+if(TARGET meshsmooth-gateway)
+  install(TARGETS meshsmooth-gateway COMPONENT client)
+  install(FILES client/gateway/meshsmooth-gateway.8 DESTINATION ${CMAKE_INSTALL_MANDIR}/man8
+    COMPONENT client)
+endif()
 
 install(DIRECTORY core/include/ client/library/include/ TYPE INCLUDE COMPONENT libraries
   FILES_MATCHING PATTERN "*.hpp")

@@ -104,7 +104,8 @@ quads, tetrahedra, pyramids, wedges and hexahedra, mixed or not. Nodes move,
 nothing else changes, and a valid mesh stays valid.
 
 This package has the command line client, which computes by itself or on a
-server, with the file formats of VTK, Gmsh and TetGen.")
+server, with the file formats of VTK, Gmsh and TetGen, and meshsmooth-gateway,
+which serves plain HTTP by it.")
 
 set(CPACK_DEBIAN_SERVER_PACKAGE_NAME meshsmooth-server)
 set(CPACK_DEBIAN_SERVER_PACKAGE_SECTION science)

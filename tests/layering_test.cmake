@@ -74,7 +74,7 @@ function(find_circles)
     foreach(line IN LISTS lines)
       string(REGEX REPLACE "^[^\"]*\"([^\"]*)\".*" "\\1" name "${line}")
       foreach(root ${folder} core/src core/include proto server/src server/include client
-          client/library/src client/library/include client/cli client/formats tests tests/bench)
+          client/library/src client/library/include client/cli client/formats client/gateway tests tests/bench)
         if(DEFINED known_${root}/${name})
           list(APPEND needs_${file} ${root}/${name})
           list(APPEND users_${root}/${name} ${file})
@@ -155,10 +155,15 @@ forbid("meshsmooth/client[./]" "the server and the wire do not know the client"
 forbid("meshsmooth/server[./]" "only the command line embeds a server"
   server/ client/cli/ tests/)
 
+forbid("httplib\\.h" "HTTP is one house's alone"
+  client/gateway/ tests/)
+
 # The houses of the client know the mesh; only the command line knows them all.
 keep_below(client/library/ "(formats|generate|bench)/" "the library reads no files")
 keep_below(client/formats/ "(meshsmooth/client|generate/|bench/)" "formats are a library of their own")
 keep_below(client/generate/ "(meshsmooth/client|bench/)" "test meshes need no service")
+keep_below(client/gateway/ "(meshsmooth/(client|server|smoother)|formats/|generate/|mesh_file|wire/|grpc|vtk|bench/)"
+  "the gateway runs the command line client, and links nothing that reads a mesh")
 keep_below(core/src/mesh/ "(smooth|surface)/" "a mesh knows no job")
 keep_below(core/src/surface/ "(smooth|mesh)/" "a surface knows no job")
 

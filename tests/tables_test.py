@@ -22,7 +22,7 @@ class Tables(unittest.TestCase):
                      "client/python/paraview/meshsmooth_plugin.py", "client/python/src/meshsmooth/_methods.py",
                      "client/python/src/meshsmooth/_declared_options.py", "client/python/src/meshsmooth/_tables.py",
                      "client/python/src/meshsmooth/_triangles.py",
-                     "client/cli/job_flags.hpp"):
+                     "client/cli/job_flags.hpp", "client/gateway/openapi.json"):
             (self.root / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(ROOT / name, self.root / name)
 

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "meshsmooth/client.hpp"
+#include "report/encoding.hpp"
 
 namespace meshsmooth::cli {
 namespace {
@@ -53,6 +54,33 @@ std::string error_line(const std::exception& error) {
   std::replace_if(
       line.begin(), line.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
   return line;
+}
+
+std::string error_json(const std::exception& error, ExitCode code) {
+  const auto* ours = dynamic_cast<const Error*>(&error);
+  const auto* service = dynamic_cast<const ServiceError*>(ours);
+  const auto* parser = dynamic_cast<const CLI::ParseError*>(&error);
+  std::string reason = ours != nullptr ? ours->reason() : std::string();
+  if (parser != nullptr) reason = parse_error_reason(*parser);
+  // A call that failed on its way has a status alone.
+  if (reason.empty() && service != nullptr) reason = status_code_name(service->code());
+  std::string details;
+  if (ours != nullptr) {
+    for (const auto& [key, value] : ours->details()) {
+      details += (details.empty() ? "" : ", ") + json_string(key) + ": " + json_string(value);
+    }
+  }
+  return "{\"error\": {\"reason\": " + json_string(reason) +
+         ", \"message\": " + json_string(error.what()) + ", \"hint\": " +
+         json_string(service != nullptr ? with_flags(service->hint()) : std::string()) +
+         ", \"exit_code\": " + std::to_string(static_cast<int>(code)) + ", \"details\": {" +
+         details + "}}}";
+}
+
+std::string parse_error_reason(const CLI::ParseError& error) {
+  const bool value = dynamic_cast<const CLI::ValidationError*>(&error) != nullptr ||
+                     dynamic_cast<const CLI::ConversionError*>(&error) != nullptr;
+  return value ? "OPTION_OUT_OF_RANGE" : "OPTION_MISPLACED";
 }
 
 }  // namespace meshsmooth::cli

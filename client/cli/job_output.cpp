@@ -45,6 +45,11 @@ void add_output_flags(CLI::App& command, JobOutput& job) {
   command.add_option("--report", job.report, "Output file of the whole summary, as JSON");
   command.add_option("--html", job.html, "Output file of an HTML report with an interactive view");
   add_flag(command, flag::timeout, job.timeout_seconds)->check(CLI::Range(1e-3, 1e9));
+  command
+      .add_option("--progress", job.progress,
+                  "Form of the progress on the error output; json: an object in each line")
+      ->check(CLI::IsMember({"text", "json"}))
+      ->capture_default_str();
   command.add_flag("--quiet", job.quiet, "No output but errors");
 }
 
@@ -81,7 +86,10 @@ client::SmoothReport run_call(
     const JobOutput& job, const formats::MeshFile& file, ProgressDisplay::Goal goal,
     const Interrupt& interrupt, client::RequestOptions request,
     const std::function<client::SmoothReport(const client::RequestOptions&)>& call) {
-  ProgressDisplay display(std::cerr, ::isatty(STDERR_FILENO) == 1, goal);
+  using Form = ProgressDisplay::Form;
+  ProgressDisplay display(std::cerr, ::isatty(STDERR_FILENO) == 1, goal,
+                          ProgressDisplay::Clock::now,
+                          job.progress == "json" ? Form::json : Form::text);
   request.stop = interrupt.token();
   if (job.timeout_seconds) request.timeout = to_duration("--timeout", *job.timeout_seconds);
   if (!job.quiet) {

@@ -23,6 +23,7 @@ struct JobOutput {
   std::optional<std::filesystem::path> report;
   std::optional<std::filesystem::path> html;
   std::optional<double> timeout_seconds;
+  std::string progress = "text";
   bool quiet = false;
 };
 

@@ -4,6 +4,8 @@
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
+#include <CLI/Option.hpp>
+#include <CLI/Validators.hpp>
 #include <csignal>
 #include <iostream>
 
@@ -16,8 +18,12 @@ namespace {
 
 using namespace meshsmooth::cli;
 
-int report(const std::exception& error, ExitCode code) {
-  std::cerr << "meshsmooth: " << error_line(error) << std::endl;
+int report(const std::exception& error, ExitCode code, const std::string& form) {
+  if (form == "json") {
+    std::cerr << error_json(error, code) << std::endl;
+  } else {
+    std::cerr << "meshsmooth: " << error_line(error) << std::endl;
+  }
   return static_cast<int>(code);
 }
 
@@ -43,6 +49,11 @@ int main(int argc, char** argv) {
       "files "
       "that differ in more than coordinates.");
   app.set_version_flag("--version", "meshsmooth " MESHSMOOTH_VERSION);
+  std::string errors = "text";
+  app.add_option("--errors", errors,
+                 "Form of an error on the error output; json: an object in one line")
+      ->check(CLI::IsMember({"text", "json"}))
+      ->capture_default_str();
   app.require_subcommand(1);
   Action action;
   add_smooth_command(app, action);
@@ -63,7 +74,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::Success& help) {
     return app.exit(help);
   } catch (const CLI::ParseError& error) {
-    return report(error, ExitCode::usage);
+    return report(error, ExitCode::usage, errors);
   }
   try {
     const ExitCode code = action();
@@ -72,6 +83,6 @@ int main(int argc, char** argv) {
     }
     return static_cast<int>(code);
   } catch (const std::exception& error) {
-    return report(error, exit_code_of(error));
+    return report(error, exit_code_of(error), errors);
   }
 }

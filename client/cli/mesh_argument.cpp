@@ -4,8 +4,10 @@
 #include <CLI/Validators.hpp>
 #include <algorithm>
 #include <iostream>
+#include <optional>
 
 #include "file_bytes.hpp"
+#include "self_contained.hpp"
 
 namespace meshsmooth::cli {
 namespace {
@@ -42,6 +44,8 @@ void add_input_mesh(CLI::App& command, MeshArgument& input, const std::string& n
                   "Format of " + name +
                       ", and of other mesh files whose names do not tell theirs [by extension]")
       ->check(format_names(formats::readable_extensions()));
+  command.add_flag("--self-contained", input.self_contained,
+                   "Refusal of mesh files that refer to other files, for files of strangers");
 }
 
 void add_output_format(CLI::App& command, std::string& format) {
@@ -54,7 +58,7 @@ void add_output_format(CLI::App& command, std::string& format) {
 MeshArgument beside(const std::filesystem::path& path, const MeshArgument& input) {
   const std::string own = formats::find_format_name(path);
   const bool same = own.empty() || own == formats::find_format_name(input.path);
-  return {path, same ? input.format : std::string()};
+  return {path, same ? input.format : std::string(), input.self_contained};
 }
 
 MeshArgument output_beside(const MeshArgument& output, const MeshArgument& input) {
@@ -67,6 +71,8 @@ std::filesystem::path source_of(const MeshArgument& input) {
 }
 
 formats::MeshFile read_mesh(const MeshArgument& input) {
+  std::optional<formats::SelfContainedReading> scope;
+  if (input.self_contained) scope.emplace(input.path);
   return formats::read_mesh_file(input.path, input.format);
 }
 

@@ -13,7 +13,8 @@ namespace meshsmooth::cli {
 /// A mesh file on the command line: "-" is standard input or output.
 struct MeshArgument {
   std::filesystem::path path;
-  std::string format;  // ".inp", as --format names it; empty: the path tells
+  std::string format;           // ".inp", as --format names it; empty: the path tells
+  bool self_contained = false;  // refused if it refers to other files
 };
 
 /// Adds the mesh file that a command reads, and --format.

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "report/encoding.hpp"
+
 namespace meshsmooth::cli {
 namespace {
 
@@ -31,7 +33,9 @@ void ProgressDisplay::show(const client::JobProgress& progress) {
   const Clock::time_point now = now_();
   follow(progress, now);
   const std::string phase = phase_of(progress);
-  if (terminal_) {
+  if (form_ == Form::json) {
+    out_ << to_json(progress) << std::endl;
+  } else if (terminal_) {
     out_ << "\r\x1b[K" << describe(progress) << std::flush;
   } else if (phase != phase_ || !last_line_ || now - *last_line_ >= std::chrono::seconds(1)) {
     out_ << describe(progress) << std::endl;
@@ -71,6 +75,15 @@ std::string ProgressDisplay::describe(const client::JobProgress& progress) const
                       progress.iteration, progress.max_displacement);
   if (iterations_per_second_ > 0) line += fmt::format(", {:.3g}/s", iterations_per_second_);
   return line;
+}
+
+std::string ProgressDisplay::to_json(const client::JobProgress& progress) const {
+  return fmt::format(
+      "{{\"progress\": {{\"state\": {}, \"stage\": {}, \"queue_position\": {}, "
+      "\"iteration\": {}, \"max_displacement\": {}, \"share_done\": {}}}}}",
+      json_string(client::job_state_name(progress.state)), json_string(progress.stage),
+      progress.queue_position, progress.iteration, json_number(progress.max_displacement),
+      json_number(share_done_));
 }
 
 std::string ProgressDisplay::bar() const {

@@ -23,9 +23,16 @@ class ProgressDisplay {
     double tolerance = 0;
   };
 
+  /// For people: as above; for programs: each report as a JSON object in a line.
+  enum class Form { text, json };
+
   ProgressDisplay(std::ostream& out, bool terminal, Goal goal,
-                  std::function<Clock::time_point()> now = Clock::now)
-      : out_(out), terminal_(terminal), goal_(goal), now_(std::move(now)) {}
+                  std::function<Clock::time_point()> now = Clock::now, Form form = Form::text)
+      : out_(out),
+        terminal_(terminal && form == Form::text),
+        form_(form),
+        goal_(goal),
+        now_(std::move(now)) {}
 
   void show(const client::JobProgress& progress);
   /// Wipes the line off the terminal.
@@ -33,11 +40,13 @@ class ProgressDisplay {
 
  private:
   [[nodiscard]] std::string describe(const client::JobProgress& progress) const;
+  [[nodiscard]] std::string to_json(const client::JobProgress& progress) const;
   [[nodiscard]] std::string bar() const;
   void follow(const client::JobProgress& progress, Clock::time_point now);
 
   std::ostream& out_;
   bool terminal_;
+  Form form_;
   Goal goal_;
   std::function<Clock::time_point()> now_;
   std::string phase_;  // what the last line was about

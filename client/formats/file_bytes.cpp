@@ -10,6 +10,7 @@
 #include <cstring>
 
 #include "gzip.hpp"
+#include "self_contained.hpp"
 #include "text.hpp"
 
 namespace meshsmooth::formats {
@@ -78,6 +79,7 @@ void FileDescriptor::close(const path& file) {
 }
 
 FileDescriptor open_to_read(const path& file) {
+  check_allowed(file);
   if (file == kStandardStream) return FileDescriptor(STDIN_FILENO, false);
   std::error_code error;
   if (std::filesystem::is_directory(file, error)) {

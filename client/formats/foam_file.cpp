@@ -10,6 +10,7 @@
 #include "foam_patches.hpp"
 #include "foam_reader.hpp"
 #include "readers.hpp"
+#include "self_contained.hpp"
 #include "text.hpp"
 
 namespace meshsmooth::formats {
@@ -236,6 +237,7 @@ path poly_mesh_folder(const path& given) {
 }
 
 MeshFile read_foam(const path& file) {
+  check_reference(file, "constant/polyMesh/points");
   const path folder = poly_mesh_folder(file);
   std::error_code error;
   if (!std::filesystem::is_directory(folder, error)) {

@@ -64,6 +64,21 @@ herr_t add_name(hid_t, const char* name, const H5L_info_t*, void* names) {
   return 0;
 }
 
+bool has_own_data(hid_t dataset) {
+  const Handle creation(H5Dget_create_plist(dataset), H5Pclose);
+  return creation >= 0 && H5Pget_layout(creation) != H5D_VIRTUAL &&
+         H5Pget_external_count(creation) == 0;
+}
+
+/// Stops at a link that leads to another file, or to a dataset that does.
+herr_t find_other_file(hid_t group, const char* name, const H5L_info_t* link, void*) {
+  if (link->type == H5L_TYPE_SOFT) return 0;  // to what has a link of its own
+  if (link->type != H5L_TYPE_HARD) return 1;
+  const Handle object(H5Oopen(group, name, H5P_DEFAULT), H5Oclose);
+  if (object < 0) return -1;
+  return H5Iget_type(object) == H5I_DATASET && !has_own_data(object) ? 1 : 0;
+}
+
 /// HDF5 tries again at the program's end to write what a full disk did not take, and crashes. All
 /// files are closed here, with their errors heard.
 [[maybe_unused]] const herr_t kWithoutExitHandler = H5dont_atexit();
@@ -124,11 +139,7 @@ class Hdf5File::Impl {
   [[nodiscard]] Handle open_dataset(const std::string& name) const {
     Handle dataset = open(name);
     if (H5Iget_type(dataset) != H5I_DATASET) fail("\"" + name + "\" is no dataset");
-    const Handle creation(H5Dget_create_plist(dataset), H5Pclose);
-    if (creation < 0) fail_by_cause("cannot open the dataset \"" + name + "\"");
-    if (H5Pget_layout(creation) == H5D_VIRTUAL || H5Pget_external_count(creation) != 0) {
-      fail("the data of \"" + name + "\" are in another file");
-    }
+    if (!has_own_data(dataset)) fail("the data of \"" + name + "\" are in another file");
     return dataset;
   }
   [[nodiscard]] Handle type_of(const Handle& dataset, const std::string& name) const {
@@ -207,6 +218,13 @@ std::vector<std::string> Hdf5File::children(const std::string& group) const {
   }
   std::ranges::sort(names);
   return names;
+}
+
+void Hdf5File::check_own_data() const {
+  const Handle root = impl_->open("/");
+  const herr_t found = H5Lvisit(root, H5_INDEX_NAME, H5_ITER_NATIVE, find_other_file, nullptr);
+  if (found < 0) impl_->fail_by_cause("cannot list its objects");
+  if (found > 0) impl_->fail("some of its data are in another file");
 }
 
 std::vector<double> Hdf5File::reals(const std::string& dataset) const {

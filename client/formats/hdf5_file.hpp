@@ -25,6 +25,10 @@ class Hdf5File {
   Hdf5File(const Hdf5File&) = delete;
   Hdf5File& operator=(const Hdf5File&) = delete;
 
+  /// Fails where any object of the file has its data in another file: for files that another
+  /// library reads then.
+  void check_own_data() const;
+
   [[nodiscard]] bool has(const std::string& object) const;
   /// The names in a group, ascending.
   [[nodiscard]] std::vector<std::string> children(const std::string& group) const;

@@ -8,6 +8,7 @@
 #include "content.hpp"
 #include "file_bytes.hpp"
 #include "gzip.hpp"
+#include "self_contained.hpp"
 #include "temporary_folder.hpp"
 #include "text.hpp"
 
@@ -44,6 +45,7 @@ MeshFile read_staged(const path& file, const Format& format) {
     if (bytes.empty()) fail("FILE_TRUNCATED", file, "the file is empty");
     write_bytes(copy, bytes);
   }
+  allow_copy(copy);
   const std::string name = file == kStandardStream ? "standard input" : file.string();
   try {
     MeshFile result = format.read(copy);

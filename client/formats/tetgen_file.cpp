@@ -8,6 +8,7 @@
 #include "node_orders.hpp"
 #include "notes.hpp"
 #include "readers.hpp"
+#include "self_contained.hpp"
 #include "text.hpp"
 
 namespace meshsmooth::formats {
@@ -62,6 +63,7 @@ path of_pair(const path& file, const char* extension) {
     fail("FORMAT_UNKNOWN", file, "TetGen's files are told apart by their names, .node and .ele");
   }
   path found = with_extension(file, extension);
+  check_reference(file, found.filename().string());
   const path folder = file.has_parent_path() ? file.parent_path() : path(".");
   std::error_code error;
   if (std::filesystem::exists(found, error)) return found;

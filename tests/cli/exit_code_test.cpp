@@ -66,5 +66,21 @@ TEST(TextFile, ReplacesAFileAndLeavesNothingElse) {
   EXPECT_TRUE(std::filesystem::is_empty(folder));
 }
 
+TEST(ErrorJson, HasAllThatAProgramActsOn) {
+  EXPECT_EQ(error_json(ServiceError(StatusCode::invalid_argument, "REPEATED_NODE", "element \"7\"",
+                                    {{"element", "7"}}, "see Credentials::tls_ca"),
+                       ExitCode::bad_mesh),
+            "{\"error\": {\"reason\": \"REPEATED_NODE\", \"message\": \"element \\u00227\\u0022\", "
+            "\"hint\": \"see --tls-ca\", \"exit_code\": 3, \"details\": {\"element\": \"7\"}}}");
+}
+
+TEST(ErrorJson, HasAReasonForWhatTheParserRefusesAndAStatusForWhatHasNone) {
+  EXPECT_EQ(parse_error_reason(CLI::ValidationError("--goal", "no")), "OPTION_OUT_OF_RANGE");
+  EXPECT_EQ(parse_error_reason(CLI::ExtrasError({"--no"})), "OPTION_MISPLACED");
+  EXPECT_NE(error_json(ServiceError(StatusCode::unavailable, "", "gone", {}, ""), ExitCode::refused)
+                .find("\"reason\": \"UNAVAILABLE\""),
+            std::string::npos);
+}
+
 }  // namespace
 }  // namespace meshsmooth::cli

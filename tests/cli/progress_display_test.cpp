@@ -88,5 +88,20 @@ TEST_F(ProgressDisplayTest, StaysSilentWithoutProgress) {
   EXPECT_EQ(out_.str(), "");
 }
 
+TEST_F(ProgressDisplayTest, GivesProgramsEachReportAsAnObjectInALine) {
+  ProgressDisplay display(
+      out_, true, {.max_iterations = 10, .tolerance = 0}, [this] { return now_; },
+      ProgressDisplay::Form::json);
+  display.show({.state = JobState::queued, .queue_position = 3, .stage = ""});
+  display.show(iterate(5, 0.25));
+  display.finish();
+  EXPECT_EQ(out_.str(),
+            "{\"progress\": {\"state\": \"queued\", \"stage\": \"\", \"queue_position\": 3, "
+            "\"iteration\": 0, \"max_displacement\": 0, \"share_done\": 0}}\n"
+            "{\"progress\": {\"state\": \"running\", \"stage\": \"iterate\", "
+            "\"queue_position\": 0, \"iteration\": 5, \"max_displacement\": 0.25, "
+            "\"share_done\": 0.5}}\n");
+}
+
 }  // namespace
 }  // namespace meshsmooth::cli

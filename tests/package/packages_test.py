@@ -14,7 +14,7 @@ BUILD = Path(os.environ["MESHSMOOTH_BUILD"])
 HAS_CUDA = (BUILD / "core/CMakeFiles/meshsmooth_cuda_optimize.dir").exists()
 HELD = {
     "meshsmooth": [
-        "usr/bin/meshsmooth", "usr/share/man/man1/meshsmooth-smooth.1.gz",
+        "usr/bin/meshsmooth", "usr/bin/meshsmooth-gateway", "usr/share/man/man1/meshsmooth-smooth.1.gz",
         "usr/share/bash-completion/completions/meshsmooth",
         "usr/share/zsh/vendor-completions/_meshsmooth",
         "usr/share/fish/vendor_completions.d/meshsmooth.fish"],

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cctype>
 
+#include "self_contained.hpp"
+
 namespace meshsmooth::formats {
 namespace {
 
@@ -153,6 +155,7 @@ bool DeckReader::next() {
 
 path DeckReader::find_included(const std::string& name) const {
   if (name.empty()) refuse("INPUT=, the name of a file", line_);
+  check_reference(files_.front(), name);
   std::error_code error;
   std::string slashes = name;  // of a deck that was written on Windows
   std::ranges::replace(slashes, '\\', '/');

@@ -65,7 +65,9 @@ MeshFile read_exodus(const path& path) {
   content.text = read_bytes(path);
   if (content.text.starts_with("\x89HDF")) {
     // netCDF lists the variables in a way that crashes HDF5 1.10 where the list is damaged.
-    (void)Hdf5File(path, content.text).children("/");
+    const Hdf5File objects(path, content.text);
+    (void)objects.children("/");
+    objects.check_own_data();  // netCDF would follow
   }
   check_classic_header(path, content.text);
   const NetcdfFile file(path, NetcdfFile::Access::read);

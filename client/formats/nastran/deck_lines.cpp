@@ -5,6 +5,7 @@
 #include <cstring>
 #include <unordered_map>
 
+#include "self_contained.hpp"
 #include "text.hpp"
 
 namespace meshsmooth::formats {
@@ -185,6 +186,7 @@ void NastranLines::include(std::size_t begin, std::string_view rest) {
 }
 
 path NastranLines::find_included(const std::string& name, std::uint32_t line) {
+  check_reference(files_.front(), name);
   const std::uint32_t own = readings_.back().file;
   std::string slashes = name;
   std::ranges::replace(slashes, '\\', '/');

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "self_contained.hpp"
 #include "text.hpp"
 
 namespace meshsmooth::formats {
@@ -228,6 +229,7 @@ XdmfData::Reference XdmfData::reference(const XmlElement& item) const {
 XdmfData::Open& XdmfData::open(const std::string& file) {
   Open& entry = files_[file];
   if (entry.file) return entry;
+  check_reference(path_, file);
   const std::filesystem::path path = path_.parent_path() / file;
   std::error_code error;
   if (!std::filesystem::exists(path, error)) {

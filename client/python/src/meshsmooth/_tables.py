@@ -49,6 +49,7 @@ ERRORS_BY_REASON: dict[str, type[errors.Error]] = {
     "ELEMENT_NOT_SUPPORTED": errors.InvalidMesh,
     "FORMAT_ERROR": errors.InvalidMesh,
     "FILE_TRUNCATED": errors.InvalidMesh,
+    "REFERENCE_REFUSED": errors.InvalidMesh,
 }
 ERRORS_BY_STATUS: dict[str, type[errors.Error]] = {
     "CANCELLED": errors.Cancelled,
