@@ -58,6 +58,8 @@ def method_parameters(motion):
         if (method == "move") != motion:
             continue
         for name, field in of["fields"].items():
+            if field.get("by_call"):  # answered by no file
+                continue
             if name not in found:
                 found[name] = (field, [])
             found[name][1].append(method.replace("_", "-"))

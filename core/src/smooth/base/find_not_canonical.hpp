@@ -128,6 +128,45 @@ struct NotCanonicalRule {
   return node_count * 2 * static_cast<std::int64_t>(sizeof(float));
 }
 
+/// An element's volume.
+template <class Real>
+struct OwnVolume {
+  NotCanonicalRule<Real> rule;
+
+  MESHSMOOTH_HD double operator()(const ElementView& element) const {
+    return rule.volume_of(element);
+  }
+};
+
+/// The sum of what an element's nodes have for each of their elements.
+struct PartsOfNodes {
+  const float* volumes;
+  Rows<ElementId> balls;
+
+  MESHSMOOTH_HD double operator()(const ElementView& element) const {
+    double sum = 0;
+    for (int n = 0; n < element.shape->node_count; ++n) {
+      const auto node = static_cast<std::size_t>(element.nodes[n]);
+      sum += volumes[node] / static_cast<double>(balls.size(node));
+    }
+    return sum;
+  }
+};
+
+/// Gives each node an equal share of what `volume` says of each of its elements.
+template <Executor E, class Volume>
+void share_among_nodes(E& executor, Elements elements, Rows<ElementId> balls, Volume volume,
+                       float* to, std::size_t node_count) {
+  executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) {
+    double sum = 0;
+    for (const ElementId* e = balls.begin(node); e != balls.end(node); ++e) {
+      const ElementView element = elements[*e];
+      sum += volume(element) / element.shape->node_count;
+    }
+    to[node] = static_cast<float>(sum);
+  });
+}
+
 /// Whether elements enclose a negative volume somewhere. Each node gets an equal share of its
 /// elements' volumes, which is spread to nodes nearby: this changes no sum over a component, so
 /// where a component is mirrored some node is left with less than 0. Where a valid numbering is
@@ -139,32 +178,13 @@ template <Executor E, class Real>
 [[nodiscard]] bool encloses_negative_volume(E& executor, const NotCanonicalRule<Real>& rule,
                                             std::size_t node_count) {
   constexpr int kRounds = 4;
-  const Elements elements = rule.elements;
-  const Rows<ElementId> balls = rule.balls;
   auto volumes = executor.template allocate<float>(node_count);
   auto spread = executor.template allocate<float>(node_count);
-  const auto gather = [&](float* to, const auto& share) {
-    executor.for_each(node_count, [=] MESHSMOOTH_HD(std::size_t node) {
-      double sum = 0;
-      for (const ElementId* e = balls.begin(node); e != balls.end(node); ++e) {
-        const ElementView element = elements[*e];
-        sum += share(element) / element.shape->node_count;
-      }
-      to[node] = static_cast<float>(sum);
-    });
-  };
-  gather(volumes.data(),
-         [=] MESHSMOOTH_HD(const ElementView& element) { return rule.volume_of(element); });
+  share_among_nodes(executor, rule.elements, rule.balls, OwnVolume<Real>{rule}, volumes.data(),
+                    node_count);
   for (int round = 0; round < kRounds; ++round) {
-    const float* const from = volumes.data();
-    gather(spread.data(), [=] MESHSMOOTH_HD(const ElementView& element) {
-      double sum = 0;
-      for (int n = 0; n < element.shape->node_count; ++n) {
-        const auto node = static_cast<std::size_t>(element.nodes[n]);
-        sum += from[node] / static_cast<double>(balls.size(node));
-      }
-      return sum;
-    });
+    share_among_nodes(executor, rule.elements, rule.balls, PartsOfNodes{volumes.data(), rule.balls},
+                      spread.data(), node_count);
     std::swap(volumes, spread);
   }
   const float* const left = volumes.data();
