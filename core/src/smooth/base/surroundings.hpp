@@ -28,7 +28,7 @@ struct Surroundings {
   [[nodiscard]] MESHSMOOTH_HD Vec3d reference_of(std::size_t element) const {
     return references == nullptr ? reference : unpack_direction(references[element]);
   }
-  [[nodiscard]] bool surface() const {
+  [[nodiscard]] MESHSMOOTH_HD bool surface() const {
     return references != nullptr || dot(reference, reference) > 0;
   }
 };
