@@ -65,6 +65,7 @@ TEST(SmoothOptions, HaveAFlagForEveryFieldOfEveryMethod) {
   for_each_method([&]<class M>(const M&) {
     const CLI::App& command = std::is_same_v<M, Move> ? moving : app;
     for_each_field<M>([&](const auto& field) {
+      if (field.flag.empty()) return;  // chosen by the call, which files have no place for
       EXPECT_NE(command.get_option_no_throw(std::string(field.flag)), nullptr) << field.flag;
     });
   });

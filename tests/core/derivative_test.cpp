@@ -8,123 +8,17 @@
 
 #include "core/smoothing.hpp"
 #include "meshsmooth/error.hpp"
+#include "support/derivatives.hpp"
 #include "support/second_order.hpp"
 #include "support/tilted.hpp"
 
 namespace meshsmooth {
 namespace {
 
+using namespace test::derivatives;  // NOLINT(google-build-using-namespace)
 using test::jittered_unit_lattice;
 using test::points;
 using test::tilted;
-
-using Vectors = std::vector<Vec3d>;
-
-Vectors random_vectors(std::size_t count, unsigned seed) {
-  std::mt19937 engine(seed);
-  const auto number = [&] { return static_cast<double>(engine()) / 2147483648.0 - 1; };
-  Vectors vectors(count);
-  for (Vec3d& v : vectors) v = {number(), number(), number()};
-  return vectors;
-}
-
-double product(const Vectors& a, const Vectors& b) {
-  double sum = 0;
-  for (std::size_t n = 0; n < a.size(); ++n) sum += dot(a[n], b[n]);
-  return sum;
-}
-double length(const Vectors& a) { return std::sqrt(product(a, a)); }
-
-double largest_difference(const Vectors& a, const Vectors& b) {
-  double largest = 0;
-  for (std::size_t n = 0; n < a.size(); ++n) largest = std::max(largest, norm(a[n] - b[n]));
-  return largest;
-}
-
-/// A reference, the nodes that are prescribed, and what its boundary does.
-struct Case {
-  std::string name;
-  Mesh reference;
-  std::vector<NodeId> nodes;
-  BoundaryPolicy boundary = BoundaryPolicy::fixed;
-};
-
-struct Derivatives {
-  Vectors vectors;  // of all nodes
-  SmoothSummary summary;
-};
-
-SmoothOptions options_of(const Case& of, Derivative derivative) {
-  return {.method = Move{.derivative = derivative}, .boundary = of.boundary};
-}
-
-Derivatives run(const Case& of, const SmoothOptions& options, const JobInput& input,
-                int threads = 2) {
-  Derivatives result{Vectors(of.reference.node_count()), {}};
-  const MeshTopology topology(of.reference);
-  JobPositions arrays(of.reference.positions_view(), std::span(result.vectors));
-  arrays.input = input;
-  result.summary = make_smoother("cpu", threads)->smooth(topology.view(), arrays, options, {});
-  return result;
-}
-
-Derivatives tangent(const Case& of, const Vectors& u, int threads = 2) {
-  return run(of, options_of(of, Derivative::tangent),
-             {.prescribed = {of.nodes, std::span<const Vec3d>(u)}}, threads);
-}
-Derivatives cotangent(const Case& of, const Vectors& w, int threads = 2) {
-  return run(of, options_of(of, Derivative::cotangent),
-             {.prescribed = {of.nodes, {}}, .cotangent = std::span<const Vec3d>(w)}, threads);
-}
-
-Vectors at(const std::vector<NodeId>& nodes, const Vectors& vectors) {
-  Vectors chosen;
-  for (const NodeId node : nodes) chosen.push_back(vectors[static_cast<std::size_t>(node)]);
-  return chosen;
-}
-
-/// The nodes that a condition chooses.
-template <class Chooses>
-std::vector<NodeId> nodes_where(const Mesh& mesh, const Chooses& chooses) {
-  std::vector<NodeId> nodes;
-  for (std::size_t n = 0; n < mesh.node_count(); ++n) {
-    if (chooses(points(mesh)[n])) nodes.push_back(static_cast<NodeId>(n));
-  }
-  return nodes;
-}
-
-Case whole_boundary(const std::string& name, Mesh mesh) {
-  Case result{name, std::move(mesh), {}};
-  result.nodes = find_boundary_nodes(MeshTopology(result.reference).view());
-  return result;
-}
-/// The lower side of a unit cube or square is prescribed.
-Case one_side(const std::string& name, Mesh mesh, BoundaryPolicy boundary) {
-  Case result{name, std::move(mesh), {}, boundary};
-  const bool flat = element_shape(result.reference.blocks.front().type).dimension == 2;
-  result.nodes = nodes_where(result.reference, [&](Vec3d p) { return (flat ? p.y : p.z) < 1e-9; });
-  return result;
-}
-
-void expect_transposes(const Case& of) {
-  SCOPED_TRACE(of.name);
-  const Vectors u = random_vectors(of.nodes.size(), 1);
-  const Vectors w = random_vectors(of.reference.node_count(), 2);
-  const Derivatives forward = tangent(of, u);
-  const Derivatives reverse = cotangent(of, w);
-  const double of_forward = product(forward.vectors, w);
-  const double of_reverse = product(u, at(of.nodes, reverse.vectors));
-  EXPECT_NEAR(of_forward, of_reverse, 1e-12 * length(forward.vectors) * length(w));
-  EXPECT_NEAR(of_forward, of_reverse, 1e-12 * std::abs(of_forward));
-  for (const Derivatives* result : {&forward, &reverse}) {
-    EXPECT_LE(result->summary.motion.value().linear_residual, 1e-13);
-    EXPECT_EQ(result->summary.motion->reached, 1);
-  }
-  Vectors others = reverse.vectors;
-  for (const NodeId node : of.nodes) others[static_cast<std::size_t>(node)] = {0, 0, 0};
-  EXPECT_EQ(length(others), 0);
-  EXPECT_EQ(at(of.nodes, forward.vectors), u);
-}
 
 TEST(Derivative, TangentsAndCotangentsAreTransposesForEveryElement) {
   for (const ElementType type : kLinearTypes) {
@@ -236,8 +130,8 @@ TEST(Derivative, HaveTheSameBitsWithAnyNumberOfThreads) {
       one_side("cube", jittered_unit_lattice(ElementType::tetrahedron, 9), BoundaryPolicy::slide);
   const Vectors u = random_vectors(of.nodes.size(), 3);
   const Vectors w = random_vectors(of.reference.node_count(), 4);
-  EXPECT_EQ(tangent(of, u, 1).vectors, tangent(of, u, 4).vectors);
-  EXPECT_EQ(cotangent(of, w, 1).vectors, cotangent(of, w, 4).vectors);
+  EXPECT_EQ(tangent(of, u, {"cpu", 1}).vectors, tangent(of, u, {"cpu", 4}).vectors);
+  EXPECT_EQ(cotangent(of, w, {"cpu", 1}).vectors, cotangent(of, w, {"cpu", 4}).vectors);
 }
 
 /// By multigrid: the same solution in few iterations.

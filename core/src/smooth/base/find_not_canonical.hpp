@@ -8,6 +8,7 @@
 #include "mesh/same_direction.hpp"
 #include "meshsmooth/element_geometry.hpp"
 #include "smooth/base/job_mesh.hpp"
+#include "smooth/base/mesh_counts.hpp"
 
 namespace meshsmooth::detail {
 
@@ -21,15 +22,16 @@ struct NotCanonicalRule {
   // Balls longer than this are left to the host, which sorts: a search there is quadratic.
   static constexpr std::size_t kLongBall = 512;
   // Elements around an inverted one whose volumes are summed.
-  static constexpr int kMostAround = 32;
+  static constexpr int kMostAround = 8;
 
   enum Answer : std::int32_t { canonical, in_doubt, not_canonical };
 
   Elements elements;
   Rows<ElementId> balls;
   const Vec3<Real>* positions;
-  Vec3d reference;  // of plane elements; zero otherwise
-  bool curved;      // a curved surface
+  Vec3d reference;                 // of plane elements; zero otherwise
+  bool curved;                     // a curved surface
+  bool encloses_positive = false;  // each part of the mesh is known to
 
   [[nodiscard]] MESHSMOOTH_HD double volume_of(const ElementView& element) const {
     const auto get = [&](int n) { return vec3_cast<double>(positions[element.nodes[n]]); };
@@ -90,7 +92,7 @@ struct NotCanonicalRule {
       ++neighbour_count;
       if (!curved && inverted(elements[beyond.element])) ++inverted_count;
     }
-    if (curved || 2 * inverted_count < neighbour_count) return canonical;
+    if (curved || encloses_positive || 2 * inverted_count < neighbour_count) return canonical;
     return element.shape->dimension == 2 ? not_canonical : look_around(e);
   }
 
@@ -99,7 +101,7 @@ struct NotCanonicalRule {
   [[nodiscard]] MESHSMOOTH_HD Answer look_around(std::size_t e) const {
     ElementId around[kMostAround];
     around[0] = static_cast<ElementId>(e);
-    int count = 1, next_look = 8;
+    int count = 1;
     double volume = volume_of(elements[e]);
     for (int next = 0; next < count; ++next) {
       const int facet_count = elements[around[next]].shape->facet_count;
@@ -113,19 +115,16 @@ struct NotCanonicalRule {
         if (known) continue;
         around[count++] = found;
         volume += volume_of(elements[found]);
-        if (count < next_look) continue;
-        if (volume >= 0) return canonical;
-        if (count == kMostAround) return in_doubt;
-        next_look *= 2;
+        if (count == kMostAround) return volume < 0 ? in_doubt : canonical;
       }
     }
     return volume < 0 ? not_canonical : canonical;
   }
 };
 
-/// Bytes that `encloses_negative_volume` holds while it runs.
-[[nodiscard]] inline std::int64_t enclosed_volume_bytes(std::int64_t node_count) {
-  return node_count * 2 * static_cast<std::int64_t>(sizeof(float));
+/// Bytes that `encloses_negative_volume` holds while it runs: on volume meshes.
+[[nodiscard]] inline std::int64_t enclosed_volume_bytes(const MeshCounts& mesh) {
+  return mesh.dimension == 3 ? mesh.nodes * 2 * static_cast<std::int64_t>(sizeof(float)) : 0;
 }
 
 /// An element's volume.
@@ -203,14 +202,13 @@ template <Executor E, class Real, class Orientation>
                                         const Orientation& orientation) {
   if (job.balls.offsets.data() == nullptr) return true;  // the backend has no use for them
   using Rule = NotCanonicalRule<Real>;
-  const Rule rule{job.elements.view, job.balls.view(), job.positions.data(), orientation.common(),
-                  orientation.references() != nullptr};
+  Rule rule{job.elements.view, job.balls.view(), job.positions.data(), orientation.common(),
+            orientation.references() != nullptr};
   // In parts, each larger than the one before: where elements are mirrored many are, of which the
   // first few tell.
   constexpr std::size_t kFirstPart = 64;
   constexpr std::int64_t kMany = std::int64_t{1} << 32;  // more than there are in doubt
   const std::size_t count = job.elements.view.count;
-  bool positive = false;
   for (std::size_t first = 0, part = kFirstPart; first < count; first += part, part *= 8) {
     const std::int64_t found = executor.reduce(
         std::min(part, count - first), std::int64_t{0},
@@ -220,9 +218,9 @@ template <Executor E, class Real, class Orientation>
         },
         Plus{});
     if (found >= kMany) return true;
-    if (found == 0 || positive) continue;
+    if (found == 0) continue;
     if (encloses_negative_volume(executor, rule, job.node_count)) return true;
-    positive = true;
+    rule.encloses_positive = true;
   }
   return false;
 }

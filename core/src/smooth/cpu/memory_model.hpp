@@ -60,7 +60,7 @@ namespace meshsmooth::detail {
   memory[S::find_coincident] = prepared + finding_coincident_bytes(mesh, plan.options);
   memory[S::find_reference] = prepared;
   memory[S::constrain] = oriented + constraining_bytes(mesh, plan);
-  memory[S::measure_input] = oriented + enclosed_volume_bytes(n);
+  memory[S::measure_input] = oriented + enclosed_volume_bytes(mesh);
   memory[S::find_boxes] = oriented + finding_boxes_bytes(mesh, plan);
   memory[S::find_anchors] = oriented;
   memory[S::fix_outside] = oriented + only_below_bytes(mesh, plan.options);

@@ -94,7 +94,7 @@ namespace meshsmooth::detail {
   memory[S::find_coincident] = held + finding_coincident_bytes(mesh, plan.options);
   memory[S::find_reference] = held + (plan.has_reference() ? padded_bytes(mesh) : 0);
   memory[S::constrain] = oriented + constraining_bytes(mesh, plan) + regions + mask;
-  memory[S::measure_input] = oriented + evaluating + enclosed_volume_bytes(n);
+  memory[S::measure_input] = oriented + evaluating + enclosed_volume_bytes(mesh);
   memory[S::find_boxes] = oriented + finding_boxes_bytes(mesh, plan);
   memory[S::find_anchors] = oriented;
   memory[S::fix_outside] = oriented + only_below_bytes(mesh, plan.options);
