@@ -11,6 +11,7 @@ import subprocess
 import sys
 from typing import Any
 
+import numpy as np
 import pytest
 
 import meshsmooth
@@ -18,7 +19,7 @@ import meshsmooth
 FOLDER = pathlib.Path(__file__).resolve().parents[3] / "examples" / "python"
 OPENFOAM = FOLDER.parent / "openfoam"
 RECIPES = sorted(FOLDER.glob("*.py"))
-MOST_LINES = 40
+MOST_LINES = 45
 HANGS_AFTER = 300  # seconds
 
 
@@ -54,6 +55,22 @@ def test_recipe(recipe: pathlib.Path, server: str, tmp_path: pathlib.Path) -> No
     assert ended.returncode == 0, ended.stderr
     assert ended.stdout.strip(), "a recipe prints what it has done"
     check_files(text, tmp_path)
+
+
+def test_bar_in_torsion_becomes_round(server: str, tmp_path: pathlib.Path) -> None:
+    ended = subprocess.run(
+        [sys.executable, FOLDER / "torsion.py"],
+        cwd=tmp_path,
+        env=environment(),
+        capture_output=True,
+        text=True,
+        timeout=HANGS_AFTER,
+        check=True,
+    )
+    values = [float(found) for found in re.findall(r"step \d: ([\d.]+)", ended.stdout)]
+    assert values[0] < 0.13
+    assert values == sorted(values)
+    assert values[-1] > 0.995 / (2 * np.pi)  # the mesh's polygon is not quite round
 
 
 def check_files(text: str, folder: pathlib.Path) -> None:
