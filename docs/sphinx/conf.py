@@ -20,7 +20,7 @@ napoleon_numpy_docstring = False
 napoleon_use_ivar = True
 napoleon_custom_sections = [("Options", "params_style")]
 autodoc_member_order = "bysource"
-autodoc_mock_imports = ["pyvista"]  # which need not be installed
+autodoc_mock_imports = ["jax", "pyvista", "torch"]  # which need not be installed
 autodoc_typehints = "none"
 autodoc_inherit_docstrings = False
 

@@ -29,6 +29,7 @@ def test_every_public_name_is_in_the_reference(tmp_path: pathlib.Path) -> None:
     missing = [name for name in ms.__all__ if name != "gmsh" and name not in described]
     assert not missing
     assert {"Client.smooth_many", "AsyncClient.map", "Session.move", "gmsh.move"} <= described
+    assert {"torch.move", "torch.predict", "jax.move", "jax.predict"} <= described
     text = html.unescape(re.sub(r"<[^>]+>", "", page))
     for name in ms.JobOptions.__annotations__:  # as a parameter with its meaning
         assert re.search(rf"{name} \(", text), name

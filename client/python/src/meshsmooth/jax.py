@@ -1,8 +1,8 @@
 """Motions of a session as functions of JAX, for shape optimization and training.
 
     from meshsmooth import jax as ms_jax
-    with ms.Client().session(mesh, boundary="slide") as session:
-        gradient = jax.grad(lambda x: objective(ms_jax.move(session, wall, x)))(wall_points)
+    session = ms.Client().session(mesh, boundary="slide")
+    gradient = jax.grad(lambda x: objective(ms_jax.move(session, wall, x)))(wall_points)
 
 Both modes of differentiation and second derivatives work, under `jax.jit` too; `jax.vmap` runs one
 motion after the other. What is computed is in the precision of the session's mesh, results are in

@@ -1,9 +1,9 @@
 """Motions of a session as functions of PyTorch, for shape optimization and training.
 
     from meshsmooth import torch as ms_torch
-    with ms.Client().session(mesh, boundary="slide") as session:
-        points = ms_torch.move(session, wall, wall_points)
-        objective(points).backward()  # wall_points.grad
+    session = ms.Client().session(mesh, boundary="slide")
+    points = ms_torch.move(session, wall, wall_points)
+    objective(points).backward()  # wall_points.grad
 
 Both modes of differentiation and second derivatives work. Tensors may be on any device; what is
 computed is in the precision of the session's mesh.
