@@ -31,7 +31,8 @@ constexpr int kExitUsage = 2;
 constexpr int kExitDeviceLost = 69;   // EX_UNAVAILABLE
 constexpr int kExitNoResources = 71;  // EX_OSERR
 constexpr int kExitNotDrained = 75;   // EX_TEMPFAIL
-constexpr auto kWatchdogSlack = std::chrono::seconds(2);
+// After `drop_timeout`: a call's status and gRPC's own shutdown have a second each (Server::drain).
+constexpr auto kWatchdogSlack = std::chrono::seconds(3);
 constexpr auto kStdinEndLimit = std::chrono::milliseconds(1500);
 
 // Blocked here, and so in every thread created later: they are only received by sigwait.
@@ -130,7 +131,7 @@ void watch_stdin(std::atomic<bool>& ended, Exit& exit) {
     sigwait(&signals, &again);
     server.force_shutdown();
   }).detach();
-  const auto limit = config.lame_duck + config.drain_grace + kWatchdogSlack;
+  const auto limit = config.lame_duck + config.drain_grace + config.drop_timeout + kWatchdogSlack;
   std::thread([limit, &server, &exit] {
     std::this_thread::sleep_for(limit);
     exit.leave(server.device_lost() ? kExitDeviceLost : kExitNotDrained);
