@@ -113,7 +113,7 @@ TEST(DrainUnderLoad, LosesNoJobThatItAccepted) {
   for (const auto& [end, count] : ends) std::cout << count << " " << end << "\n";
   EXPECT_GT(answered, round_count());
   EXPECT_EQ(results.size(), 1U);  // all the same bits
-  EXPECT_LE(longest, kLameDuckSeconds + kGraceSeconds + 4);
+  EXPECT_LE(longest, kLameDuckSeconds + kGraceSeconds + 2);
   // Those that waited are rejected as draining; callers that were not accepted were told so, or
   // found no server.
   std::set<std::string> seen;

@@ -117,6 +117,7 @@ inline void expect_transposes(const Case& of, const Where& where = {}) {
   const double of_forward = product(forward.vectors, w);
   const double of_reverse = product(u, at(of.nodes, reverse.vectors));
   EXPECT_NEAR(of_forward, of_reverse, 1e-12 * length(forward.vectors) * length(w));
+  EXPECT_NEAR(of_forward, of_reverse, 1e-12 * std::abs(of_forward));
   for (const Derivatives* result : {&forward, &reverse}) {
     EXPECT_LE(result->summary.motion.value().linear_residual, 1e-13);
     EXPECT_EQ(result->summary.motion->reached, 1);

@@ -42,6 +42,23 @@ def prescribe_tangents(
     return prescribed._replace(derivative=smoothing_pb2.DERIVATIVE_TANGENT)
 
 
+def rows_among_all(shape: tuple[int, ...], node_count: int, nodes: Any) -> NDArray[Any] | None:
+    """Returns the rows of prescribed nodes in vectors of all nodes.
+
+    Args:
+        shape: of the vectors.
+        node_count: of the mesh.
+        nodes: prescribed nodes: indices or a boolean mask.
+
+    Returns:
+        None if the vectors are those of the prescribed nodes alone.
+    """
+    chosen = np.asarray(nodes)
+    if chosen.dtype == bool:
+        chosen = chosen.nonzero()[0]
+    return chosen if shape[:1] == (node_count,) != chosen.shape else None
+
+
 class Cotangents:
     """The nodes of a derivative, backward.
 
@@ -125,8 +142,9 @@ def _vectors_of(
 ) -> NDArray[Any]:
     """Returns vectors of chosen nodes, which are given alone or among those of all."""
     given = as_coordinates(vectors, f"the {what}")
-    if given.shape[:1] == (mesh.node_count,) != chosen.shape:
-        given = given[chosen]
+    rows = rows_among_all(given.shape, mesh.node_count, chosen)
+    if rows is not None:
+        given = given[rows]
     _need_shape(given, (len(chosen), mesh.width), f"the {what} of {len(chosen)} nodes need")
     return given
 

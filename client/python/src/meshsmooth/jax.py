@@ -19,6 +19,7 @@ from jax.custom_derivatives import linear_call
 from numpy.typing import ArrayLike
 
 from ._job_options import JobOptions
+from ._prescribed import rows_among_all
 from ._session import Session
 
 if TYPE_CHECKING:
@@ -77,9 +78,9 @@ def predict(
 
 
 def _of_prescribed(session: Session, nodes: ArrayLike, vectors: Any) -> Any:
-    given, chosen = jax.numpy.asarray(vectors), np.asarray(nodes)
-    chosen = chosen.nonzero()[0] if chosen.dtype == bool else chosen
-    return given[chosen] if len(given) == len(session.positions) != len(chosen) else given
+    given = jax.numpy.asarray(vectors)
+    rows = rows_among_all(given.shape, len(session.positions), nodes)
+    return given if rows is None else given[rows]
 
 
 def _call(

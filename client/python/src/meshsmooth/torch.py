@@ -18,6 +18,7 @@ import torch
 from numpy.typing import ArrayLike
 
 from ._job_options import JobOptions
+from ._prescribed import rows_among_all
 from ._session import Session
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ def move(
         **options: as of `Session.move`.
     """
     motion = _Motion(session, np.asarray(nodes), options)
-    moved: Tensor = _Move.apply(motion.of_prescribed(positions), motion)
+    moved: Tensor = _Step.apply(motion.of_prescribed(positions), motion, "move")
     return moved
 
 
@@ -60,7 +61,7 @@ def predict(
         **options: as of `Session.move`; those of sweeps do not count.
     """
     motion = _Motion(session, np.asarray(nodes), options)
-    moved: Tensor = _Tangents.apply(motion.of_prescribed(displacements), motion)
+    moved: Tensor = _Step.apply(motion.of_prescribed(displacements), motion, "jvp")
     return moved
 
 
@@ -70,57 +71,29 @@ class _Motion(NamedTuple):
     options: JobOptions
 
     def of_prescribed(self, vectors: Tensor) -> Tensor:
-        nodes = self.nodes.nonzero()[0] if self.nodes.dtype == bool else self.nodes
-        if len(vectors) != len(self.session.positions) or len(vectors) == len(nodes):
+        rows = rows_among_all(vectors.shape, len(self.session.positions), self.nodes)
+        if rows is None:
             return vectors
-        chosen: Tensor = vectors[torch.as_tensor(nodes, device=vectors.device)]
+        chosen: Tensor = vectors[torch.as_tensor(rows, device=vectors.device)]
         return chosen
 
-    def run(self, step: Any, vectors: Tensor) -> Tensor:
-        result = step(self.nodes, vectors.detach().cpu().numpy(), **self.options)
+
+class _Step(torch.autograd.Function):
+    """A step of a session by its name; `jvp` and `vjp` are each other's derivatives in reverse."""
+
+    @staticmethod
+    def forward(ctx: Any, vectors: Tensor, motion: _Motion, name: str) -> Tensor:
+        ctx.motion, ctx.name = motion, name
+        step = getattr(motion.session, name)
+        result = step(motion.nodes, vectors.detach().cpu().numpy(), **motion.options)
         return torch.as_tensor(result, dtype=vectors.dtype, device=vectors.device)
 
-
-class _Move(torch.autograd.Function):
-    @staticmethod
-    def forward(ctx: Any, positions: Tensor, motion: _Motion) -> Tensor:
-        ctx.motion = motion
-        return motion.run(motion.session.move, positions)
-
     @staticmethod
     def backward(ctx: Any, cotangents: Tensor) -> Any:
-        return _Cotangents.apply(cotangents, ctx.motion), None
+        name = "jvp" if ctx.name == "vjp" else "vjp"
+        return _Step.apply(cotangents, ctx.motion, name), None, None
 
     @staticmethod
-    def jvp(ctx: Any, tangents: Tensor, _: None) -> Any:
-        return _Tangents.apply(tangents, ctx.motion)
-
-
-class _Tangents(torch.autograd.Function):
-    @staticmethod
-    def forward(ctx: Any, tangents: Tensor, motion: _Motion) -> Tensor:
-        ctx.motion = motion
-        return motion.run(motion.session.jvp, tangents)
-
-    @staticmethod
-    def backward(ctx: Any, cotangents: Tensor) -> Any:
-        return _Cotangents.apply(cotangents, ctx.motion), None
-
-    @staticmethod
-    def jvp(ctx: Any, tangents: Tensor, _: None) -> Any:
-        return _Tangents.apply(tangents, ctx.motion)
-
-
-class _Cotangents(torch.autograd.Function):
-    @staticmethod
-    def forward(ctx: Any, cotangents: Tensor, motion: _Motion) -> Tensor:
-        ctx.motion = motion
-        return motion.run(motion.session.vjp, cotangents)
-
-    @staticmethod
-    def backward(ctx: Any, tangents: Tensor) -> Any:
-        return _Tangents.apply(tangents, ctx.motion), None
-
-    @staticmethod
-    def jvp(ctx: Any, cotangents: Tensor, _: None) -> Any:
-        return _Cotangents.apply(cotangents, ctx.motion)
+    def jvp(ctx: Any, tangents: Tensor, *_: None) -> Any:
+        name = "vjp" if ctx.name == "vjp" else "jvp"
+        return _Step.apply(tangents, ctx.motion, name)
