@@ -66,8 +66,17 @@ class Apt:
         return sorted(into.glob(f"{name}_*.deb"))
 
     def download_source(self, name, into):
-        run(["apt-get", "-q", *self._source_options(), "source", "--download-only", name], cwd=into)
-        return sorted(path for path in into.iterdir() if ".orig" in path.name)
+        """The newest version that the mirrors have: they forget those of the security suite."""
+        options = self._source_options()
+        listed = run(["apt-cache", *options, "showsrc", "--only-source", name])
+        versions = re.findall(r"(?m)^Version: (\S+)", listed)
+        for wanted in [name, *(f"{name}={version}" for version in versions)]:
+            try:
+                run(["apt-get", "-q", *options, "source", "--download-only", wanted], cwd=into)
+                return sorted(path for path in into.iterdir() if ".orig" in path.name)
+            except Unavailable as unavailable:
+                reason = unavailable
+        raise reason
 
     def _source_options(self):
         if self.options is not None:

@@ -10,12 +10,12 @@ MEASURES = ["scaled_jacobian_min", "scaled_jacobian_mean", "mean_ratio_min", "me
 SIGNALS_OF_LIMITS = {9: "hang", 24: "hang"}  # SIGKILL after the wall time, SIGXCPU
 
 
-def run_driver(driver, rows, cache, jobs, progress=None, scratch=None):
+def run_driver(driver, rows, cache, jobs, progress=None, scratch=None, cpu_seconds=90):
     """Steps by file; `scratch` is a folder for results, by default in the cache."""
     steps = {row["file"]: [] for row in rows}
     ids = {str(number): row["file"] for number, row in enumerate(rows)}
     with tempfile.TemporaryDirectory(prefix="corpus-", dir=scratch or cache) as folder:
-        with subprocess.Popen([driver, folder, str(jobs)], stdin=subprocess.PIPE,
+        with subprocess.Popen([driver, folder, str(jobs), str(cpu_seconds)], stdin=subprocess.PIPE,
                               stdout=subprocess.PIPE, text=True, encoding="ascii") as process:
             def feed():
                 with process.stdin as pipe:
