@@ -31,8 +31,8 @@ constexpr int kExitUsage = 2;
 constexpr int kExitDeviceLost = 69;   // EX_UNAVAILABLE
 constexpr int kExitNoResources = 71;  // EX_OSERR
 constexpr int kExitNotDrained = 75;   // EX_TEMPFAIL
-// After `drop_timeout`: a call's status and gRPC's own shutdown have a second each (Server::drain).
-constexpr auto kWatchdogSlack = std::chrono::seconds(3);
+// Beyond `drop_timeout`; Server::drain needs 0.8 s of it.
+constexpr auto kWatchdogSlack = std::chrono::seconds(2);
 constexpr auto kStdinEndLimit = std::chrono::milliseconds(1500);
 
 // Blocked here, and so in every thread created later: they are only received by sigwait.

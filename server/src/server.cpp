@@ -30,7 +30,9 @@ namespace meshsmooth::server {
 namespace {
 
 // Additional time for calls that have nothing left to wait for.
-constexpr auto kCallSlack = std::chrono::seconds(1);
+constexpr auto kCallSlack = std::chrono::milliseconds(500);
+// For gRPC once the calls have ended: connections whose clients do not listen just now use all of it.
+constexpr auto kShutdownTime = std::chrono::milliseconds(300);
 // Probes give up after a second.
 constexpr auto kProbeTimeout = std::chrono::milliseconds(800);
 
@@ -190,7 +192,7 @@ void Server::drain() {
     // Let the calls return their status: Shutdown breaks them off on an in-process channel.
     engine.wait_idle(Clock::now() + config.drop_timeout + kCallSlack, false);
     if (impl.listener) impl.listener->close();
-    impl.server->Shutdown(std::chrono::system_clock::now() + std::chrono::seconds(1));
+    impl.server->Shutdown(std::chrono::system_clock::now() + kShutdownTime);
     impl.server->Wait();
     engine.close();
     log_event("end");

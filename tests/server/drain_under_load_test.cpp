@@ -162,7 +162,7 @@ TEST(DrainUnderLoad, AfterTheGraceItEndsAndSaysWhy) {
   EXPECT_EQ(call.finish().error_code(), grpc::StatusCode::UNAVAILABLE);
   EXPECT_EQ(call.details().reason, "DRAINING");
   EXPECT_EQ(server.process().wait(), 0) << server.log();
-  EXPECT_LE(Clock::now() - start, 1s + 100ms + 4s);
+  EXPECT_LE(Clock::now() - start, 1s + 100ms + 2s);
 }
 
 }  // namespace
