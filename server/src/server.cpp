@@ -31,7 +31,7 @@ namespace {
 
 // Additional time for calls that have nothing left to wait for.
 constexpr auto kCallSlack = std::chrono::milliseconds(500);
-// For gRPC once the calls have ended: connections whose clients do not listen just now use all of it.
+// For gRPC once the calls have ended: connections whose clients do not listen use all of it.
 constexpr auto kShutdownTime = std::chrono::milliseconds(300);
 // Probes give up after a second.
 constexpr auto kProbeTimeout = std::chrono::milliseconds(800);
