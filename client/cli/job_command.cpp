@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
 #include <iostream>
 #include <limits>
 #include <optional>
@@ -18,6 +19,7 @@
 #include "quality_report.hpp"
 #include "readable.hpp"
 #include "smooth_options.hpp"
+#include "wire/traceparent.hpp"
 
 namespace meshsmooth::cli {
 namespace {
@@ -38,12 +40,19 @@ double bounding_box_diagonal(const Mesh& mesh) {
   return mesh.node_count() == 0 ? 0 : norm(upper - lower);
 }
 
+/// OpenTelemetry's way to tell a program the span that it belongs to; an invalid one is ignored.
+std::string caller_span() {
+  const char* const text = std::getenv("TRACEPARENT");
+  return text != nullptr && wire::is_traceparent(text) ? text : "";
+}
+
 client::SmoothReport call_server(formats::MeshFile& file, const JobFlags& flags,
                                  const JobInput& given, const SmoothOptions& options,
                                  const Interrupt& interrupt) {
   Connection connection(flags.server, flags.backend);
   client::RequestOptions request;
   request.request_id = flags.request_id;
+  request.traceparent = flags.traceparent.empty() ? caller_span() : flags.traceparent;
   request.shared_memory = false;  // it is not worth its making for one job
   // The embedded server runs only the backend that it was started with.
   if (!flags.server.address.empty()) request.backend = flags.backend;
@@ -182,6 +191,7 @@ void add_job_flags(CLI::App& command, JobFlags& flags, const std::string& input_
           "{auto,cpu,cuda}"))
       ->capture_default_str();
   add_flag(command, flag::request_id, flags.request_id);
+  add_flag(command, flag::traceparent, flags.traceparent);
   add_flag(command, flag::result_ttl, flags.result_ttl_seconds);
 }
 

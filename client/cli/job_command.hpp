@@ -32,6 +32,7 @@ struct JobFlags {
   std::string backend = "auto";
   std::optional<double> result_ttl_seconds;
   std::string request_id;
+  std::string traceparent;
   JobOutput output;
 };
 

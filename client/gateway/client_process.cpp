@@ -66,6 +66,7 @@ std::vector<std::string> environment_of(const ClientCall& call) {
       if (std::string_view(*variable).starts_with(name)) environment.emplace_back(*variable);
     }
   }
+  if (!call.traceparent.empty()) environment.push_back("TRACEPARENT=" + call.traceparent);
   return environment;
 }
 

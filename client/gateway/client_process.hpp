@@ -22,6 +22,7 @@ struct ClientCall {
   std::filesystem::path folder;
   std::uint64_t max_bytes = 0;  // of address space; 0: no limit
   std::chrono::steady_clock::time_point deadline;
+  std::string traceparent = "";  // of the caller, as it came; empty: none
 };
 
 /// What may end a call early.

@@ -146,6 +146,7 @@ class HttpServer::Impl {
     order.parameters = {request.params.begin(), request.params.end()};
     try {
       order.token = check_caller(request);
+      order.traceparent = request.get_header_value("traceparent");
       place = service_.admit();
       (void)to_flags(operation, order.parameters);
     } catch (const Problem& problem) {

@@ -178,7 +178,8 @@ Outcome Service::run(const Order& order, const RequestFolder& folder, Interrupti
                   .arguments = {"--errors=json"},
                   .folder = folder.path(),
                   .max_bytes = settings_.max_client_bytes,
-                  .deadline = deadline};
+                  .deadline = deadline,
+                  .traceparent = order.traceparent};
   Outcome outcome;
   auto& arguments = call.arguments;
   arguments.push_back(order.operation.name == "report" ? "smooth" : order.operation.name);

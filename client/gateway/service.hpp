@@ -25,6 +25,7 @@ struct Order {
   Operation operation;
   Parameters parameters;
   std::string token;                         // of the caller; empty: none
+  std::string traceparent;                   // the same
   std::string mesh_name;                     // as the caller calls it: for headers only
   std::map<std::string, std::string> files;  // names in the folder, by part
 };

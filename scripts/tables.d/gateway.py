@@ -14,7 +14,8 @@ OF_MOVE = ("tolerance", "absolute_tolerance", "compute_budget", "boundary", "fea
 OF_BOTH = (*OF_MOVE, "fixed_types", "regions", "merge_coincident", "periodic", "file_pairs", "element_quality", "backend",
            "timeout")
 # Files, which are parts of the form, and what a client of the service alone has use for.
-NO_PARAMETERS = ("reference", "surface", "to", "result_ttl", "request_id")
+NO_PARAMETERS = ("reference", "surface", "to", "result_ttl", "request_id",
+                 "traceparent")
 LISTS = ("fixed_types", "element_quality")
 SWITCH = {"type": "string", "enum": ["on", "off"]}
 

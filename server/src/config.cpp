@@ -14,6 +14,7 @@
 
 #include "meshsmooth/error.hpp"
 #include "settings.hpp"
+#include "traces/trace_environment.hpp"
 
 namespace meshsmooth::server {
 namespace {
@@ -132,6 +133,7 @@ ServerConfig read_config(CLI::App& app, int argc, const char* const* argv) {
       apply(config, {setting.key, text, "flag --" + setting.key});
     }
   }
+  config.traces = read_trace_settings(environment);
   return config;
 }
 

@@ -46,6 +46,7 @@ Engine::Engine(Resources resources, std::function<void()> on_lanes_lost)
              {config_.max_jobs_per_caller, config_.max_bytes_per_caller}),
       admission_(config_, *resources.devices.front().smoothers.front(), budget_, topologies_,
                  queue_, store_, staging_.get(), [this](const Job& ended) { retire(ended); }),
+      traces_(config_.traces),
       results_(config_.max_kept_result_bytes),
       on_lanes_lost_(std::move(on_lanes_lost)) {
   admission_.check_limits();
@@ -184,6 +185,7 @@ void Engine::retire(const Job& job) {
   for (const auto& forgotten : store_.retire(job)) results_.drop(*forgotten);
   metrics_.job_ended(job);
   log_job_end(job);
+  traces_.add(job);
   wake();
 }
 
@@ -238,6 +240,7 @@ void Engine::close() {
   queue_.close();
   lanes_->join();
   transport_.close();
+  traces_.close();
 }
 
 void Engine::run_maintenance(const std::stop_token& stop) {

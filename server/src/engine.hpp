@@ -25,6 +25,7 @@
 #include "metrics.hpp"
 #include "result_store.hpp"
 #include "topology_cache.hpp"
+#include "traces/span_exporter.hpp"
 #include "transport/transport.hpp"
 
 namespace meshsmooth::server {
@@ -110,6 +111,7 @@ class Engine {
   [[nodiscard]] std::int64_t unanswered_budget_bytes() const;
   [[nodiscard]] Metrics& metrics() { return metrics_; }
   [[nodiscard]] const Metrics& metrics() const { return metrics_; }
+  [[nodiscard]] const SpanExporter& traces() const { return traces_; }
   [[nodiscard]] std::vector<std::shared_ptr<const Lane>> lanes() const { return lanes_->lanes(); }
   /// The backend of each device, "cuda:0" …; `Lane::device` is an index into it.
   [[nodiscard]] const std::vector<std::string>& devices() const { return devices_; }
@@ -158,6 +160,7 @@ class Engine {
   JobStore store_;
   Admission admission_;
   Metrics metrics_;
+  SpanExporter traces_;
   ResultStore results_;
   std::atomic<Clock::time_point> memory_short_at_ = Clock::time_point::min();
   std::atomic<bool> draining_ = false;

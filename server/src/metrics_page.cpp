@@ -169,6 +169,16 @@ void read_transport(const Transport& transport, std::vector<MetricFamily>& famil
                          .take());
 }
 
+void read_traces(const SpanExporter& traces, std::vector<MetricFamily>& families) {
+  const SpanExporter::Counts counts = traces.counts();
+  families.push_back(Reading("meshsmooth_spans_total",
+                             "Spans of jobs that a collector of traces took, or that were dropped",
+                             MetricType::Counter)
+                         .add(static_cast<double>(counts.sent), {{"outcome", "sent"}})
+                         .add(static_cast<double>(counts.dropped), {{"outcome", "dropped"}})
+                         .take());
+}
+
 }  // namespace
 
 std::string metrics_page(const Engine* engine) {
@@ -179,6 +189,7 @@ std::string metrics_page(const Engine* engine) {
     read_resources(*engine, families);
     read_topologies(engine->topologies(), families);
     read_transport(engine->transport(), families);
+    read_traces(engine->traces(), families);
     std::ranges::move(engine->metrics().collect(), std::back_inserter(families));
   }
   std::ostringstream text;

@@ -232,6 +232,16 @@ TEST(Client, RefusesAnUnknownBackend) {
   }
 }
 
+TEST(Client, RefusesASpanThatIsNone) {
+  InProcessServer server;
+  Mesh mesh = test::tet_ball();
+  RequestOptions request;
+  request.traceparent = "00-4bf9-00f0-01";
+  EXPECT_THROW(connect(server).smooth(mesh, {}, request), InvalidOption);
+  request.traceparent = "00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01";
+  EXPECT_NO_THROW(connect(server).smooth(mesh, {}, request));
+}
+
 TEST(Client, TellsWhatTheServerIs) {
   InProcessServer server;
 

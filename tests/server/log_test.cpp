@@ -6,7 +6,7 @@
 #include "log.hpp"
 #include "log_fields.hpp"
 #include "meshsmooth/error.hpp"
-#include "traceparent.hpp"
+#include "wire/traceparent.hpp"
 
 namespace meshsmooth::server {
 namespace {
@@ -49,23 +49,23 @@ TEST(Log, LimitsTheLinesOfDeniedCalls) {
 TEST(Traceparent, IsW3cs) {
   const std::string trace = "4bf92f3577b34da6a3ce929d0e0e4736";
   const std::string parent = "00f067aa0ba902b7";
-  EXPECT_TRUE(is_traceparent("00-" + trace + "-" + parent + "-01"));
-  EXPECT_TRUE(is_traceparent("01-" + trace + "-" + parent + "-00"));
-  EXPECT_TRUE(is_traceparent("01-" + trace + "-" + parent + "-00-more"));
+  EXPECT_TRUE(wire::is_traceparent("00-" + trace + "-" + parent + "-01"));
+  EXPECT_TRUE(wire::is_traceparent("01-" + trace + "-" + parent + "-00"));
+  EXPECT_TRUE(wire::is_traceparent("01-" + trace + "-" + parent + "-00-more"));
 
-  EXPECT_FALSE(is_traceparent(""));
-  EXPECT_FALSE(is_traceparent("00-" + trace + "-" + parent));
-  EXPECT_FALSE(is_traceparent("00-" + trace + "-" + parent + "-01-more"));
-  EXPECT_FALSE(is_traceparent("00-" + trace + "-" + parent + "-01 "));
-  EXPECT_FALSE(is_traceparent("01-" + trace + "-" + parent + "-01-a\nb"));
-  EXPECT_FALSE(is_traceparent("01-" + trace + "-" + parent + "-01more"));
-  EXPECT_FALSE(is_traceparent("01-" + trace + "-" + parent + "-01-" + std::string(100, 'x')));
-  EXPECT_FALSE(is_traceparent("ff-" + trace + "-" + parent + "-01"));
-  EXPECT_FALSE(is_traceparent("0g-" + trace + "-" + parent + "-01"));
-  EXPECT_FALSE(is_traceparent("00-" + trace + "-" + parent + "-0G"));
-  EXPECT_FALSE(is_traceparent("00-" + std::string(32, '0') + "-" + parent + "-01"));
-  EXPECT_FALSE(is_traceparent("00-" + trace + "-" + std::string(16, '0') + "-01"));
-  EXPECT_FALSE(is_traceparent("00_" + trace + "-" + parent + "-01"));
+  EXPECT_FALSE(wire::is_traceparent(""));
+  EXPECT_FALSE(wire::is_traceparent("00-" + trace + "-" + parent));
+  EXPECT_FALSE(wire::is_traceparent("00-" + trace + "-" + parent + "-01-more"));
+  EXPECT_FALSE(wire::is_traceparent("00-" + trace + "-" + parent + "-01 "));
+  EXPECT_FALSE(wire::is_traceparent("01-" + trace + "-" + parent + "-01-a\nb"));
+  EXPECT_FALSE(wire::is_traceparent("01-" + trace + "-" + parent + "-01more"));
+  EXPECT_FALSE(wire::is_traceparent("01-" + trace + "-" + parent + "-01-" + std::string(100, 'x')));
+  EXPECT_FALSE(wire::is_traceparent("ff-" + trace + "-" + parent + "-01"));
+  EXPECT_FALSE(wire::is_traceparent("0g-" + trace + "-" + parent + "-01"));
+  EXPECT_FALSE(wire::is_traceparent("00-" + trace + "-" + parent + "-0G"));
+  EXPECT_FALSE(wire::is_traceparent("00-" + std::string(32, '0') + "-" + parent + "-01"));
+  EXPECT_FALSE(wire::is_traceparent("00-" + trace + "-" + std::string(16, '0') + "-01"));
+  EXPECT_FALSE(wire::is_traceparent("00_" + trace + "-" + parent + "-01"));
 }
 
 }  // namespace

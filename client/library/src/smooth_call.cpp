@@ -9,6 +9,7 @@
 #include "service_error.hpp"
 #include "wire/codec.hpp"
 #include "wire/mesh_layout.hpp"
+#include "wire/traceparent.hpp"
 
 namespace meshsmooth::client {
 namespace {
@@ -55,6 +56,12 @@ std::chrono::nanoseconds default_timeout(const Mesh& mesh, const SmoothOptions& 
 RequestOptions completed(RequestOptions request, const Mesh& mesh, const SmoothOptions& options) {
   if (request.request_id.empty()) request.request_id = make_request_id();
   if (!request.timeout) request.timeout = default_timeout(mesh, options);
+  if (!request.traceparent.empty() && !wire::is_traceparent(request.traceparent)) {
+    throw InvalidOption("OPTION_OUT_OF_RANGE",
+                        "traceparent: must be as W3C's Trace Context has it, "
+                        "00-<32 hex digits>-<16 hex digits>-<2 hex digits>",
+                        {{"field", "traceparent"}});
+  }
   return request;
 }
 
@@ -113,6 +120,7 @@ SmoothReport SmoothCall::run() {
   first.mutable_spec()->MergeFrom(of_transfer_);
   context_.set_deadline(time_after<std::chrono::system_clock>(left_));
   if (!topology_.route.empty()) context_.AddMetadata(kRouteKey, topology_.route);
+  if (!request_.traceparent.empty()) context_.AddMetadata("traceparent", request_.traceparent);
   const std::stop_callback cancel_on_stop(request_.stop, [this] { context_.TryCancel(); });
   const grpc::Status status = converse(first);
   if (!status.ok()) {

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <string>
 
+#include "meshsmooth/trace_settings.hpp"
+
 namespace meshsmooth::server {
 
 /// Every setting of the server with its default. Sizes are bytes. Flags, environment and files
@@ -87,6 +89,8 @@ struct ServerConfig {
 
   std::string log_level = "info";   // debug, info, warn, error, off
   std::string log_format = "text";  // text, json
+
+  TraceSettings traces = {};  // of the variables OTEL_…; the others are settings of our own
 };
 
 }  // namespace meshsmooth::server

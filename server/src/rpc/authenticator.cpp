@@ -8,8 +8,8 @@
 
 #include "log.hpp"
 #include "meshsmooth/error.hpp"
-#include "traceparent.hpp"
 #include "wire/local_address.hpp"
+#include "wire/traceparent.hpp"
 
 namespace meshsmooth::server {
 namespace {
@@ -65,7 +65,7 @@ AuthResult Authenticator::authenticate(grpc::CallbackServerContext& context) con
     return auth;
   }
   if (const auto traceparent = metadata(context, "traceparent");
-      traceparent && is_traceparent(*traceparent)) {
+      traceparent && wire::is_traceparent(*traceparent)) {
     auth.caller.traceparent = *traceparent;
     context.AddInitialMetadata("traceparent", auth.caller.traceparent);
   }

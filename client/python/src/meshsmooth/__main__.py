@@ -25,7 +25,7 @@ _FAILED, _USAGE, _BAD_MESH, _REFUSED, _TOO_LATE, _NOT_MET = 1, 2, 3, 4, 5, 6
 _MESH_FILES = ("reference", "to", "surface")  # their arguments are files of meshes
 _PAIRS = ("periodic",)  # of names
 _LISTS = ("fixed", "fixed_types", "prescribed", "element_quality")
-_ELSEWHERE = ("progress", "request_id", "result_ttl")  # of no use to a program that waits
+_ELSEWHERE = ("progress", "request_id", "result_ttl", "traceparent")  # of no use to a program that waits
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import AsyncIterable, Iterable, Mapping
 from numbers import Integral
 from typing import Any
@@ -13,6 +14,9 @@ from ._adapters import is_mesh
 from ._errors import out_of_range
 from ._job_options import OPTIONS, JobOptions
 from ._options import encode_options
+
+# As the server, and so gRPC, take it.
+_TRACEPARENT = re.compile(r"[0-9a-f]{2}-[0-9a-f]{32}-[0-9a-f]{16}-[0-9a-f]{2}(-[!-~]{1,72})?")
 
 # What other packages call ours.
 _ELSEWHERE = {
@@ -54,6 +58,15 @@ def check_options(options: Mapping[str, Any], known: Mapping[str, Any] = OPTIONS
     request_id = options.get("request_id")
     if request_id is not None and not isinstance(request_id, str):
         raise out_of_range("request_id", f"request_id is {request_id!r}, it must be a UUID as text")
+    traceparent = options.get("traceparent")
+    if traceparent is not None and not (
+        isinstance(traceparent, str) and _TRACEPARENT.fullmatch(traceparent)
+    ):
+        raise out_of_range(
+            "traceparent",
+            f"traceparent is {traceparent!r}, it must be as W3C's Trace Context has it, "
+            "00-<32 hex digits>-<16 hex digits>-<2 hex digits>",
+        )
     progress = options.get("progress")
     if progress is not None and not callable(progress):
         check_bool("progress", progress, "True, False or a function")

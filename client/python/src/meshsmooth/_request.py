@@ -167,10 +167,13 @@ class Request:
         return self.points.nbytes + 4 * len(self.metrics) * self.topology.element_count
 
     def metadata(self, use: TopologyUse) -> list[tuple[str, str]]:
-        """Returns what proxies read of an attempt."""
-        if not use.routed:
-            return []
-        return [("meshsmooth-topology", self.topology.name.rpartition("-")[2])]
+        """Returns what proxies read of an attempt, and the caller's span."""
+        metadata = []
+        if use.routed:
+            metadata.append(("meshsmooth-topology", self.topology.name.rpartition("-")[2]))
+        if self.options.get("traceparent"):
+            metadata.append(("traceparent", self.options["traceparent"]))
+        return metadata
 
 
 def other_positions(mesh: Mesh, given: Any, field: str) -> NDArray[Any]:

@@ -1,10 +1,10 @@
-#include "traceparent.hpp"
+#include "wire/traceparent.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
 
-namespace meshsmooth::server {
+namespace meshsmooth::wire {
 namespace {
 
 bool is_hex(std::string_view text) {
@@ -35,4 +35,4 @@ bool is_traceparent(std::string_view text) {
   return version != "00" && text[kSize] == '-' && printable;
 }
 
-}  // namespace meshsmooth::server
+}  // namespace meshsmooth::wire
