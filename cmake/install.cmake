@@ -51,7 +51,7 @@ if(TARGET meshsmooth_c)
   install(DIRECTORY client/c/include/ TYPE INCLUDE COMPONENT c FILES_MATCHING PATTERN "*.h")
   install(EXPORT meshsmooth_c NAMESPACE meshsmooth:: FILE meshsmoothCTargets.cmake
     DESTINATION ${package_dir} COMPONENT c)
-  # By the folder of the file itself, so that an install may be moved; Debian's is three deep.
+  # Relative to the file itself, so that an install may be moved.
   file(RELATIVE_PATH prefix ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})
   configure_file(client/c/meshsmooth.pc.in ${PROJECT_BINARY_DIR}/meshsmooth.pc @ONLY)
   install(FILES ${PROJECT_BINARY_DIR}/meshsmooth.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig
