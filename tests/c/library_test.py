@@ -3,6 +3,7 @@
 
 import ctypes
 import math
+from concurrent.futures import ThreadPoolExecutor
 from ctypes import byref, c_double, c_float, c_int32, c_uint8, c_void_p, sizeof
 
 from library_case import CLibraryTest, Options, Prescribed, Summary, constant
@@ -34,6 +35,17 @@ class Results(CLibraryTest):
         summary, _ = self.smooth(self.mesh.as_c(positions), positions)
         self.assertEqual(summary.inverted_count_after, 0)
         self.assertEqual(bytes(positions), self.of_cpp("smooth32"))
+
+    def test_threads_share_a_client(self):
+        expected = self.of_cpp("smooth")
+
+        def smoothed(_):
+            positions = self.mesh.positions()
+            self.smooth(self.mesh.as_c(positions), positions)
+            return bytes(positions)
+
+        with ThreadPoolExecutor(4) as pool:
+            self.assertEqual(set(pool.map(smoothed, range(16))), {expected})
 
     def test_options_are_those_of_cpp(self):
         positions = self.mesh.positions()
@@ -114,6 +126,16 @@ class Results(CLibraryTest):
         self.assertEqual(bytes(result), expected)
         self.fails("session_move", session, byref(prescribed), byref(self.options()), None, result, None,
                    reason="OPTION_NOT_SUPPORTED")
+
+    def test_moves_float32(self):
+        mesh = Mesh(jitter=0.05)
+        positions = mesh.positions(c_float)
+        session, nodes = self.make_session(mesh.as_c(positions)), array(c_int32, mesh.prescribed)
+        places = array(c_float, mesh.places)
+        prescribed = Prescribed(sizeof(Prescribed), len(nodes), ctypes.addressof(nodes), ctypes.addressof(places))
+        self.check("session_move", session, byref(prescribed), None, None, positions, None)
+        for index, node in enumerate(mesh.prescribed):
+            self.assertEqual(positions[3 * node:3 * node + 3], places[3 * index:3 * index + 3])
 
 
 if __name__ == "__main__":
