@@ -1,5 +1,5 @@
 # Install rules and the exported package: find_package(meshsmooth CONFIG) gives
-# meshsmooth::mesh, ::smooth, ::wire and ::client. Components: libraries, client, server.
+# meshsmooth::mesh, ::smooth, ::wire, ::client and ::c. Components: libraries, c, client, server.
 include(CMakePackageConfigHelpers)
 include(GNUInstallDirs)
 
@@ -45,6 +45,18 @@ install(DIRECTORY proto/wire DESTINATION ${wire_include_dir} COMPONENT libraries
   FILES_MATCHING PATTERN "*.hpp")
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/meshsmooth)
+# The C library is a component, with targets of its own: it needs none of the others.
+if(TARGET meshsmooth_c)
+  install(TARGETS meshsmooth_c EXPORT meshsmooth_c COMPONENT c)
+  install(DIRECTORY client/c/include/ TYPE INCLUDE COMPONENT c FILES_MATCHING PATTERN "*.h")
+  install(EXPORT meshsmooth_c NAMESPACE meshsmooth:: FILE meshsmoothCTargets.cmake
+    DESTINATION ${package_dir} COMPONENT c)
+  # Relative to the file itself, so that an install may be moved.
+  file(RELATIVE_PATH prefix ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})
+  configure_file(client/c/meshsmooth.pc.in ${PROJECT_BINARY_DIR}/meshsmooth.pc @ONLY)
+  install(FILES ${PROJECT_BINARY_DIR}/meshsmooth.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig
+    COMPONENT c)
+endif()
 configure_package_config_file(cmake/meshsmoothConfig.cmake.in
   ${PROJECT_BINARY_DIR}/meshsmoothConfig.cmake INSTALL_DESTINATION ${package_dir})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/meshsmoothConfigVersion.cmake

@@ -35,10 +35,12 @@ endfunction()
 # Debian's CMake packages name shared libraries only, although the archives lie
 # beside them. meshsmooth_prefer_archives(TARGET…) points the imported targets,
 # and all they link to, at the archives that exist, so that a program runs where
-# these libraries are not installed.
+# these libraries are not installed. The global property meshsmooth_shared_libraries has what they
+# named before.
 function(meshsmooth_prefer_archives)
   get_property(seen GLOBAL PROPERTY meshsmooth_archived_targets)
   set(open ${ARGN})
+  set(shared)
   while(open)
     list(POP_FRONT open target)
     # Link-only wrappers: $<LINK_ONLY:x>.
@@ -66,6 +68,7 @@ function(meshsmooth_prefer_archives)
         endif()
         get_target_property(location ${target} ${property})
         if(location)
+          list(APPEND shared "${location}")
           string(REGEX REPLACE "\\.so[.0-9]*$" ".a" archive "${location}")
           if(EXISTS "${archive}")
             set_target_properties(${target} PROPERTIES ${property} "${archive}")
@@ -81,6 +84,7 @@ function(meshsmooth_prefer_archives)
         # Those that come by pkg-config: RE2 and what it needs.
         if(library MATCHES "^-l(.+)$" AND NOT CMAKE_MATCH_1 IN_LIST meshsmooth_system_libraries)
           set(name ${CMAKE_MATCH_1})
+          list(APPEND shared ${library})
           find_library(MESHSMOOTH_ARCHIVE_${name} lib${name}.a)
           mark_as_advanced(MESHSMOOTH_ARCHIVE_${name})
           if(MESHSMOOTH_ARCHIVE_${name})
@@ -94,4 +98,6 @@ function(meshsmooth_prefer_archives)
     endif()
   endwhile()
   set_property(GLOBAL PROPERTY meshsmooth_archived_targets ${seen})
+  list(REMOVE_DUPLICATES shared)
+  set_property(GLOBAL APPEND PROPERTY meshsmooth_shared_libraries ${shared})
 endfunction()

@@ -25,7 +25,7 @@ build_packages=(
 )
 # What the tests need beside that.
 test_packages=(
-  libgtest-dev libgmock-dev libeigen3-dev libbenchmark-dev
+  libgtest-dev libgmock-dev libeigen3-dev libbenchmark-dev gfortran
   clang-format clang-tidy shellcheck doxygen python3 prometheus haproxy nginx iproute2 ca-certificates minisign
   python3-grpcio python3-protobuf python3-numpy python3-pytest python3-hypothesis python3-sphinx
 )

@@ -1,5 +1,5 @@
 # What the documents say of the code is true where that can be checked: the tutorial's example
-# is examples/smooth.cpp, which tests/package builds and runs, and docs/protocol.md lists every reason
+# is examples/smooth.cpp, which tests/package builds and runs, as is that of docs/c.md, and docs/protocol.md lists every reason
 # that the sources give, and no other. Run by ctest: cmake -DROOT=… -P docs_test.cmake
 cmake_minimum_required(VERSION 3.25)
 
@@ -8,6 +8,13 @@ file(READ ${ROOT}/examples/smooth.cpp example)
 string(FIND "${tutorial}" "```cpp\n${example}```" place)
 if(place EQUAL -1)
   message(SEND_ERROR "docs/tutorial.md: the C++ example differs from examples/smooth.cpp")
+endif()
+
+file(READ ${ROOT}/docs/c.md document)
+file(READ ${ROOT}/examples/c/smooth.c example)
+string(FIND "${document}" "```c\n${example}```" place)
+if(place EQUAL -1)
+  message(SEND_ERROR "docs/c.md: the example differs from examples/c/smooth.c")
 endif()
 
 file(READ ${ROOT}/docs/protocol.md protocol)

@@ -74,7 +74,8 @@ function(find_circles)
     foreach(line IN LISTS lines)
       string(REGEX REPLACE "^[^\"]*\"([^\"]*)\".*" "\\1" name "${line}")
       foreach(root ${folder} core/src core/include proto server/src server/include client
-          client/library/src client/library/include client/cli client/formats client/gateway tests tests/bench)
+          client/library/src client/library/include client/c/src client/c/include client/cli
+          client/formats client/gateway tests tests/bench)
         if(DEFINED known_${root}/${name})
           list(APPEND needs_${file} ${root}/${name})
           list(APPEND users_${root}/${name} ${file})
@@ -116,6 +117,7 @@ endfunction()
 
 file(GLOB_RECURSE sources RELATIVE ${ROOT}
   ${ROOT}/core/*.[ch]pp ${ROOT}/proto/*.[ch]pp ${ROOT}/server/*.[ch]pp ${ROOT}/client/*.[ch]pp
+  ${ROOT}/client/*.h
   ${ROOT}/core/*.cu ${ROOT}/core/*.cuh ${ROOT}/tests/*.[ch]pp)
 list(LENGTH sources file_count)
 if(file_count LESS 20)
@@ -162,6 +164,10 @@ forbid("httplib\\.h" "HTTP is one house's alone"
 keep_below(client/library/ "(formats|generate|bench)/" "the library reads no files")
 keep_below(client/formats/ "(meshsmooth/client|generate/|bench/)" "formats are a library of their own")
 keep_below(client/generate/ "(meshsmooth/client|bench/)" "test meshes need no service")
+keep_below(client/c/ "(meshsmooth/(server|smoother|wire)|wire/|grpc|[^>\"]*pb\\.h|formats/|generate/|bench/|library/)"
+  "the C library is the C++ client's interface once more, and knows nothing below it")
+keep_below(client/c/include/ "[^\">]*(hpp|/)" "the header of C needs C's own headers alone")
+keep_below("client/(library|cli|formats|generate|gateway)/" "meshsmooth(_options)?\\.h[\">]" "C++ has its own client")
 keep_below(client/gateway/ "(meshsmooth/(client|server|smoother)|formats/|generate/|mesh_file|wire/|grpc|vtk|bench/)"
   "the gateway runs the command line client, and links nothing that reads a mesh")
 keep_below(core/src/mesh/ "(smooth|surface)/" "a mesh knows no job")

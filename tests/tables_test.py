@@ -22,7 +22,8 @@ class Tables(unittest.TestCase):
                      "client/python/paraview/meshsmooth_plugin.py", "client/python/src/meshsmooth/_methods.py",
                      "client/python/src/meshsmooth/_declared_options.py", "client/python/src/meshsmooth/_tables.py",
                      "client/python/src/meshsmooth/_triangles.py",
-                     "client/cli/job_flags.hpp", "client/gateway/openapi.json"):
+                     "client/cli/job_flags.hpp", "client/gateway/openapi.json", "client/c/order.txt",
+                     "client/c/include/meshsmooth_options.h", "client/c/src/options.inc"):
             (self.root / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(ROOT / name, self.root / name)
 
@@ -62,12 +63,30 @@ class Tables(unittest.TestCase):
                           ("core/src/surface/element_triangles.inc", "{0, 1, 2}"),
                           ("client/python/src/meshsmooth/_triangles.py", "(0, 1, 2)"),
                           ("core/include/meshsmooth/option_table.hpp", "from 1 to 90 degrees"),
+                          ("client/c/include/meshsmooth_options.h", "MESHSMOOTH_METHOD_TAUBIN = 4"),
+                          ("client/c/src/options.inc", ".iterations = -1"),
                           ("docs/protocol.md", "the queue is full")):
             with self.subTest(name):
                 before = (self.root / name).read_text(encoding="utf-8")
                 self.change(name, old, "other")
                 self.check_fails(name)
                 (self.root / name).write_text(before, encoding="utf-8")
+
+    def test_new_options_and_methods_come_last_in_c(self):
+        self.change("proto/declaration/options.toml", "[tolerance]\n",
+                    '[new]\ntype = "bool"\nc = "smooth.new"\ndefault = "True"\npython = "what is new"\n\n[tolerance]\n')
+        found = self.run_tables()
+        self.assertEqual(found.returncode, 0, found.stderr)
+        order = (self.root / "client/c/order.txt").read_text(encoding="utf-8").splitlines()
+        self.assertEqual(order[-2:], ["option max_attempts", "option new"])
+        header = (self.root / "client/c/include/meshsmooth_options.h").read_text(encoding="utf-8")
+        self.assertIn("  int64_t new;  ///< What is new.\n} meshsmooth_options;", header)
+        source = (self.root / "client/c/src/options.inc").read_text(encoding="utf-8")
+        self.assertIn('read(in.new, "new", job.smooth.new);', source)
+
+    def test_what_programs_in_c_use_cannot_go(self):
+        self.change("client/c/order.txt", "method taubin\n", "method taubin\nmethod gone\n")
+        self.check_fails("programs use the method gone, which the declaration lacks")
 
     def test_names_what_is_wrong_in_the_declaration(self):
         for name, old, new, told in (

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from test_main import main  # noqa: F401, for the tests
 
-CLI = os.environ["MESHSMOOTH_CLI"]
+CLI = os.environ.get("MESHSMOOTH_CLI", "")
 SERVER = os.environ["MESHSMOOTH_SERVER"]
 
 DONE, FAILED, USAGE, BAD_MESH, REFUSED, STOPPED = range(6)
