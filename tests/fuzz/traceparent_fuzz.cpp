@@ -3,7 +3,7 @@
 #include <string>
 
 #include "fuzz/choices.hpp"
-#include "traceparent.hpp"
+#include "wire/traceparent.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const std::regex grammar(
@@ -11,6 +11,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string text(reinterpret_cast<const char*>(data), size);
   const bool expected = text.size() <= 128 && std::regex_match(text, grammar) &&
                         (text.size() == 55 || !text.starts_with("00"));
-  meshsmooth::testing::require(meshsmooth::server::is_traceparent(text) == expected, text);
+  meshsmooth::testing::require(meshsmooth::wire::is_traceparent(text) == expected, text);
   return 0;
 }

@@ -16,7 +16,9 @@ from ._job_options import OPTIONS, JobOptions
 from ._options import encode_options
 
 # As the server, and so gRPC, take it.
-_TRACEPARENT = re.compile(r"[0-9a-f]{2}-[0-9a-f]{32}-[0-9a-f]{16}-[0-9a-f]{2}(-[!-~]{1,72})?")
+_TRACEPARENT = re.compile(
+    r"(?!ff|00-.{52}.)[0-9a-f]{2}-(?!0{32})[0-9a-f]{32}-(?!0{16})[0-9a-f]{16}-[0-9a-f]{2}(-[!-~]{1,72})?"
+)
 
 # What other packages call ours.
 _ELSEWHERE = {
