@@ -157,8 +157,8 @@ forbid("meshsmooth/client[./]" "the server and the wire do not know the client"
 forbid("meshsmooth/server[./]" "only the command line embeds a server"
   server/ client/cli/ tests/)
 
-forbid("httplib\\.h" "HTTP is one house's alone"
-  client/gateway/ tests/)
+forbid("httplib\\.h" "HTTP is for the gateway, and for collectors of traces"
+  client/gateway/ server/src/traces/span_exporter\\.cpp tests/)
 
 # The houses of the client know the mesh; only the command line knows them all.
 keep_below(client/library/ "(formats|generate|bench)/" "the library reads no files")

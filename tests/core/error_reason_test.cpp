@@ -72,7 +72,8 @@ std::set<std::string> literals() {
       const std::string text = read(path);
       for (std::sregex_iterator match(text.begin(), text.end(), form), end; match != end; ++match) {
         const std::string name = (*match)[1];
-        if (!name.starts_with("MESHSMOOTH_") && !others.contains(name)) found.insert(name);
+        const bool is_variable = name.starts_with("MESHSMOOTH_") || name.starts_with("OTEL_");
+        if (!is_variable && !others.contains(name)) found.insert(name);
       }
     }
   }
