@@ -40,7 +40,7 @@ class Document(GatewayTest):
         # What the gateway decides itself, and what it has not.
         left_out = {"output", "output-format", "report", "html", "server", "tls", "tls-ca", "tls-cert", "tls-key",
                     "tls-server-name", "token-file", "quiet", "progress", "self-contained", "help", "result-ttl",
-                    "request-id", "json", "require", "csv", "npz", "elements-json"}
+                    "request-id", "traceparent", "json", "require", "csv", "npz", "elements-json"}
         for command in ("smooth", "move", "quality"):
             flags = set(re.findall(r"^\s+(?:-\w,)?--([a-z0-9-]+)", self.run_cli(command, "--help").stdout, re.M))
             post = self.document["paths"][f"/v1/{command}"]["post"]
