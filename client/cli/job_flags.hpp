@@ -44,7 +44,7 @@ inline constexpr Flag backend{"--backend", "Backend"};
 inline constexpr Flag timeout{"--timeout", "Timeout of the whole call, in seconds [derived from the size of the mesh]"};
 inline constexpr Flag result_ttl{"--result-ttl", "Time that the server keeps the result for `attach`, in seconds [0]"};
 inline constexpr Flag request_id{"--request-id", "UUID of the job [a new one]"};
-inline constexpr Flag traceparent{"--traceparent", "Span of the caller, as W3C's Trace Context has it; otherwise that of the variable TRACEPARENT [none]"};
+inline constexpr Flag traceparent{"--traceparent", "Span of the caller, in the format of W3C Trace Context; otherwise that of the variable TRACEPARENT [none]"};
 inline constexpr Flag displacement{"--displacement", "Point array of REFERENCE, three numbers a node: the way of the prescribed nodes"};
 inline constexpr Flag to{"--to", "Mesh file with the same elements, where the prescribed nodes lie as they shall; its other nodes do not count"};
 

@@ -9,6 +9,7 @@
 
 #include "error_text.hpp"
 #include "job.hpp"
+#include "stage_times.hpp"
 
 namespace meshsmooth::server {
 namespace {
@@ -84,14 +85,10 @@ void Metrics::job_ended(const Job& job) {
     impl_->nodes.Increment(static_cast<double>(now.summary->nodes.total));
   }
   if (now.state == JobState::succeeded && now.summary) {
-    const StageTimes& times = now.summary->times;
     impl_->observe_stage("receive", now.times.receive_seconds());
-    impl_->observe_stage("upload", times.upload_seconds);
-    impl_->observe_stage("find_neighbours", times.find_neighbours_seconds);
-    impl_->observe_stage("find_boundary", times.find_boundary_seconds);
-    impl_->observe_stage("iterate", times.iterate_seconds);
-    impl_->observe_stage("evaluate", times.evaluate_seconds);
-    impl_->observe_stage("download", times.download_seconds);
+    for (const auto& [stage, seconds] : kStageTimes) {
+      impl_->observe_stage(stage, now.summary->times.*seconds);
+    }
     impl_->observe_stage("send", now.times.send_seconds());
     impl_->job_seconds.Observe(
         std::chrono::duration<double>(*now.times.ended - now.times.admitted).count());

@@ -232,7 +232,7 @@ TEST(Client, RefusesAnUnknownBackend) {
   }
 }
 
-TEST(Client, RefusesASpanThatIsNone) {
+TEST(Client, RefusesAnInvalidTraceparent) {
   InProcessServer server;
   Mesh mesh = test::tet_ball();
   RequestOptions request;

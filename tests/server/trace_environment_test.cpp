@@ -87,6 +87,8 @@ TEST(TraceEnvironment, ReadsSamplersAndLimits) {
 TEST(TraceEnvironment, NamesAVariableThatItCannotObey) {
   for (const auto& [name, value] :
        Variables{{"OTEL_EXPORTER_OTLP_PROTOCOL", "grpc"},
+                 {"OTEL_EXPORTER_OTLP_TRACES_PROTOCOL", "grpc"},
+                 {"OTEL_EXPORTER_OTLP_TRACES_TIMEOUT", "soon"},
                  {"OTEL_EXPORTER_OTLP_TRACES_ENDPOINT", "collector:4317"},
                  {"OTEL_TRACES_EXPORTER", "zipkin"},
                  {"OTEL_TRACES_SAMPLER", "jaeger_remote"},

@@ -233,7 +233,8 @@ typedef struct meshsmooth_options {
   double result_ttl_seconds;  ///< Time that the server keeps the result for attach; 0: unset.
   const char* request_id;  ///< UUID under which the same job is joined; null: unset.
   int64_t max_attempts;  ///< Attempts where the server is busy or gone.
-  const char* traceparent;  ///< Span of the caller, as W3C's Trace Context has it; null: unset.
+  /// Span of the caller, in the format of W3C Trace Context; null: unset.
+  const char* traceparent;
 } meshsmooth_options;
 
 #endif  // MESHSMOOTH_OPTIONS_H

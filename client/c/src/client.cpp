@@ -67,8 +67,8 @@ int meshsmooth_smooth(meshsmooth_client* client, const meshsmooth_mesh* mesh,
     auto [read, input] = read_mesh(mesh);
     Job job = read_options(options, meshsmooth::Optimize{});
     const Accompaniment accompaniment(call, job.request);
-    auto made = make_report(report, client->client->smooth(read, job.smooth, job.request, input));
-    write_positions(read.positions_view(), result);
-    if (report != nullptr) *report = made.release();
+    meshsmooth::client::SmoothReport done =
+        client->client->smooth(read, job.smooth, job.request, input);
+    hand_over(std::move(done), read.positions_view(), result, report);
   });
 }

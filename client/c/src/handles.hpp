@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "mesh.hpp"
 #include "meshsmooth.h"
 #include "meshsmooth/client.hpp"
 
@@ -25,11 +26,14 @@ struct meshsmooth_report {
 
 namespace meshsmooth::c {
 
-/// Hands a report to a caller who wants it. Made before a result is written, which nothing may
-/// follow that fails.
-inline std::unique_ptr<meshsmooth_report> make_report(meshsmooth_report** wanted,
-                                                      client::SmoothReport report) {
-  return wanted != nullptr ? std::make_unique<meshsmooth_report>(std::move(report)) : nullptr;
+/// Hands a job's positions and its report, where that is wanted, to the caller: both or neither.
+inline void hand_over(client::SmoothReport job, const PositionsView& positions, void* result,
+                      meshsmooth_report** report) {
+  // Made first, as it may fail.
+  std::unique_ptr<meshsmooth_report> made;
+  if (report != nullptr) made = std::make_unique<meshsmooth_report>(std::move(job));
+  write_positions(positions, result);
+  if (report != nullptr) *report = made.release();
 }
 
 }  // namespace meshsmooth::c

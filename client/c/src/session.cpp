@@ -73,14 +73,12 @@ int meshsmooth_session_smooth(meshsmooth_session* session, const void* positions
     Job job = read_options(options, meshsmooth::Optimize{});
     const Accompaniment accompaniment(call, job.request);
     const JobInput input = {.reference = view_of(session->reference), .node_pairs = session->pairs};
-    auto made = make_report(report, std::visit(
-                                        [&](auto& array) {
-                                          return session->session.smooth(
-                                              std::span(array), job.smooth, job.request, input);
-                                        },
-                                        current));
-    write_positions(view_of(current), result);
-    if (report != nullptr) *report = made.release();
+    meshsmooth::client::SmoothReport done = std::visit(
+        [&](auto& array) {
+          return session->session.smooth(std::span(array), job.smooth, job.request, input);
+        },
+        current);
+    hand_over(std::move(done), view_of(current), result, report);
   });
 }
 
@@ -97,10 +95,9 @@ int meshsmooth_session_move(meshsmooth_session* session, const meshsmooth_prescr
         view_like(session->float32, in.positions, in.node_count, "prescribed.positions");
     Job job = read_options(options, meshsmooth::Move{});
     const Accompaniment accompaniment(call, job.request);
-    auto made = make_report(report, session->session.move(nodes, places, job.smooth, job.request,
-                                                          {.node_pairs = session->pairs}));
-    write_positions(session->session.positions(), result);
-    if (report != nullptr) *report = made.release();
+    meshsmooth::client::SmoothReport done = session->session.move(
+        nodes, places, job.smooth, job.request, {.node_pairs = session->pairs});
+    hand_over(std::move(done), session->session.positions(), result, report);
   });
 }
 

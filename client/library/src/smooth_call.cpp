@@ -58,7 +58,7 @@ RequestOptions completed(RequestOptions request, const Mesh& mesh, const SmoothO
   if (!request.timeout) request.timeout = default_timeout(mesh, options);
   if (!request.traceparent.empty() && !wire::is_traceparent(request.traceparent)) {
     throw InvalidOption("OPTION_OUT_OF_RANGE",
-                        "traceparent: must be as W3C's Trace Context has it, "
+                        "traceparent: must have the format of W3C Trace Context, "
                         "00-<32 hex digits>-<16 hex digits>-<2 hex digits>",
                         {{"field", "traceparent"}});
   }

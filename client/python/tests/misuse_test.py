@@ -114,8 +114,8 @@ OPTIONS: list[tuple[dict[str, Any], type[Exception], str]] = [
     ({"iterations": -1}, ms.InvalidOption, "^iterations is -1"),
     ({"iterations": True}, ms.InvalidOption, "iterations is True, it must be a whole number"),
     ({"iterations": 2**40}, ms.InvalidOption, "a whole number of 32 bits"),
-    ({"traceparent": "00-0-1-01"}, ms.InvalidOption, "traceparent is '00-0-1-01', it must be as W3C"),
-    ({"traceparent": 5}, ms.InvalidOption, "traceparent is 5, it must be as W3C"),
+    ({"traceparent": "00-0-1-01"}, ms.InvalidOption, "traceparent is '00-0-1-01', it must have the format of W3C Trace Context"),
+    ({"traceparent": 5}, ms.InvalidOption, "traceparent is 5, it must have the format of W3C Trace Context"),
     ({"request_id": 5}, ms.InvalidOption, "request_id is 5, it must be a UUID as text"),
     *(
         ({"max_attempts": count}, ms.InvalidOption, f"max_attempts is {count!r}, .* 1 or more")

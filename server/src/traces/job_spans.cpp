@@ -1,6 +1,5 @@
 #include "traces/job_spans.hpp"
 
-#include <array>
 #include <charconv>
 #include <chrono>
 #include <cmath>
@@ -9,6 +8,7 @@
 
 #include "error_text.hpp"
 #include "job.hpp"
+#include "stage_times.hpp"
 
 namespace meshsmooth::server {
 namespace {
@@ -66,14 +66,8 @@ class Builder {
 
   void add_stages(const StageTimes& stages, const std::string& parent) {
     Span::Time begin = clock_.at(*times_.started);
-    for (const auto& [name, seconds] : std::to_array<std::pair<const char*, double>>(
-             {{"upload", stages.upload_seconds},
-              {"find_neighbours", stages.find_neighbours_seconds},
-              {"find_boundary", stages.find_boundary_seconds},
-              {"iterate", stages.iterate_seconds},
-              {"evaluate", stages.evaluate_seconds},
-              {"download", stages.download_seconds}})) {
-      const auto duration = std::chrono::duration<double>(seconds);
+    for (const auto& [name, seconds] : kStageTimes) {
+      const auto duration = std::chrono::duration<double>(stages.*seconds);
       const Span::Time end = begin + std::chrono::duration_cast<std::chrono::nanoseconds>(duration);
       add(name, begin, end, parent);
       begin = end;

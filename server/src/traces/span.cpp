@@ -38,8 +38,7 @@ json json_of(const Span& span, const std::string& trace_id) {
 
 }  // namespace
 
-std::string to_otlp_json(const std::vector<JobSpans>& jobs,
-                         const std::vector<std::pair<std::string, std::string>>& resource) {
+std::string to_otlp_json(const std::vector<JobSpans>& jobs, const TraceSettings::Pairs& resource) {
   json attributes = json::array();
   for (const auto& [key, value] : resource) {
     attributes.push_back({{"key", key}, {"value", value_of(value)}});

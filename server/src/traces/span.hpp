@@ -2,10 +2,10 @@
 
 #include <chrono>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "log_fields.hpp"
+#include "meshsmooth/trace_settings.hpp"
 
 namespace meshsmooth::server {
 
@@ -29,8 +29,7 @@ struct JobSpans {
 };
 
 /// The body of an ExportTraceServiceRequest in OTLP's JSON. Bytes that are no UTF-8 are replaced.
-[[nodiscard]] std::string to_otlp_json(
-    const std::vector<JobSpans>& jobs,
-    const std::vector<std::pair<std::string, std::string>>& resource);
+[[nodiscard]] std::string to_otlp_json(const std::vector<JobSpans>& jobs,
+                                       const TraceSettings::Pairs& resource);
 
 }  // namespace meshsmooth::server

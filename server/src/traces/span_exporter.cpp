@@ -84,7 +84,7 @@ std::vector<JobSpans> SpanExporter::take_batch() {
 }
 
 SpanExporter::Answer SpanExporter::send(const std::vector<JobSpans>& batch,
-                                        std::chrono::milliseconds timeout) {
+                                        std::chrono::milliseconds timeout) const {
   httplib::Client client(host_);
   client.set_connection_timeout(std::min(timeout, kConnectTimeout));
   client.set_read_timeout(timeout);
@@ -98,7 +98,7 @@ SpanExporter::Answer SpanExporter::send(const std::vector<JobSpans>& batch,
   return result->status / 100 == 2 ? Answer::taken : Answer::refused;
 }
 
-void SpanExporter::settle(std::vector<JobSpans> batch, Answer answer) {
+void SpanExporter::finish_batch(std::vector<JobSpans> batch, Answer answer) {
   std::unique_lock lock(mutex_);
   for (auto job = batch.rbegin(); job != batch.rend(); ++job) {
     const std::size_t size = job->spans.size();
@@ -127,7 +127,7 @@ void SpanExporter::run(const std::stop_token& stop) {
       std::vector<JobSpans> batch = take_batch();
       lock.unlock();
       answer = send(batch, last ? std::min(kLastTimeout, settings_.timeout) : settings_.timeout);
-      settle(std::move(batch), answer);
+      finish_batch(std::move(batch), answer);
       lock.lock();
     }
   }

@@ -47,8 +47,9 @@ class SpanExporter {
   [[nodiscard]] std::string make_id();
   void run(const std::stop_token& stop);
   [[nodiscard]] std::vector<JobSpans> take_batch();  // with the lock
-  [[nodiscard]] Answer send(const std::vector<JobSpans>& batch, std::chrono::milliseconds timeout);
-  void settle(std::vector<JobSpans> batch, Answer answer);
+  [[nodiscard]] Answer send(const std::vector<JobSpans>& batch,
+                            std::chrono::milliseconds timeout) const;
+  void finish_batch(std::vector<JobSpans> batch, Answer answer);
 
   const TraceSettings settings_;
   std::string host_;  // "http://collector:4318"

@@ -75,19 +75,17 @@ TraceSettings::Pairs pairs(const Lookup& variable, const std::string& name) {
   return found;
 }
 
-std::string first_set(const Lookup& variable, const std::string& of_traces,
-                      const std::string& of_all) {
-  std::string text = variable(of_traces);
-  return text.empty() ? variable(of_all) : text;
+/// The variable of traces where it is set, else that of all signals: OTEL_EXPORTER_OTLP_….
+std::string name_of(const Lookup& variable, const std::string& what) {
+  std::string of_traces = "OTEL_EXPORTER_OTLP_TRACES_" + what;
+  return variable(of_traces).empty() ? "OTEL_EXPORTER_OTLP_" + what : of_traces;
 }
 
 std::string read_endpoint(const Lookup& variable) {
-  std::string name = "OTEL_EXPORTER_OTLP_TRACES_ENDPOINT";
+  const std::string name = name_of(variable, "ENDPOINT");
   std::string text = variable(name);
-  if (text.empty()) {
-    name = "OTEL_EXPORTER_OTLP_ENDPOINT";
-    text = variable(name);
-    if (text.empty()) return text;
+  if (text.empty()) return text;
+  if (name == "OTEL_EXPORTER_OTLP_ENDPOINT") {
     while (text.ends_with('/')) text.pop_back();
     text += "/v1/traces";
   }
@@ -115,7 +113,6 @@ void read_sampler(const Lookup& variable, TraceSettings& traces) {
   }
 }
 
-/// Whether the variables switch spans off, or ask for a protocol that is not spoken here.
 bool is_off(const Lookup& variable) {
   std::string disabled = variable("OTEL_SDK_DISABLED");
   std::ranges::transform(disabled, disabled.begin(),
@@ -129,11 +126,11 @@ bool is_off(const Lookup& variable) {
 }
 
 void check_protocol(const Lookup& variable) {
-  const std::string protocol =
-      first_set(variable, "OTEL_EXPORTER_OTLP_TRACES_PROTOCOL", "OTEL_EXPORTER_OTLP_PROTOCOL");
+  const std::string name = name_of(variable, "PROTOCOL");
+  const std::string protocol = variable(name);
   // Receivers of OTLP take both encodings at one address.
   if (protocol.empty() || protocol == "http/json" || protocol == "http/protobuf") return;
-  throw_wrong("OTEL_EXPORTER_OTLP_PROTOCOL", protocol,
+  throw_wrong(name, protocol,
               "must be http/json or http/protobuf, sent as JSON to either's address");
 }
 
@@ -146,9 +143,7 @@ TraceSettings read_trace_settings(const Lookup& variable) {
   if (traces.endpoint.empty()) return traces;
   check_protocol(variable);
   read_sampler(variable, traces);
-  traces.headers = pairs(variable, variable("OTEL_EXPORTER_OTLP_TRACES_HEADERS").empty()
-                                       ? "OTEL_EXPORTER_OTLP_HEADERS"
-                                       : "OTEL_EXPORTER_OTLP_TRACES_HEADERS");
+  traces.headers = pairs(variable, name_of(variable, "HEADERS"));
   traces.resource = pairs(variable, "OTEL_RESOURCE_ATTRIBUTES");
   const std::string service = variable("OTEL_SERVICE_NAME");
   const auto named = [](const auto& pair) { return pair.first == "service.name"; };
@@ -159,11 +154,8 @@ TraceSettings read_trace_settings(const Lookup& variable) {
 
   constexpr std::int64_t kDay = 86'400'000;
   using std::chrono::milliseconds;
-  traces.timeout = milliseconds(number<std::int64_t>(
-      variable,
-      variable("OTEL_EXPORTER_OTLP_TRACES_TIMEOUT").empty() ? "OTEL_EXPORTER_OTLP_TIMEOUT"
-                                                            : "OTEL_EXPORTER_OTLP_TRACES_TIMEOUT",
-      1, kDay, traces.timeout.count()));
+  traces.timeout = milliseconds(number<std::int64_t>(variable, name_of(variable, "TIMEOUT"), 1,
+                                                     kDay, traces.timeout.count()));
   traces.delay = milliseconds(
       number<std::int64_t>(variable, "OTEL_BSP_SCHEDULE_DELAY", 1, kDay, traces.delay.count()));
   traces.max_queued_spans =

@@ -69,8 +69,8 @@ struct JobProgress {
 struct RequestOptions {
   std::string request_id;        ///< A UUID; empty: a new one.
   std::string backend = "auto";  ///< A name of backend_name.hpp without a device.
-  /// The caller's span, as W3C's Trace Context has it; empty: none. Those of a server that sends
-  /// spans belong to it. Throws InvalidOption where it is invalid.
+  /// The caller's span, in the format of W3C Trace Context, the parent of those that the server
+  /// sends to its collector; empty: none. An invalid one is an InvalidOption.
   std::string traceparent = "";
   /// Timeout of the whole call. Unset: 10 minutes, plus 1 s per MB of the mesh, plus 10 us per
   /// element and allowed iteration; at most a week.

@@ -66,7 +66,7 @@ def check_options(options: Mapping[str, Any], known: Mapping[str, Any] = OPTIONS
     ):
         raise out_of_range(
             "traceparent",
-            f"traceparent is {traceparent!r}, it must be as W3C's Trace Context has it, "
+            f"traceparent is {traceparent!r}, it must have the format of W3C Trace Context, "
             "00-<32 hex digits>-<16 hex digits>-<2 hex digits>",
         )
     progress = options.get("progress")

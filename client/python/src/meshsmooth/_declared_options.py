@@ -71,7 +71,7 @@ class JobOptions(TypedDict, total=False):
     timeout: Annotated[Duration, Option("of all attempts together", default="by the mesh's size", takes="seconds, text or timedelta")]
     result_ttl: Annotated[Duration, Option("time that the server keeps the result for attach", takes="seconds, text or timedelta", field="spec.result_ttl")]
     request_id: Annotated[str, Option("UUID under which the same job is joined", default="a new one")]
-    traceparent: Annotated[str, Option("span of the caller, as W3C's Trace Context has it", default="none")]
+    traceparent: Annotated[str, Option("span of the caller, in the format of W3C Trace Context", default="none")]
     max_attempts: Annotated[int, Option("attempts where the server is busy or gone", default="4")]
     progress: Annotated[bool | Callable[[Progress], object], Option("True: shown; a function gets an ms.Progress, returning False cancels", default="False", takes="bool or function")]
 
