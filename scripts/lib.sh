@@ -18,7 +18,7 @@ program_packages=(
   g++ cmake ninja-build ccache pkgconf
   libgrpc++-dev libssl-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc
   libtbb-dev libspdlog-dev libcli11-dev prometheus-cpp-dev zlib1g-dev
-  libcpp-httplib-dev nlohmann-json3-dev
+  libcpp-httplib-dev libboost-dev nlohmann-json3-dev
 )
 build_packages=(
   "${program_packages[@]}" libvtk9-dev libgmsh-dev libtet1.5-dev libhdf5-dev libnetcdf-dev libxml2-dev

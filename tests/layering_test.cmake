@@ -157,8 +157,10 @@ forbid("meshsmooth/client[./]" "the server and the wire do not know the client"
 forbid("meshsmooth/server[./]" "only the command line embeds a server"
   server/ client/cli/ tests/)
 
-forbid("httplib\\.h" "HTTP is for the gateway, and for collectors of traces"
-  client/gateway/ server/src/traces/span_exporter\\.cpp tests/)
+forbid("httplib\\.h" "the client of HTTP is for collectors of traces"
+  server/src/traces/span_exporter\\.cpp tests/)
+forbid("boost/(asio|beast)" "sockets and HTTP are in the gateway's folder for them"
+  client/gateway/http/)
 
 # The houses of the client know the mesh; only the command line knows them all.
 keep_below(client/library/ "(formats|generate|bench)/" "the library reads no files")

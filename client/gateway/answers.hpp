@@ -1,12 +1,11 @@
 #pragma once
 
-#include <httplib.h>
-
-#include <exception>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <string_view>
 
+#include "http/request.hpp"
 #include "problem.hpp"
 #include "service.hpp"
 
@@ -18,35 +17,17 @@ inline constexpr const char* kHtml = "text/html; charset=utf-8";
 /// In one line; bytes that are no UTF-8 are replaced.
 [[nodiscard]] std::string to_text(const nlohmann::json& object);
 
-void set_problem(httplib::Response& response, const Problem& problem);
+[[nodiscard]] Answer problem_answer(const Problem& problem);
+[[nodiscard]] Answer text_answer(std::string_view text, const char* type);
+[[nodiscard]] Answer json_answer(const nlohmann::json& object);
 
-/// What `function` throws becomes the answer.
-template <class Function>
-void answer(httplib::Response& response, const Function& function) {
-  try {
-    function();
-  } catch (const Problem& problem) {
-    set_problem(response, problem);
-  } catch (const std::exception& failure) {
-    set_problem(response, Problem("INTERNAL", failure.what()));
-  }
-}
-
-/// A handler that calls a function so.
-template <class Function>
-auto answering(Function function) {
-  return [function](const httplib::Request& request, httplib::Response& response) {
-    answer(response, [&] { function(request, response); });
-  };
-}
-
-/// Sends a file as it is read. `kept` lives as long.
-void set_file(httplib::Response& response, const std::filesystem::path& path, const char* type,
-              std::shared_ptr<void> kept);
-void set_mesh(httplib::Response& response, const RequestFolder& folder, const Outcome& outcome,
-              std::shared_ptr<void> kept);
+/// A file as it is read. `kept` lives as long.
+[[nodiscard]] Answer file_answer(const std::filesystem::path& path, const char* type,
+                                 std::shared_ptr<void> kept = nullptr);
+[[nodiscard]] Answer mesh_answer(const RequestFolder& folder, const Outcome& outcome,
+                                 std::shared_ptr<void> kept = nullptr);
 /// A page made of strangers' files: its script may draw, and reach nothing of this origin.
-void set_report(httplib::Response& response, const RequestFolder& folder, const Outcome& outcome,
-                std::shared_ptr<void> kept);
+[[nodiscard]] Answer report_answer(const RequestFolder& folder, const Outcome& outcome,
+                                   std::shared_ptr<void> kept = nullptr);
 
 }  // namespace meshsmooth::gateway

@@ -19,6 +19,8 @@ class HttpServer {
   void run();
   /// Takes no more connections. By any thread.
   void stop();
+  /// Ends uploads and answers, too. By any thread.
+  void end_transfers();
 
  private:
   class Impl;

@@ -30,6 +30,7 @@ void wait_for_signals(const sigset_t& signals, const std::atomic<bool>& over, Se
   const timespec grace{service.settings().drain_grace.count(), 0};
   ::sigtimedwait(&signals, nullptr, &grace);
   service.stop();
+  server.end_transfers();
 }
 
 int serve(const Settings& settings, const sigset_t& signals) {

@@ -6,12 +6,12 @@
 #include <string_view>
 #include <vector>
 
+#include "http/request.hpp"
+
 namespace meshsmooth::gateway {
 
 /// The OpenAPI document, which scripts/tables makes of proto/declaration.
 extern const std::string_view openapi_document;
-
-using Parameters = std::multimap<std::string, std::string>;
 
 /// What a POST can be given, as the document has it.
 struct Operation {

@@ -70,17 +70,33 @@ std::string result_extension(const Order& order) {
 /// The part of a form that is a flag of the same name.
 bool is_file_flag(const std::string& part) { return part != "mesh"; }
 
+int count_of(const std::map<std::string, int>& counts, const std::string& caller) {
+  const auto found = counts.find(caller);
+  return found == counts.end() ? 0 : found->second;
+}
+
+int total(const std::map<std::string, int>& counts) {
+  int sum = 0;
+  for (const auto& [caller, count] : counts) sum += count;
+  return sum;
+}
+
+void remove_one(std::map<std::string, int>& counts, const std::string& caller) {
+  if (--counts[caller] == 0) counts.erase(caller);
+}
+
 }  // namespace
 
 /// A turn to run a process: they are taken in order of arrival.
 class Service::Turn {
  public:
-  Turn(Service& service, const Interruptions& interruptions, Clock::time_point deadline)
-      : service_(service) {
+  Turn(Service& service, const std::string& caller, const Interruptions& interruptions,
+       Clock::time_point deadline)
+      : service_(service), caller_(caller) {
     std::unique_lock lock(service.mutex_);
     service.waiting_.push_back(this);
     const auto is_next = [&] {
-      return service.running_ < service.settings_.clients && service.waiting_.front() == this;
+      return total(service.running_) < service.settings_.clients && next() == this;
     };
     // Connections cannot be waited for beside a condition, so they are looked at now and then.
     while (!service.changed_.wait_for(lock, std::chrono::milliseconds(100), is_next)) {
@@ -90,13 +106,13 @@ class Service::Turn {
       service.changed_.notify_all();
       fail_by(end);
     }
-    service.waiting_.pop_front();
-    ++service.running_;
+    std::erase(service.waiting_, this);
+    ++service.running_[caller_];
     service.changed_.notify_all();
   }
   ~Turn() {
     const std::lock_guard lock(service_.mutex_);
-    --service_.running_;
+    remove_one(service_.running_, caller_);
     service_.changed_.notify_all();
   }
   Turn(const Turn&) = delete;
@@ -110,21 +126,41 @@ class Service::Turn {
     return Clock::now() >= deadline ? CallEnd::deadline : CallEnd::exited;
   }
 
+  /// The first of the caller of whom the fewest run.
+  [[nodiscard]] const Turn* next() const {
+    return *std::ranges::min_element(service_.waiting_, {}, [this](const Turn* turn) {
+      return count_of(service_.running_, turn->caller_);
+    });
+  }
+
   Service& service_;
+  const std::string caller_;
 };
 
-Service::Place::~Place() { --service_->admitted_; }
+Service::Place::~Place() {
+  const std::lock_guard lock(service_->mutex_);
+  remove_one(service_->admitted_, caller_);
+}
 
-Service::Service(Settings settings) : settings_(std::move(settings)), work_(settings_.folder) {}
+Service::Service(Settings settings)
+    : settings_(std::move(settings)), work_(settings_.folder), questions_(settings_.clients) {}
 
-std::shared_ptr<Service::Place> Service::admit() {
+std::shared_ptr<Service::Place> Service::admit(const std::string& caller) {
   if (draining_) throw Problem("DRAINING", "the gateway is shutting down");
-  if (++admitted_ > settings_.max_requests) {
-    --admitted_;
-    throw Problem("QUEUE_FULL", "the gateway serves " + std::to_string(settings_.max_requests) +
+  const std::lock_guard lock(mutex_);
+  const int most = settings_.max_requests;
+  if (total(admitted_) >= most) {
+    throw Problem("QUEUE_FULL", "the gateway serves " + std::to_string(most) +
                                     " requests at a time (--max-requests)");
   }
-  return std::make_shared<Place>(*this);
+  const int share = std::max(1, most * 3 / 4);
+  if (!caller.empty() && count_of(admitted_, caller) >= share) {
+    throw Problem("QUEUE_FULL", "the gateway serves " + std::to_string(share) +
+                                    " requests of one caller at a time (of --max-requests)");
+  }
+  auto place = std::make_shared<Place>(*this, caller);
+  ++admitted_[caller];
+  return place;
 }
 
 void Service::check_token(const std::string& token) {
@@ -146,6 +182,8 @@ void Service::check_token(const std::string& token) {
 }
 
 CallResult Service::ask_server(const std::string& command, const std::string& token) {
+  questions_.acquire();
+  const std::shared_ptr<void> end(nullptr, [this](void*) { questions_.release(); });
   const RequestFolder folder(work_);
   ClientCall call{.program = settings_.client,
                   .arguments = {"--errors=json", command},
@@ -209,7 +247,7 @@ Outcome Service::run(const Order& order, const RequestFolder& folder, Interrupti
   }
   arguments.push_back(order.files.at("mesh"));
 
-  const Turn turn(*this, interruptions, deadline);
+  const Turn turn(*this, order.caller, interruptions, deadline);
   on_progress({{"state", "running"}});
   const CallResult result = run_client(call, interruptions, on_progress);
   if (result.end != CallEnd::exited) fail_by(result.end);

@@ -10,6 +10,7 @@
 #include <memory>
 #include <mutex>
 #include <nlohmann/json_fwd.hpp>
+#include <semaphore>
 #include <string>
 
 #include "client_process.hpp"
@@ -24,9 +25,10 @@ namespace meshsmooth::gateway {
 struct Order {
   Operation operation;
   Parameters parameters;
-  std::string token;                         // of the caller; empty: none
-  std::string traceparent;                   // the same
-  std::string mesh_name;                     // as the caller calls it: for headers only
+  std::string token;        // of the caller; empty: none
+  std::string caller;       // by what it is told from others; empty: one of this host
+  std::string traceparent;  // the same
+  std::string mesh_name;    // as the caller calls it: for headers only
   std::map<std::string, std::string> files;  // names in the folder, by part
 };
 
@@ -42,19 +44,21 @@ class Service {
   /// A place among those that are served at a time; it ends with the object.
   class Place {
    public:
-    explicit Place(Service& service) : service_(&service) {}
+    Place(Service& service, std::string caller) : service_(&service), caller_(std::move(caller)) {}
     ~Place();
     Place(const Place&) = delete;
     Place& operator=(const Place&) = delete;
 
    private:
     Service* service_;
+    std::string caller_;
   };
 
   explicit Service(Settings settings);
 
-  /// Throws `Problem` (QUEUE_FULL, DRAINING).
-  [[nodiscard]] std::shared_ptr<Place> admit();
+  /// Throws `Problem` (QUEUE_FULL, DRAINING). A caller who is not of this host has three quarters
+  /// of the places at most.
+  [[nodiscard]] std::shared_ptr<Place> admit(const std::string& caller);
   /// To be called before anything of a caller is read. Where other machines reach the gateway, a
   /// caller needs a token that the server knows. Throws `Problem` (TOKEN_MISSING, TOKEN_UNKNOWN).
   void check_token(const std::string& token);
@@ -89,11 +93,11 @@ class Service {
   WorkFolder work_;
   Stop stop_;
   std::atomic<bool> draining_ = false;
-  std::atomic<int> admitted_ = 0;
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<const Turn*> waiting_;  // in order of arrival
-  int running_ = 0;
+  std::deque<const Turn*> waiting_;                // in order of arrival
+  std::map<std::string, int> running_, admitted_;  // by caller
+  std::counting_semaphore<> questions_;            // to the server, that may run at a time
   std::mutex tokens_mutex_;
   std::map<std::string, std::chrono::steady_clock::time_point> known_tokens_;  // until then
   std::mutex ready_mutex_;

@@ -66,12 +66,12 @@ void add_flags(CLI::App& app, Settings& settings, Flags& flags) {
   app.add_option("--max-client-bytes", settings.max_client_bytes,
                  "Address space of a process that reads and writes a mesh, in bytes; 0: no limit")
       ->capture_default_str();
-  app.add_option("--max-requests", settings.max_requests,
-                 "Uploads and jobs at a time; more are refused")
+  app.add_option("--max-requests", settings.max_requests, "Jobs at a time; more are refused")
       ->check(CLI::Range(1, 4096))
       ->capture_default_str();
-  app.add_option("--max-connections", settings.max_connections,
-                 "Connections that are served at a time; more wait")
+  app.add_option(
+         "--max-connections", settings.max_connections,
+         "Connections at a time; for more, those of slow uploads and downloads end, else they wait")
       ->check(CLI::Range(1, 4096))
       ->capture_default_str();
   app.add_option("--max-kept-jobs", settings.max_kept_jobs,

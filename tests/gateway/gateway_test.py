@@ -183,28 +183,24 @@ class Refusals(GatewayTest):
 
 
 class Limits(GatewayTest):
-    def hold_upload(self, gateway):
-        """A connection whose upload does not end."""
-        connection = socket.create_connection(("127.0.0.1", gateway.port))
-        self.addCleanup(connection.close)
-        body = form([("mesh", "part.vtk", b"x" * 1000)])
-        connection.sendall((f"POST /v1/smooth HTTP/1.1\r\nHost: x\r\nContent-Length: {len(body)}\r\nContent-Type: "
-                            f"multipart/form-data; boundary={BOUNDARY}\r\n\r\n").encode() + body[:500])
-        wait_until(gateway.requests_left, "an upload has begun")
-        return connection
+    def hold_place(self, gateway):
+        """The address of a job that does not end."""
+        answer = self.smooth("part.vtk", self.mesh("part.vtk", nodes=20000), LONG_QUERY, gateway=gateway,
+                             headers={"Prefer": "respond-async"})
+        self.assertEqual(answer.status, 202, answer.body)
+        return answer.headers["Location"]
 
     def test_more_requests_than_allowed_are_told_to_come_again(self):
         gateway = self.start_gateway("--max-requests", "1")
-        connection = self.hold_upload(gateway)
+        job = self.hold_place(gateway)
         data = self.mesh("part.vtk")
-        wait_until(lambda: (gateway.folder / "1" / "mesh.vtk").exists() or (gateway.folder / "2" / "mesh.vtk").exists(),
-                   "a place is taken")
         answer = self.smooth("part.vtk", data, gateway=gateway)
         self.check_problem(answer, 503, "QUEUE_FULL")
         self.assertGreater(int(answer.headers["Retry-After"]), 0)
         self.assertEqual(self.call("GET", "/healthz", gateway=gateway).status, 200)
-        connection.close()
+        self.call("DELETE", job, gateway=gateway)
         wait_until(lambda: self.smooth("part.vtk", data, gateway=gateway).status == 200, "the place is free again")
+        self.call("DELETE", job, gateway=gateway)
         self.check_nothing_left(gateway)
 
     def test_a_job_ends_with_its_time(self):
