@@ -21,6 +21,11 @@ if(MESHSMOOTH_CUDA)
   if(NOT DEFINED CMAKE_CUDA_ARCHITECTURES AND NOT DEFINED ENV{CUDAARCHS})
     set(CMAKE_CUDA_ARCHITECTURES 75-virtual 80-real 90-real)
   endif()
+  # The newest GCC that nvcc 13.0 takes, where the compiler of C++ is a newer one.
+  if(NOT CMAKE_CUDA_HOST_COMPILER AND NOT DEFINED ENV{CUDAHOSTCXX} AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU"
+     AND CMAKE_CXX_COMPILER_VERSION VERSION_GREATER_EQUAL 16)
+    find_program(CMAKE_CUDA_HOST_COMPILER g++-15)
+  endif()
   set(CMAKE_CUDA_RUNTIME_LIBRARY Static)
   include(CheckLanguage)
   check_language(CUDA)

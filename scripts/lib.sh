@@ -96,6 +96,7 @@ has_gpu() { nvidia-smi --list-gpus 2>/dev/null | grep -q '^GPU '; }
 install_cuda() {
   local folder=$root/.cuda log=$root/build/cuda.log
   install_packages python3-pip ca-certificates
+  (($(g++ -dumpversion | cut -d. -f1) < 16)) || install_packages g++-15 # the newest that nvcc takes
   say "Installing NVIDIA's compiler into .cuda/ (100 MB from PyPI; log: ${log#"$root"/})"
   mkdir -p "$root/build"
   rm -rf -- "$folder" "$folder.partial"
@@ -109,6 +110,8 @@ install_cuda() {
   mv -- "$folder.partial/nvidia/cu13" "$folder"
   mv -- "$folder.partial"/*.dist-info "$folder" # with the licences
   rm -rf -- "$folder.partial"
+  # glibc 2.42 and newer declare these functions too, with that specification.
+  sed -i -E '/^extern .* rsqrtf?\((double|float) x\);/s/;/ noexcept(true);/' "$folder/include/crt/math_functions.h"
   # Names by which CMake looks for them.
   ln -s lib "$folder/lib64"
   ln -s libcudart.so.13 "$folder/lib/libcudart.so"
