@@ -76,8 +76,14 @@ TEST(Session, MovesTheMeshThatItWasOpenedWith) {
     EXPECT_EQ(moved[6].x, whole[6].x + 1);  // as the fake moves it
   }
   EXPECT_EQ(server.fake().prepared(), 1);
+  const std::vector<NodeId> nodes = {2, 5};
+  const std::vector<Vec3d> to = {{1, 2, 3}, {4, 5, 6}};
   const std::vector<NodeId> twice = {2, 2};
   EXPECT_THROW(session.move(twice, std::span<const Vec3d>(whole).first(2)), InvalidMesh);
+  JobInput others;
+  others.prescribed.nodes = twice;
+  EXPECT_THROW(session.move(nodes, std::span<const Vec3d>(to), {.method = Move{}}, {}, others),
+               InvalidOption);
 }
 
 TEST(Topologies, AreDescribedAndDeletedByName) {

@@ -197,6 +197,17 @@ TEST(ValidateOptions, TakesEachElementQualityMetricOnce) {
   EXPECT_EQ(rejected_field(options), "element_quality_metrics");
 }
 
+TEST(ValidateOptions, RefusesAMetricThatDecidesNothing) {
+  SmoothOptions options{.method = SmartLaplacian{}, .metric = QualityMetric::scaled_jacobian};
+  EXPECT_NO_THROW(validate(options));
+  options.never_worse = false;
+  EXPECT_THROW(validate(options), NotSupported);
+  options.method = Optimize{};  // raises its least value all the same
+  EXPECT_NO_THROW(validate(options));
+  options = {.method = Laplacian{}, .guard = false, .metric = QualityMetric::mean_ratio};
+  EXPECT_THROW(validate(options), NotSupported);
+}
+
 TEST(MethodName, IsTheNameInTheProtocol) {
   EXPECT_EQ(method_name(Laplacian{}), "laplacian");
   EXPECT_EQ(method_name(SmartLaplacian{}), "smart_laplacian");

@@ -155,6 +155,16 @@ Move& differentiating(SmoothOptions& options) {
       {{"field", "method"}});
 }
 
+/// Those of a call, in place of none.
+void set_prescribed(JobInput& input, const PrescribedNodes& prescribed) {
+  if (!input.prescribed.nodes.empty() || position_count(input.prescribed.positions) > 0) {
+    throw InvalidOption("OPTION_MISPLACED",
+                        "the input has prescribed nodes, but those of this call are its arguments",
+                        {{"field", "prescribed"}});
+  }
+  input.prescribed = prescribed;
+}
+
 }  // namespace
 
 Session::Session(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -177,7 +187,7 @@ SmoothReport Session::smooth(std::span<Vec3f> positions, const SmoothOptions& op
 SmoothReport Session::move(std::span<const NodeId> nodes, PositionsView positions,
                            const SmoothOptions& options, const RequestOptions& request,
                            JobInput input) {
-  input.prescribed = {nodes, positions};
+  set_prescribed(input, {nodes, positions});
   validate(options, input);
   return impl_->move(input, options, request);
 }
@@ -186,7 +196,7 @@ MotionDerivative Session::move_tangent(std::span<const NodeId> nodes, PositionsV
                                        SmoothOptions options, const RequestOptions& request,
                                        JobInput input) {
   differentiating(options).derivative = Derivative::tangent;
-  input.prescribed = {nodes, tangents};
+  set_prescribed(input, {nodes, tangents});
   validate(options, input);
   return impl_->differentiate(input, options, request);
 }
@@ -195,7 +205,7 @@ MotionDerivative Session::move_transpose(std::span<const NodeId> nodes, Position
                                          SmoothOptions options, const RequestOptions& request,
                                          JobInput input) {
   differentiating(options).derivative = Derivative::cotangent;
-  input.prescribed = {nodes, {}};
+  set_prescribed(input, {nodes, {}});
   input.cotangent = cotangents;
   validate(options, input);
   MotionDerivative result = impl_->differentiate(input, options, request);

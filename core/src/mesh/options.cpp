@@ -56,14 +56,20 @@ void validate_kept_metric(const SmoothOptions& options) {
                        "move keeps no quality, since the boundary moves; it has no metric",
                        {{"field", "metric"}});
   }
-  if (*options.metric == QualityMetric::mean_ratio ||
-      *options.metric == QualityMetric::scaled_jacobian) {
-    return;
+  if (*options.metric != QualityMetric::mean_ratio &&
+      *options.metric != QualityMetric::scaled_jacobian) {
+    throw InvalidOption("OPTION_OUT_OF_RANGE",
+                        "metric is " + std::string(metric_name(*options.metric)) +
+                            ", it must be mean_ratio or scaled_jacobian",
+                        {{"field", "metric"}});
   }
-  throw InvalidOption("OPTION_OUT_OF_RANGE",
-                      "metric is " + std::string(metric_name(*options.metric)) +
-                          ", it must be mean_ratio or scaled_jacobian",
-                      {{"field", "metric"}});
+  if (!sweeps_as_optimize(options.method) && !(options.never_worse && options.guard)) {
+    throw NotSupported("OPTION_NOT_SUPPORTED",
+                       "metric is what never_worse keeps with the guard, and what optimize raises; "
+                       "the method is " +
+                           std::string(method_name(options.method)) + ", without one of those two",
+                       {{"field", "metric"}});
+  }
 }
 
 void validate_only_below(const SmoothOptions& options) {
