@@ -56,7 +56,7 @@ if(MESHSMOOTH_BUILD_SERVER OR (MESHSMOOTH_BUILD_CLI AND MESHSMOOTH_BUILD_GATEWAY
   find_package(nlohmann_json 3.11 REQUIRED)
 endif()
 if(MESHSMOOTH_BUILD_CLI AND MESHSMOOTH_BUILD_GATEWAY)
-  find_package(Boost 1.74 REQUIRED)  # its headers: Asio, Beast
+  find_package(Boost 1.74 CONFIG REQUIRED)  # its headers: Asio, Beast
 endif()
 if(MESHSMOOTH_BUILD_TESTS)
   find_package(GTest 1.12 REQUIRED)

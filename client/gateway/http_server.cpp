@@ -78,17 +78,22 @@ class HttpServer::Impl {
     } catch (const std::exception& failure) {
       answer = problem_answer(Problem("INTERNAL", failure.what()));
     }
-    // The path and no more of what callers send.
+    log(request, "status", answer.status);
+    try {
+      connection.send(answer);
+    } catch (const std::exception& failure) {  // without memory, say
+      log(request, "failure", failure.what());
+    }
+  }
+
+  /// The path and no more of what callers send.
+  template <class Value>
+  void log(const Request& request, const char* key, const Value& value) {
     const json line = {{"event", "request"},
                        {"method", request.method},
                        {"path", declared_path(request.path)},
-                       {"status", answer.status},
+                       {key, value},
                        {"peer", request.peer}};
-    log(line);
-    connection.send(answer);
-  }
-
-  void log(const json& line) {
     const std::lock_guard lock(log_mutex_);
     std::cerr << to_text(line) << std::endl;
   }
