@@ -207,6 +207,14 @@ CoordinateFields find_written_coordinates(const path& file, const std::string& t
   }
 }
 
+/// Gmsh heads a deck with the name of its file, here one that is about to be another.
+std::string with_own_heading(std::string text) {
+  constexpr std::string_view kHeading = "*Heading\n";
+  if (!text.starts_with(kHeading)) return text;
+  return text.replace(kHeading.size(), text.find('\n', kHeading.size()) - kHeading.size(),
+                      " written by meshsmooth");
+}
+
 /// Gmsh prints too few digits; here every coordinate gets all it needs.
 void complete_text(const path& file, vtkUnstructuredGrid& grid, const Tags& node_tags) {
   const std::string text = read_bytes(file);
@@ -224,7 +232,8 @@ void complete_text(const path& file, vtkUnstructuredGrid& grid, const Tags& node
     grid.GetPoint(index_of.at(id), position.data());
     positions.push_back({position[0], position[1], position[2]});
   }
-  write_bytes(file, replace_coordinates(text, fields, std::span<const Vec3d>(positions)));
+  write_bytes(file, with_own_heading(
+                        replace_coordinates(text, fields, std::span<const Vec3d>(positions))));
 }
 
 /// What Gmsh's writers leave out without a word, write without the nodes in the middle or under

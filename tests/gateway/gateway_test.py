@@ -58,6 +58,10 @@ class Results(GatewayTest):
         self.assertEqual(answer.status, 200, answer.body)
         self.assertIn(b"<VTKFile", answer.body[:200])
         self.assertIn('filename="part-smooth.vtu"', answer.headers["Content-Disposition"])
+        data = self.mesh("part.vtu")
+        answer = self.smooth("part.vtu", data, "?to=inp")
+        self.run_cli("smooth", self.path("part.vtu"), "-o", self.path("part.inp"), "--server", self.server.address)
+        self.assertEqual(answer.body, Path(self.path("part.inp")).read_bytes())
 
     def test_compressed_files_and_names_that_are_no_names_here(self):
         data = self.mesh("part.vtk")
