@@ -83,7 +83,6 @@ async function smooth() {
   $("state-section").hidden = true;
   $("result-section").hidden = false;
   $("download").focus();
-  await ask(job, { method: "DELETE" });
 }
 
 $("form").addEventListener("submit", async event => {
@@ -97,6 +96,8 @@ $("form").addEventListener("submit", async event => {
   } catch (error) {
     show(error.message, true);
   }
+  // Nobody else knows it.
+  if (job) await ask(job, { method: "DELETE" }).catch(() => {});
   job = null;
   $("start").disabled = false;
   $("cancel").disabled = true;

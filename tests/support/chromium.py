@@ -105,8 +105,11 @@ class Chromium:
 
     def open(self, path):
         """Loads a file and waits for its end."""
+        self.visit(f"file://{path}")
+
+    def visit(self, url):
         self._events.clear()
-        self.call("Page.navigate", url=f"file://{path}")
+        self.call("Page.navigate", url=url)
         while "Page.loadEventFired" not in self._events:
             self._note(self._receive())
 
@@ -135,9 +138,9 @@ class Chromium:
         self.mouse("mouseMoved", to_x, to_y, "left", buttons=1)
         self.mouse("mouseReleased", to_x, to_y, "left", clickCount=1)
 
-    def key(self, name):
+    def key(self, name, **more):
         for kind in ("keyDown", "keyUp"):
-            self.call("Input.dispatchKeyEvent", type=kind, key=name, code=name)
+            self.call("Input.dispatchKeyEvent", type=kind, key=name, code=name, **more)
 
     def dark(self, on=True):
         self.call("Emulation.setEmulatedMedia",
