@@ -232,8 +232,8 @@ void complete_text(const path& file, vtkUnstructuredGrid& grid, const Tags& node
     grid.GetPoint(index_of.at(id), position.data());
     positions.push_back({position[0], position[1], position[2]});
   }
-  write_bytes(file, with_own_heading(
-                        replace_coordinates(text, fields, std::span<const Vec3d>(positions))));
+  write_bytes(
+      file, with_own_heading(replace_coordinates(text, fields, std::span<const Vec3d>(positions))));
 }
 
 /// What Gmsh's writers leave out without a word, write without the nodes in the middle or under
