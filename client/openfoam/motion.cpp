@@ -13,22 +13,15 @@ using Foam::label;
 using Foam::vector;
 using Foam::vectorField;
 
-PartMotion::PartMotion(const Service& service, Part rest, std::vector<vector> current,
+PartMotion::PartMotion(const Service& service, const Foam::polyMesh& mesh, Part rest,
                        const std::vector<bool>& prescribed)
     : service_(service),
       part_(std::move(rest)),
       fixed_(part_.positions.size(), 0),
-      current_(std::move(current)) {
+      current_(positions_of(part_, mesh, mesh.points())) {
   for (std::size_t node = 0; node < part_.points.size(); ++node) {
     const label point = part_.points[node];
     if (point >= 0 && prescribed[point]) prescribed_.push_back(static_cast<std::int32_t>(node));
-  }
-  for (std::size_t centre = 0; centre < part_.centres.size(); ++centre) {
-    const Foam::labelList& points = part_.centre_faces[centre];
-    if (std::all_of(points.begin(), points.end(), [&](label p) { return prescribed[p]; })) {
-      centres_.push_back(centre);
-      prescribed_.push_back(part_.centres[centre]);
-    }
   }
   for (const std::int32_t node : prescribed_) fixed_[static_cast<std::size_t>(node)] = 1;
   shapes_ = open(part_.positions, true);
@@ -93,20 +86,12 @@ void PartMotion::move(vectorField& displacement) {
 }
 
 std::vector<vector> PartMotion::prescribed_positions(const vectorField& displacement) const {
-  const std::size_t at_points = prescribed_.size() - centres_.size();
-  std::vector<vector> positions(prescribed_.size());
-  for (std::size_t i = 0; i < positions.size(); ++i) {
-    const auto node = static_cast<std::size_t>(prescribed_[i]);
-    vector given = Foam::Zero;
-    if (i < at_points) {
-      given = displacement[part_.points[node]];
-    } else {
-      const Foam::labelList& points = part_.centre_faces[centres_[i - at_points]];
-      for (const label point : points) given += displacement[point] / points.size();
-    }
-    vector along = part_.axes & given;
+  std::vector<vector> positions;
+  for (const std::int32_t prescribed : prescribed_) {
+    const auto node = static_cast<std::size_t>(prescribed);
+    vector along = part_.axes & displacement[part_.points[node]];
     if (part_.plane) along.z() = 0;
-    positions[i] = part_.positions[node] + along;
+    positions.push_back(part_.positions[node] + along);
   }
   return positions;
 }
@@ -191,8 +176,7 @@ CyclicMotion::CyclicMotion(const Service& service, const Foam::cyclicPolyPatch& 
     const Foam::polyMesh& mesh = patch.boundaryMesh().mesh();
     Foam::labelList faces(patch.size());
     std::iota(faces.begin(), faces.end(), patch.start());
-    motion_ = std::make_unique<PartMotion>(service, plane_of(mesh, points, faces, normal),
-                                           plane_of(mesh, mesh.points(), faces, normal).positions,
+    motion_ = std::make_unique<PartMotion>(service, mesh, plane_of(mesh, points, faces, normal),
                                            prescribed);
   }
   for (const auto& [here, there] : pairs_) prescribed[here] = prescribed[there] = true;

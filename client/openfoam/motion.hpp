@@ -3,7 +3,6 @@
 #include <cyclicPolyPatch.H>
 #include <pointPatchField.H>
 
-#include <algorithm>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -19,17 +18,13 @@ namespace meshsmooth_foam {
 /// at rest, and the result is the next base: what the steps do to elements does not add up.
 class PartMotion {
  public:
-  /// @param rest the part at rest
-  /// @param current [nodes of the part], where they are now
+  /// @param rest the part at rest, of this mesh
   /// @param prescribed [points of the mesh]: those whose displacement is given
-  PartMotion(const Service& service, Part rest, std::vector<Foam::vector> current,
+  PartMotion(const Service& service, const Foam::polyMesh& mesh, Part rest,
              const std::vector<bool>& prescribed);
 
-  /// Whether cells, or faces, are polyhedra or polygons, which are divided.
-  [[nodiscard]] bool has_polyhedra() const {
-    return std::any_of(part_.points.begin(), part_.points.end(),
-                       [](Foam::label point) { return point < 0; });
-  }
+  /// Whether there are polyhedra or polygons.
+  [[nodiscard]] bool has_polyhedra() const { return part_.divided; }
   /// Continues the displacements of the prescribed points to the others of the part.
   /// @param displacement [points of the mesh], from rest
   void move(Foam::vectorField& displacement);
@@ -50,8 +45,7 @@ class PartMotion {
 
   const Service& service_;
   const Part part_;
-  std::vector<std::int32_t> prescribed_;  // nodes; those of `centres_` are the last
-  std::vector<std::size_t> centres_;      // which of `part_.centres` are prescribed
+  std::vector<std::int32_t> prescribed_;  // nodes
   std::vector<std::uint8_t> fixed_;       // [nodes], prescribed
   std::vector<Foam::vector> current_;     // [nodes], where the last step left them
   Session shapes_;                        // with the mesh at rest as its reference

@@ -81,8 +81,7 @@ void meshsmoothMotionSolver::prepare() {
     prepare_plane(prescribed);
   } else {
     motion_ = std::make_unique<meshsmooth_foam::PartMotion>(
-        *service_, meshsmooth_foam::cells_of(mesh(), points0()),
-        meshsmooth_foam::cells_of(mesh(), mesh().points()).positions, prescribed);
+        *service_, mesh(), meshsmooth_foam::cells_of(mesh(), points0()), prescribed);
   }
   // Of the other cells the service knows for certain that they are valid.
   checks_ = coeffDict().lookupOrDefault<bool>("check", motion_->has_polyhedra());
@@ -114,8 +113,7 @@ void meshsmoothMotionSolver::prepare_plane(const std::vector<bool>& prescribed) 
                                 front[across.start()] ? across.end() : across.start());
   }
   motion_ = std::make_unique<meshsmooth_foam::PartMotion>(
-      *service_, meshsmooth_foam::plane_of(mesh(), points0(), faces, normal),
-      meshsmooth_foam::plane_of(mesh(), mesh().points(), faces, normal).positions, prescribed);
+      *service_, mesh(), meshsmooth_foam::plane_of(mesh(), points0(), faces, normal), prescribed);
 }
 
 void meshsmoothMotionSolver::check_moved() const {

@@ -3,6 +3,8 @@
 #include <cellModel.H>
 #include <cellShape.H>
 
+#include <algorithm>
+
 namespace meshsmooth_foam {
 namespace {
 
@@ -22,8 +24,14 @@ class Builder {
     part_.elements[type].origins.push_back(origin);
   }
 
-  /// False: it is none of the service's types.
+  /// False: it is none of the service's types. A cell of six quads, one of which is a triangle with
+  /// a point amid a side, only looks like a hexahedron.
   bool add_shape(const Foam::cellShape& shape, label cell) {
+    const Foam::cell& faces = mesh_.cells()[cell];
+    if (!std::all_of(faces.begin(), faces.end(),
+                     [this](label index) { return is_convex(mesh_.faces()[index]); })) {
+      return false;
+    }
     const label model = shape.model().index();
     if (model == cellModel::HEX) {
       add(MESHSMOOTH_HEXAHEDRON,
@@ -41,86 +49,74 @@ class Builder {
   }
 
   void add_polyhedron(label cell) {
+    part_.divided = true;
     const Foam::cell& faces = mesh_.cells()[cell];
-    const std::int32_t apex = new_node(faces.centre(points_, mesh_.faces()));
+    const std::int32_t apex = new_node(-1 - cell);
     for (const label index : faces) {
-      const face& outward = mesh_.faces()[index];
-      const bool owns = mesh_.faceOwner()[index] == cell;
-      const face inward = owns ? outward.reverseFace() : outward;
-      if (inward.size() == 3 || inward.size() == 4) {
-        add_fan(inward.size() == 3 ? MESHSMOOTH_TETRAHEDRON : MESHSMOOTH_PYRAMID, inward, apex,
-                cell);
-        continue;
-      }
-      const std::int32_t centre = face_centre(index);
-      for (label corner = 0; corner < inward.size(); ++corner) {
-        auto& nodes = elements(MESHSMOOTH_TETRAHEDRON);
-        nodes.insert(nodes.end(),
-                     {node_of(inward[corner]), node_of(inward.nextLabel(corner)), centre, apex});
-        part_.elements[MESHSMOOTH_TETRAHEDRON].origins.push_back(cell);
+      for (const face& base : pieces_of(mesh_.faces()[index])) {
+        const bool owns = mesh_.faceOwner()[index] == cell;
+        const face inward = owns ? base.reverseFace() : base;
+        const int type = base.size() == 3 ? MESHSMOOTH_TETRAHEDRON : MESHSMOOTH_PYRAMID;
+        for (const label point : inward) elements(type).push_back(node_of(point));
+        elements(type).push_back(apex);
+        part_.elements[type].origins.push_back(cell);
       }
     }
   }
 
   void add_polygon(const face& polygon, label origin) {
-    if (polygon.size() == 3) {
-      add(MESHSMOOTH_TRIANGLE, {polygon[0], polygon[1], polygon[2]}, origin);
-    } else if (polygon.size() == 4) {
-      add(MESHSMOOTH_QUAD, {polygon[0], polygon[1], polygon[2], polygon[3]}, origin);
-    } else {
-      const std::int32_t centre = new_node(polygon.centre(points_));
-      for (label corner = 0; corner < polygon.size(); ++corner) {
-        auto& nodes = elements(MESHSMOOTH_TRIANGLE);
-        nodes.insert(nodes.end(),
-                     {node_of(polygon[corner]), node_of(polygon.nextLabel(corner)), centre});
-        part_.elements[MESHSMOOTH_TRIANGLE].origins.push_back(origin);
-      }
+    part_.divided = part_.divided || !is_simple(polygon);
+    for (const face& piece : pieces_of(polygon)) {
+      const int type = piece.size() == 3 ? MESHSMOOTH_TRIANGLE : MESHSMOOTH_QUAD;
+      for (const label point : piece) elements(type).push_back(node_of(point));
+      part_.elements[type].origins.push_back(origin);
     }
   }
 
  private:
   std::vector<std::int32_t>& elements(int type) { return part_.elements[type].nodes; }
 
-  void add_fan(int type, const face& base, std::int32_t apex, label cell) {
-    for (const label point : base) elements(type).push_back(node_of(point));
-    elements(type).push_back(apex);
-    part_.elements[type].origins.push_back(cell);
+  /// Whether each corner turns the same way and none is straight.
+  bool is_convex(const face& polygon) const {
+    const vector normal = polygon.areaNormal(points_);
+    for (label corner = 0; corner < polygon.size(); ++corner) {
+      const vector& here = points_[polygon[corner]];
+      const vector before = here - points_[polygon.prevLabel(corner)];
+      const vector after = points_[polygon.nextLabel(corner)] - here;
+      const double turn = (before ^ after) & normal;
+      if (turn <= 1e-6 * Foam::mag(before) * Foam::mag(after) * Foam::mag(normal)) return false;
+    }
+    return true;
   }
 
-  std::int32_t new_node(const vector& at) {
-    vector position = part_.axes & at;
-    if (part_.plane) position.z() = 0;
-    part_.positions.push_back(position);
-    part_.points.push_back(-1);
-    return static_cast<std::int32_t>(part_.positions.size() - 1);
+  bool is_simple(const face& polygon) const {
+    return polygon.size() == 3 || (polygon.size() == 4 && is_convex(polygon));
+  }
+
+  /// The face itself, or the triangles of a polygon, the same for both of its cells.
+  Foam::faceList pieces_of(const face& polygon) {
+    if (is_simple(polygon)) return Foam::faceList(1, polygon);
+    Foam::faceList triangles(polygon.size() - 2);
+    label count = 0;
+    polygon.triangles(points_, count, triangles);
+    return triangles;
+  }
+
+  std::int32_t new_node(label point) {
+    part_.points.push_back(point);
+    return static_cast<std::int32_t>(part_.points.size() - 1);
   }
 
   std::int32_t node_of(label point) {
     label& node = node_of_[point];
-    if (node < 0) {
-      node = new_node(points_[point]);
-      part_.points.back() = point;
-    }
-    return node;
-  }
-
-  std::int32_t face_centre(label index) {
-    if (centre_of_.empty()) centre_of_.setSize(mesh_.nFaces(), -1);
-    label& node = centre_of_[index];
-    if (node < 0) {
-      const face& points = mesh_.faces()[index];
-      node = new_node(points.average(points_, points_));
-      part_.centres.push_back(node);
-      part_.centre_faces.push_back(points);
-    }
+    if (node < 0) node = new_node(point);
     return node;
   }
 
   const Foam::polyMesh& mesh_;
   const Foam::pointField& points_;
   Part& part_;
-  labelList node_of_;    // [points]
-  labelList centre_of_;  // [faces], or empty
+  labelList node_of_;  // [points]
 };
 
 }  // namespace
@@ -132,6 +128,7 @@ Part cells_of(const Foam::polyMesh& mesh, const Foam::pointField& points) {
   for (label cell = 0; cell < mesh.nCells(); ++cell) {
     if (!builder.add_shape(shapes[cell], cell)) builder.add_polyhedron(cell);
   }
+  part.positions = positions_of(part, mesh, points);
   return part;
 }
 
@@ -155,7 +152,20 @@ Part plane_of(const Foam::polyMesh& mesh, const Foam::pointField& points, const 
     const bool along = (points_of.areaNormal(points) & normal) > 0;
     builder.add_polygon(along ? points_of : points_of.reverseFace(), index);
   }
+  part.positions = positions_of(part, mesh, points);
   return part;
+}
+
+std::vector<vector> positions_of(const Part& part, const Foam::polyMesh& mesh,
+                                 const Foam::pointField& points) {
+  std::vector<vector> positions;
+  for (const label point : part.points) {
+    const vector at =
+        point >= 0 ? points[point] : mesh.cells()[-1 - point].centre(points, mesh.faces());
+    positions.push_back(part.axes & at);
+    if (part.plane) positions.back().z() = 0;
+  }
+  return positions;
 }
 
 }  // namespace meshsmooth_foam

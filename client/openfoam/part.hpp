@@ -19,23 +19,26 @@ struct Elements {
 
 /// What moves in one go, as the service takes it: all cells, or faces that lie in a plane.
 struct Part {
-  Foam::tensor axes = Foam::tensor::I;        ///< Rows: the directions of the coordinates.
-  bool plane = false;                         ///< The third coordinate of every node is 0.
-  const char* kind = "cell";                  ///< What `origins` count.
-  std::vector<Foam::vector> positions;        ///< [nodes], at rest.
-  std::vector<Foam::label> points;            ///< [nodes], of the mesh; -1: an added centre.
-  std::array<Elements, 7> elements;           ///< By MESHSMOOTH_TRIANGLE to _HEXAHEDRON.
-  std::vector<std::int32_t> centres;          ///< Nodes amid faces of five points or more;
-  std::vector<Foam::labelList> centre_faces;  ///< the points of each, of which they are the mean.
+  Foam::tensor axes = Foam::tensor::I;  ///< Rows: the directions of the coordinates.
+  bool plane = false;                   ///< The third coordinate of every node is 0.
+  const char* kind = "cell";            ///< What `origins` count.
+  std::vector<Foam::vector> positions;  ///< [nodes], at rest.
+  std::vector<Foam::label> points;      ///< [nodes], of the mesh; -1 - CELL: its centre.
+  std::array<Elements, 7> elements;     ///< By MESHSMOOTH_TRIANGLE to _HEXAHEDRON.
+  bool divided = false;                 ///< There are polyhedra or polygons.
 };
 
-/// The cells. Polyhedra are divided about their centres into pyramids and tetrahedra, those with
-/// faces of five points or more about centres of these too, so that neighbours fit. O(cells).
+/// The cells. Polyhedra are divided about their centres into pyramids and tetrahedra; faces of five
+/// points or more, or that are not convex, are cut into triangles, as OpenFOAM does it. O(cells).
 [[nodiscard]] Part cells_of(const Foam::polyMesh& mesh, const Foam::pointField& points);
 
-/// Faces in a plane whose normal, of length 1, is `normal`; polygons are divided about their
-/// centres. O(faces + points of the mesh).
+/// Faces in a plane whose normal, of length 1, is `normal`; polygons are cut into triangles.
+/// O(faces + points of the mesh).
 [[nodiscard]] Part plane_of(const Foam::polyMesh& mesh, const Foam::pointField& points,
                             const Foam::labelList& faces, const Foam::vector& normal);
+
+/// The nodes of a part where the points of the mesh are these.
+[[nodiscard]] std::vector<Foam::vector> positions_of(const Part& part, const Foam::polyMesh& mesh,
+                                                     const Foam::pointField& points);
 
 }  // namespace meshsmooth_foam

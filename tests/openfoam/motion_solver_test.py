@@ -14,6 +14,9 @@ from test_main import main, needs_peers
 SMALL = {"along": 16, "wake": 16, "normal": 20}
 PERIODIC = {"along": 12, "wake": 12, "normal": 16, "sides": "cyclic", "layers": 3, "span": 0.3}
 
+NEAR = """actions ({ name near; type cellSet; action new; source cylinderToCell; p1 (0.5 0 -1); p2 (0.5 0 1);
+radius 0.9; });"""
+
 
 def setUpModule():
     if not os.environ.get("MESHSMOOTH_WITH_PEERS"):
@@ -78,15 +81,37 @@ class MotionSolver(unittest.TestCase):
 
     def test_nodes_of_polyhedra_move(self):
         folder = self.make("polyhedra", cases.OURS, 20, steps=20, **PERIODIC)
-        cases.write(folder, "system/topoSetDict", "dictionary",
-                    "actions ({ name near; type cellSet; action new; source cylinderToCell; "
-                    "p1 (0.5 0 -1); p2 (0.5 0 1); radius 0.9; });")
+        cases.write(folder, "system/topoSetDict", "dictionary", NEAR)
         self.succeed(folder, "topoSet")
         self.succeed(folder, "refineHexMesh", "near", "-overwrite")
         text, _ = self.succeed(folder, "checkMesh")
         self.assertGreater(int(re.search(r"polyhedra: +(\d+)", text)[1]), 100)
         self.succeed(folder, "moveDynamicMesh")
         self.check_times(folder, 20)
+
+    def make_polygons(self, degrees):
+        """A plane mesh with polygons, and with quads of which three corners lie on a line."""
+        folder = self.make("polygons", cases.OURS, degrees, steps=20, **SMALL)
+        cases.write(folder, "system/topoSetDict", "dictionary", NEAR)
+        cases.write(folder, "system/refineMeshDict", "dictionary",
+                    "set near; coordinateSystem global; globalCoeffs { tan1 (1 0 0); tan2 (0 1 0); } "
+                    "directions (tan1 tan2); useHexTopology yes; geometricCut no; writeMesh no;")
+        self.succeed(folder, "topoSet")
+        self.succeed(folder, "refineMesh", "-overwrite")
+        text, _ = self.succeed(folder, "checkMesh")
+        self.assertGreater(int(re.search(r"polyhedra: +(\d+)", text)[1]), 100)
+        return folder
+
+    def test_polygons_of_a_plane_mesh_move(self):
+        folder = self.make_polygons(5)
+        self.succeed(folder, "moveDynamicMesh")
+        self.check_times(folder, 20)
+
+    def test_cells_that_fail_the_checks_of_openfoam_are_named(self):
+        ended, _ = foam.run(self.make_polygons(20), "moveDynamicMesh")
+        self.assertEqual(ended.returncode, 1)
+        self.assertIn("The moved mesh fails OpenFOAM's own checks", ended.stderr)
+        self.assertRegex(ended.stdout, r"(?i)face \d+|cell \d+|\d+ faces are incorrectly oriented")
 
     def test_a_run_continues_where_it_was_stopped(self):
         folder = self.make("restart", cases.OURS, 20, steps=20, end=5, **SMALL)
