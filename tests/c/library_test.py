@@ -3,6 +3,9 @@
 
 import ctypes
 import math
+import os
+import subprocess
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from ctypes import byref, c_double, c_float, c_int32, c_uint8, c_void_p, sizeof
 
@@ -35,6 +38,14 @@ class Results(CLibraryTest):
         summary, _ = self.smooth(self.mesh.as_c(positions), positions)
         self.assertEqual(summary.inverted_count_after, 0)
         self.assertEqual(bytes(positions), self.of_cpp("smooth32"))
+
+    def test_stays_in_memory_when_it_is_unloaded(self):
+        """Threads of gRPC outlive the last client."""
+        code = ("import _ctypes, ctypes, sys; _ctypes.dlclose(ctypes.CDLL(sys.argv[1])._handle); "
+                "print(sys.argv[1] in open('/proc/self/maps').read())")
+        path = os.path.realpath(os.environ["MESHSMOOTH_C_LIBRARY"])
+        answer = subprocess.run([sys.executable, "-c", code, path], capture_output=True, text=True, check=True)
+        self.assertEqual(answer.stdout, "True\n")
 
     def test_threads_share_a_client(self):
         expected = self.of_cpp("smooth")
