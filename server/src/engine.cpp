@@ -109,11 +109,13 @@ Subscription Engine::admit(const JobRequest& request, const Job::Observer& obser
 }
 
 Subscription Engine::admit_or_make_room(const JobRequest& request, const Job::Observer& observer) {
-  try {
-    return admission_.admit(request, observer);
-  } catch (const OutOfMemory& error) {
-    if (error.reason() != "HOST_MEMORY_BUSY" && error.reason() != "DEVICE_MEMORY_BUSY") throw;
-  }
+  do {
+    try {
+      return admission_.admit(request, observer);
+    } catch (const OutOfMemory& error) {
+      if (error.reason() != "HOST_MEMORY_BUSY" && error.reason() != "DEVICE_MEMORY_BUSY") throw;
+    }
+  } while (transport_.drop_unredeemed(request.share));
   make_room(Clock::now());
   return admission_.admit(request, observer);
 }

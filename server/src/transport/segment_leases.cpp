@@ -118,6 +118,11 @@ SegmentLeases::Lease SegmentLeases::lease(const std::string& caller, const std::
   return lease;
 }
 
+bool SegmentLeases::drop_unredeemed(const std::string& share) {
+  const std::lock_guard lock(mutex_);
+  return take_unredeemed(share) != nullptr;
+}
+
 std::shared_ptr<SharedSegment> SegmentLeases::redeem(const std::string& ticket) {
   const std::lock_guard lock(mutex_);
   const auto node = tickets_.extract(ticket);

@@ -47,6 +47,9 @@ class SegmentLeases {
   [[nodiscard]] std::shared_ptr<SharedSegment> find(const std::string& caller,
                                                     const std::string& name) const;
 
+  /// Frees at once the memory of a lease whose caller has not come for it, if somebody has more of
+  /// these than `share`. False: nobody has.
+  bool drop_unredeemed(const std::string& share);
   /// Recalls idle leases.
   void recall_idle();
   /// Recalls all.

@@ -96,6 +96,10 @@ Transport::Bytes Transport::bytes() const {
   return {.leased = bytes.leased, .ended = bytes.ended};
 }
 
+bool Transport::drop_unredeemed(const std::string& share) {
+  return memory_ && memory_->leases.drop_unredeemed(share);
+}
+
 void Transport::recall_idle() {
   if (!memory_) return;
   memory_->leases.recall_idle();

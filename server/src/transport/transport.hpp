@@ -48,6 +48,8 @@ class Transport {
   };
   [[nodiscard]] Bytes bytes() const;
 
+  /// See SegmentLeases.
+  bool drop_unredeemed(const std::string& share);
   /// Recalls the leases that no job uses: their memory is needed.
   void recall_idle();
   /// Recalls all of them: the server drains.
