@@ -36,9 +36,9 @@ Listener::Listener(const Options& options)
     : acceptor_(context_), tls_(make_tls(options)), max_connections_(options.max_connections) {
   try {
     tcp::resolver resolver(context_);
-    const tcp::endpoint endpoint =
-        resolver.resolve(options.host, std::to_string(options.port), tcp::resolver::passive)
-            ->endpoint();
+    const auto endpoints =
+        resolver.resolve(options.host, std::to_string(options.port), tcp::resolver::passive);
+    const tcp::endpoint endpoint = endpoints.begin()->endpoint();
     acceptor_.open(endpoint.protocol());
     acceptor_.set_option(tcp::acceptor::reuse_address(true));
     acceptor_.bind(endpoint);
