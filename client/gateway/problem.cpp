@@ -113,6 +113,7 @@ const char* status_title(int status) {
                                                     {414, "URI Too Long"},
                                                     {415, "Unsupported Media Type"},
                                                     {422, "Unprocessable Content"},
+                                                    {431, "Request Header Fields Too Large"},
                                                     {500, "Internal Server Error"},
                                                     {503, "Service Unavailable"},
                                                     {504, "Gateway Timeout"}};

@@ -27,7 +27,7 @@ class Connection {
   /// `tls` null: in clear.
   Connection(TimedSocket::Socket socket, TlsContext* tls);
 
-  /// Throws `Problem` (400, 414, 431) where it is none of HTTP; returns false where there is nobody
+  /// Throws `Problem` (400, 431) where it is none of HTTP; returns false where there is nobody
   /// to hear that.
   [[nodiscard]] bool read_head(Request& request);
   /// The next bytes of the body; 0: it has ended. Throws `Problem` (UPLOAD_INVALID where it is
@@ -35,8 +35,6 @@ class Connection {
   [[nodiscard]] std::size_t read_body(std::span<char> into, Clock::time_point deadline);
   /// The announced length of the body; unset: unknown.
   [[nodiscard]] std::optional<std::uint64_t> body_length() const;
-  /// Whether the caller waits to be told before it sends the body.
-  [[nodiscard]] bool expects_continue() const { return expects_continue_; }
 
   /// The request is complete, or no more of it is wanted: it works for its caller, until `send`.
   void begin_work() { begin(Phase::work); }
@@ -76,7 +74,7 @@ class Connection {
   std::optional<boost::asio::ssl::stream<TimedSocket&>> tls_;
   boost::beast::flat_static_buffer<std::size_t{1} << 16> buffer_;
   boost::beast::http::request_parser<boost::beast::http::buffer_body> parser_;
-  bool expects_continue_ = false;
+  bool expects_continue_ = false;  // the caller waits to be told before it sends the body
   std::string peer_;
 
   std::atomic<Phase> phase_ = Phase::head;
